@@ -1,7 +1,12 @@
 //! Pictures by processes that `mpirun` starts: `cargo test --features mpi --test mpi`.
 
+#[path = "common/pixels.rs"]
+mod pixels;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+use pixels::pixels;
 
 /// The words for `mpirun` in a container, where the user may be root and cores may be few.
 const MPIRUN: [&str; 4] = [
@@ -51,16 +56,6 @@ fn words<'a>(picture: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     words
 }
 
-/// The values of all channels of an EXR file, by name. Its attributes name the command.
-fn pixels(path: &Path) -> Vec<(String, Vec<f32>)> {
-    let read = exr::prelude::read_first_flat_layer_from_file(path).expect("a picture");
-    let channels = read.layer_data.channel_data.list.iter();
-    let channel = |c: &exr::prelude::AnyChannel<exr::prelude::FlatSamples>| {
-        (c.name.to_string(), c.sample_data.values_as_f32().collect())
-    };
-    channels.map(channel).collect()
-}
-
 #[test]
 fn any_number_of_processes_makes_the_same_pixels() {
     let Some(folder) = folder("same") else {
@@ -91,6 +86,52 @@ fn any_number_of_processes_makes_the_same_pixels() {
             assert_eq!(text.matches("through the lens").count(), 1, "{text}");
         }
     }
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+/// Parts of the samples, and a checkpoint that other processes continue, on any number of processes.
+#[test]
+fn parts_and_checkpoints_of_any_number_of_processes_have_the_bits_of_one() {
+    let Some(folder) = folder("parts") else {
+        return;
+    };
+    let file = |name: &str| folder.join(name).display().to_string();
+    let alone = folder.join("alone.exr");
+    let samples = ["--lens", "double-gauss", "--samples", "192"];
+    let status = program().args(words(&alone, &samples)).status();
+    assert!(status.expect("it runs").success());
+    let mut merge = vec!["merge".to_owned(), "-o".into(), file("merged.exr")];
+    for (number, threads, range) in [(1, "1", "0..64"), (2, "2", "64..128"), (3, "1", "128..192")] {
+        let part = file(&format!("{range}.ckpt"));
+        let more = [
+            "--sample-range",
+            range,
+            "--threads",
+            threads,
+            "--checkpoint",
+            &part,
+        ];
+        let picture = folder.join(format!("{range}.exr"));
+        let output = processes(number, &words(&picture, &[&samples[..], &more].concat()));
+        assert!(output.status.success(), "{output:?}");
+        merge.push(part);
+    }
+    assert!(program().args(merge).status().expect("it runs").success());
+    assert!(pixels(&folder.join("merged.exr")) == pixels(&alone));
+    let checkpoint = file("grown.ckpt");
+    for (number, samples) in [(2, "40"), (3, "100"), (1, "192")] {
+        let more = [
+            "--lens",
+            "double-gauss",
+            "--samples",
+            samples,
+            "--checkpoint",
+            &checkpoint,
+        ];
+        let output = processes(number, &words(&folder.join("grown.exr"), &more));
+        assert!(output.status.success(), "{output:?}");
+    }
+    assert!(pixels(&folder.join("grown.exr")) == pixels(&alone));
     std::fs::remove_dir_all(folder).expect("removed");
 }
 

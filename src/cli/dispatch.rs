@@ -9,11 +9,12 @@ use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
 use super::{
     catalog, check, compare, converge, convert, convert_folder, expose, farm, flags,
-    folder_of_scenes, frames, lens, nodes, outputs, pull_focus, render, render_folder, stability,
-    team, view, vintage_help,
+    folder_of_scenes, frames, lens, merge, nodes, outputs, pull_focus, render, render_folder,
+    stability, team, view, vintage_help,
 };
 use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
+use crate::photo::options::command_line;
 
 /// Runs the program with its arguments, of which the first is its own name. Returns the exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
@@ -107,6 +108,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
             None => convert::run(m, out),
         },
         Some(("lens", m)) => lens::run(m, out),
+        Some(("merge", m)) => merge::run(m, &command_line(words)),
         Some(("nodes", m)) => nodes::run(m, out),
         Some(("stability", m)) => stability::run(m, out),
         Some(("view", m)) => view::run(m, Era::Modern),
@@ -116,19 +118,24 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     }
 }
 
-/// Refuses `--write-camera`, `--aov` and `--denoise` where no picture is rendered.
+/// Refuses `--write-camera`, `--aov`, `--denoise`, `--checkpoint` and what goes with it where no
+/// picture is rendered.
 fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
     let (renders, m) = match matches.subcommand() {
         None => (matches.get_flag("batch"), matches),
         Some((name, m)) => (name == "render", m),
     };
+    const RENDER: &str = "use `ivcam render` or `-batch`";
     let helps = [
         (
             "write-camera",
             "use `ivcam render` or `-batch`, or the window's *Write camera*",
         ),
-        ("aov", "use `ivcam render` or `-batch`"),
-        ("denoise", "use `ivcam render` or `-batch`"),
+        ("aov", RENDER),
+        ("denoise", RENDER),
+        ("checkpoint", RENDER),
+        ("every", RENDER),
+        ("sample-range", RENDER),
     ];
     for (option, help) in helps {
         if !renders && m.try_contains_id(option).unwrap_or_default() {
@@ -213,6 +220,7 @@ pub(super) fn commands() -> Command {
         .subcommand(pull_focus::command())
         .subcommand(frames::command())
         .subcommand(farm::command())
+        .subcommand(merge::command())
         .subcommand(lens::command())
         .subcommand(nodes::command())
         .subcommand(stability::command())

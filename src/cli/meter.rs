@@ -60,8 +60,8 @@ impl Meter {
     pub(super) fn show(&self, progress: Progress) {
         match self {
             Self::Bar(bar) => {
-                bar.set_length(progress.tiles);
-                bar.set_position(progress.tiles_done);
+                bar.set_length(progress.work);
+                bar.set_position(progress.work_done);
                 if let Some(error) = progress.error {
                     bar.set_message(format!(
                         "{} spp  relative error {}",
@@ -100,7 +100,7 @@ impl Meter {
 
 /// Returns the line of JSON for the progress after some seconds.
 fn line(progress: &Progress, seconds: f64) -> serde_json::Value {
-    let part = progress.tiles_done as f64 / progress.tiles.max(1) as f64;
+    let part = progress.work_done as f64 / progress.work.max(1) as f64;
     let left = (part > 0.0).then(|| seconds * (1.0 - part) / part);
     json!({
         "phase": "render",
@@ -126,9 +126,9 @@ mod tests {
 
     #[test]
     fn a_line_of_progress_has_the_time_left_once_there_is_progress() {
-        let progress = |tiles_done| Progress {
-            tiles_done,
-            tiles: 40,
+        let progress = |work_done| Progress {
+            work_done,
+            work: 40,
             samples: 4,
             error: Some(0.25),
         };

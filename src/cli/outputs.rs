@@ -15,8 +15,9 @@ use crate::picture::{
 };
 
 /// The arguments that name a file to write, in whichever command has them.
-const OUTPUTS: [&str; 13] = [
+const OUTPUTS: [&str; 14] = [
     "output",
+    "checkpoint",
     "report",
     "aov",
     "write-camera",

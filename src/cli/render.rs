@@ -6,6 +6,7 @@ use std::time::Instant;
 
 use clap::ArgMatches;
 
+use super::keeping::Keeping;
 use super::meter::{Meter, MeterKind};
 use super::outputs::{
     check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
@@ -21,7 +22,7 @@ use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
 use crate::picture::Picture;
 use crate::render::report::{RenderReport, count, error_text, percent};
-use crate::render::{Counts, Exposure};
+use crate::render::{Counts, Exposure, Task};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -41,6 +42,10 @@ pub(crate) struct OutputOptions {
     pub quiet: bool,
     /// How progress is shown.
     pub meter: MeterKind,
+    /// Which samples are made, and where the state of the render is kept.
+    pub keeping: Keeping,
+    /// Whether the picture is written. A part of its samples need not be.
+    pub writes_picture: bool,
 }
 
 impl OutputOptions {
@@ -73,6 +78,8 @@ impl OutputOptions {
             threads: threads(m)?,
             quiet: m.get_flag("quiet"),
             meter: meter_kind(m)?,
+            writes_picture: text(m, "sample-range").is_none() || text(m, "output").is_some(),
+            keeping: Keeping::of(m)?,
         })
     }
 
@@ -82,8 +89,10 @@ impl OutputOptions {
         let report = self.report.iter().map(|path| ("--report", path));
         let camera = self.camera.iter().map(|path| ("--write-camera", path));
         let layers = self.layers.iter().map(|path| ("--aov", path));
+        let checkpoint = self.keeping.path.iter().map(|path| ("--checkpoint", path));
         let outputs = std::iter::once(("--output", &self.output));
         outputs
+            .chain(checkpoint)
             .chain(report)
             .chain(layers)
             .chain(camera)
@@ -277,13 +286,16 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     plan.whole_film = match picture_format(&options.output)?.has_rows() {
         _ if options.layers.is_some() => Some("`--aov`"),
         _ if options.denoiser.is_some() => Some("`--denoise`"),
+        _ if options.keeping.path.is_some() => Some("`--checkpoint`"),
         false => Some("a JPEG or SGI file"),
         true => None,
     };
+    options.keeping.check(&plan)?;
     let mut session = Session::open(plan)?;
     if options.layers.is_some() || options.denoiser.is_some() {
         session.take_layers()?;
     }
+    options.keeping.take_memory(&mut session)?;
     print_warnings(&session.sink);
     options.keep(&session.document)?;
     options.check_space(&session.plan)?;
@@ -320,43 +332,76 @@ fn finish(
         super::print_wrapped(&choices.join(", "));
     }
     let command = command_line(words);
-    let (mut report, counts) = match session.is_in_strips() {
+    let (mut report, counts, code) = match session.is_in_strips() {
         false => render_whole(session, options, &command)?,
-        true => render_in_strips(session, options, &command)?,
+        true => {
+            let (report, counts) = render_in_strips(session, options, &command)?;
+            (report, counts, 0)
+        }
     };
-    report.picture = options.output.display().to_string();
+    if options.writes_picture {
+        report.picture = options.output.display().to_string();
+    }
     report.total_seconds = report.seconds.total();
     report_on(options, &report)?;
     if !options.quiet {
         report_lost_rays(session, &counts);
     }
-    Ok(0)
+    Ok(code)
 }
 
-/// Renders the picture and writes it. Returns the report and the numbers of rays.
+/// Renders the picture until a signal stops it, and writes it. Returns the report, the numbers of
+/// rays and the exit code.
 fn render_whole(
     session: &Session,
     options: &OutputOptions,
     command: &str,
-) -> Result<(RenderReport, Counts)> {
+) -> Result<(RenderReport, Counts, i32)> {
+    let (sums, watch) = options.keeping.begin(session)?;
+    let task = Task {
+        samples: options.keeping.samples.clone(),
+        sums,
+        keeper: Some(&watch),
+    };
     let meter = Meter::new(options.meter);
-    let exposure = options.on_threads(|| session.expose(&|p| meter.show(p)))?;
+    let exposure = options.on_threads(|| session.expose_task(task, &|p| meter.show(p)))?;
     meter.finish(&exposure.counts, exposure.seconds);
-    warn_of_shortfall(session, &exposure, options.denoiser.is_some());
-
-    let clock = Instant::now();
-    let picture = session.develop(&exposure, command);
-    if let Some(warning) = session.warn_if_black_or_clipped(&exposure.counts, &picture) {
-        print_diagnostic(&warning);
+    let mut code = 0;
+    match &exposure.stopped {
+        None => warn_of_shortfall(session, &exposure, options.denoiser.is_some()),
+        Some(stopped) => {
+            let all = session.plan.stop.samples;
+            print_diagnostic(&options.keeping.interrupted(stopped, all));
+            code = watch.exit_code();
+        }
     }
-    options.on_threads(|| write_pictures(session, options, &exposure, &picture))??;
+    let clock = Instant::now();
+    if options.writes_picture && !exposure.is_blank() {
+        write_picture(session, options, &exposure, command)?;
+    }
+    watch.result()?;
     let mut report = session.report(&exposure);
     if let Some(denoiser) = &options.denoiser {
         report.plan.insert("denoise".into(), denoiser.name());
         report.set_error(Err(ErrorUnknown::Denoised));
     }
     report.seconds.write = clock.elapsed().as_secs_f64();
-    Ok((report, exposure.counts))
+    Ok((report, exposure.counts, code))
+}
+
+/// Writes the picture of an exposure, with its layers.
+fn write_picture(
+    session: &Session,
+    options: &OutputOptions,
+    exposure: &Exposure,
+    command: &str,
+) -> Result<()> {
+    let picture = session.develop(exposure, command);
+    let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
+    if let Some(warning) = warning.filter(|_| exposure.stopped.is_none()) {
+        print_diagnostic(&warning);
+    }
+    options.on_threads(|| write_pictures(session, options, exposure, &picture))?
 }
 
 /// Writes the picture, denoised if that was asked for, and its layers, which are those of the

@@ -46,7 +46,14 @@ struct Sum {
 /// Returns an error if an option is invalid, or if the output folder cannot be used.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i32> {
     let out = output_folder(m, folder)?;
-    for option in ["write-camera", "aov", "denoise"] {
+    for option in [
+        "write-camera",
+        "aov",
+        "denoise",
+        "checkpoint",
+        "sample-range",
+        "every",
+    ] {
         if text(m, option).is_some() {
             let error = format!("`--{option}` is for one scene, and this is a folder");
             return Err(Diagnostic::unsupported(error)

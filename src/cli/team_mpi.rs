@@ -6,18 +6,12 @@
 
 use std::sync::Arc;
 
-use indexmap::IndexMap;
-
 use super::render::OutputOptions;
 use crate::diag::{Diagnostic, Result};
-use crate::files::passed_on;
-use crate::math::simd::arithmetic;
-use crate::photo::Session;
+use crate::files::{Inputs, passed_on};
+use crate::photo::{Facts, Session};
 use crate::render::crew;
 use crate::team::Team;
-
-/// What a process is about to render: names and values that have to be the same in all.
-type Facts = IndexMap<String, String>;
 
 /// The most bytes of files that are sent to the other processes. Beyond it they read them.
 const MOST_CONTENTS: usize = 1 << 30;
@@ -89,14 +83,10 @@ fn assist(team: &Team, open: impl FnOnce() -> Result<(OutputOptions, Session)>) 
 
 /// Returns what has to be the same in all processes.
 fn facts(session: &Session) -> Facts {
-    let mut facts = session.described.clone();
+    let mut facts = session.facts(&Inputs::new());
     let mut say = |name: &str, value: String| facts.insert(name.to_owned(), value);
-    say("version", env!("CARGO_PKG_VERSION").to_owned());
     say("samples", format!("{:?}", session.plan.sampler));
-    say("size", format!("{:?}", session.plan.resolution));
-    say("primitives", format!("{:?}", session.scene.primitives()));
-    say("bounds", format!("{:?}", session.scene.bounds()));
-    say("arithmetic", arithmetic().to_owned());
+    say("region", format!("{:?}", session.plan.region));
     facts
 }
 

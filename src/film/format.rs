@@ -1,5 +1,7 @@
 //! The size of the film in millimeters, and of the picture in pixels.
 
+use serde::{Deserialize, Serialize};
+
 use crate::diag::{Diagnostic, Result};
 
 /// The size of the exposed film, in millimeters.
@@ -25,7 +27,7 @@ impl FilmFormat {
 }
 
 /// The size of a picture in pixels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Resolution {
     /// Pixels across.
     pub width: u32,

@@ -28,6 +28,10 @@ impl Exposed {
         if other.count == 0 {
             return;
         }
+        if self.count == 0 {
+            *self = *other;
+            return;
+        }
         let (n, m) = (f64::from(self.count), f64::from(other.count));
         let off = other.mean - self.mean;
         self.count += other.count;
@@ -56,6 +60,32 @@ impl Exposed {
         self.squares = variance * (n + m) * (n + m - 1.0);
     }
 
+    /// The number of bytes of a pixel in a file.
+    pub(crate) const BYTES: usize = 4 + 6 * 8;
+
+    /// Returns the pixel as bytes with the least significant first.
+    pub(crate) fn to_bytes(self) -> [u8; Self::BYTES] {
+        let mut bytes = [0; Self::BYTES];
+        bytes[..4].copy_from_slice(&self.count.to_le_bytes());
+        let numbers = [self.mean.to_array(), self.squares.to_array()];
+        for (place, number) in bytes[4..].chunks_exact_mut(8).zip(numbers.as_flattened()) {
+            place.copy_from_slice(&number.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// Returns the pixel that [`Exposed::to_bytes`] has written.
+    pub(crate) fn from_bytes(bytes: &[u8; Self::BYTES]) -> Self {
+        let (count, numbers) = bytes.split_at(4);
+        let numbers = numbers.as_chunks().0;
+        let number = |i: usize| f64::from_le_bytes(numbers[i]);
+        Self {
+            count: count.iter().rev().fold(0, |n, b| n << 8 | u32::from(*b)),
+            mean: DVec3::new(number(0), number(1), number(2)),
+            squares: DVec3::new(number(3), number(4), number(5)),
+        }
+    }
+
     /// Returns the variance of the mean for independent samples, which is an upper bound for
     /// stratified ones. It is infinite for fewer than two samples.
     pub(crate) fn variance_of_mean(&self) -> DVec3 {
@@ -78,6 +108,14 @@ mod tests {
         // Mean 4, squared deviations 9 + 0 + 0 + 9, divided by 4·3.
         assert_eq!(pixel.mean.x, 4.0);
         assert!((pixel.variance_of_mean().x - 1.5).abs() < 1e-15);
+    }
+
+    #[test]
+    fn the_bytes_of_a_pixel_are_read_back_bit_for_bit() {
+        let mut pixel = Exposed::default();
+        (0..70_000).for_each(|i| pixel.add(DVec3::new(0.1 * f64::from(i), -0.0, 1e-300)));
+        assert_eq!(pixel.count, 70_000);
+        assert_eq!(Exposed::from_bytes(&pixel.to_bytes()), pixel);
     }
 
     #[test]

@@ -1,10 +1,12 @@
 //! A rectangle of a picture's pixels.
 
+use serde::{Deserialize, Serialize};
+
 use super::format::Resolution;
 use crate::diag::{Diagnostic, Result};
 
 /// The pixels of a picture that are rendered, counted from its upper left corner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Region {
     /// The column of the leftmost pixels.
     pub left: u32,
@@ -50,6 +52,35 @@ impl Region {
         );
         Err(Diagnostic::error(message)
             .with_help("the numbers are the left column, the top row, the width and the height"))
+    }
+
+    /// Returns whether two regions have pixels in common.
+    pub(crate) fn overlaps(self, other: Self) -> bool {
+        let meet = |a: u32, length: u32, b: u32, other: u32| a < b + other && b < a + length;
+        meet(self.left, self.width, other.left, other.width)
+            && meet(self.top, self.height, other.top, other.height)
+    }
+
+    /// Returns the smallest region around two.
+    pub(crate) fn around(self, other: Self) -> Self {
+        let (left, top) = (self.left.min(other.left), self.top.min(other.top));
+        let right = (self.left + self.width).max(other.left + other.width);
+        let bottom = (self.top + self.height).max(other.top + other.height);
+        Self {
+            left,
+            top,
+            width: right - left,
+            height: bottom - top,
+        }
+    }
+
+    /// Replaces the values of the pixels of a region inside this one, whose values are in `values`.
+    pub(crate) fn paste<T: Copy>(self, values: &mut [T], part: &[T], region: Self) {
+        let width = region.width as usize;
+        for (y, row) in (region.top - self.top..).zip(part.chunks_exact(width)) {
+            let start = y as usize * self.width as usize + (region.left - self.left) as usize;
+            values[start..start + width].copy_from_slice(row);
+        }
     }
 
     /// Returns the size of the region.

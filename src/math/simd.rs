@@ -50,7 +50,6 @@ pub(crate) fn is_portable() -> bool {
 
 /// Returns the name of the arithmetic in use. Pictures that are made with the same one have the
 /// same bits.
-#[cfg(feature = "mpi")]
 pub(crate) fn arithmetic() -> &'static str {
     match Width::detect() {
         _ if is_portable() => "portable",

@@ -5,11 +5,14 @@
 //! from it, so they use the same code to render. `options` is the table of all options.
 
 mod camera_choice;
+pub(crate) mod checkpoint;
 mod denoise;
+mod facts;
 pub(crate) mod headlight;
 mod layers;
 mod lens_settings;
 mod memory;
+pub(crate) mod merge;
 pub(crate) mod options;
 mod overview;
 mod picture_hint;
@@ -23,6 +26,8 @@ mod tests;
 #[cfg(feature = "panels")]
 pub(crate) use camera_choice::camera_file;
 pub use camera_choice::{CameraChoice, CameraNode};
+#[cfg(feature = "mpi")]
+pub(crate) use checkpoint::Facts;
 pub(crate) use denoise::Denoiser;
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub(crate) use plan::free_name;
@@ -30,6 +35,7 @@ pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 #[cfg(feature = "panels")]
 pub(crate) use pose::view_through_lens;
 pub use session::Session;
+pub(crate) use session::UNFINISHED;
 
 pub use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 pub use crate::shade::Shading;

@@ -9,6 +9,7 @@ use glam::DVec3;
 use indexmap::IndexMap;
 
 use super::camera_choice::camera_file;
+use super::checkpoint::Label;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
@@ -17,17 +18,18 @@ use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use crate::camera::{Camera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
+use crate::files::Inputs;
 use crate::film::{Film, GhostImage, Region};
 use crate::iv::Document;
 use crate::lens::Movements;
 use crate::math::lanes::is_portable;
 use crate::memory::MemoryBudget;
-use crate::picture::Picture;
+use crate::picture::{Depth, Picture};
 use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds, stated_error};
-use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, Summary, SurfaceSum};
+use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, Summary, SurfaceSum, Task};
 use crate::sampling::{FilterTable, Sampler};
 #[cfg(test)]
 use crate::scene::Unneeded;
@@ -39,6 +41,9 @@ use crate::traversal::state::Language;
 
 /// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
 const GHOST_RAYS: u32 = 1 << 17;
+
+/// The key of the metadata of a picture whose render was interrupted.
+pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
 
 /// A plan that is ready to render: the scene is compiled, the camera is placed and the lens is
 /// focused.
@@ -340,7 +345,17 @@ impl Session {
 
     /// Exposes a film on the threads of rayon's current pool. `progress` is called after each tile.
     pub fn expose(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
-        self.expose_with(self.plan.sampler, self.plan.stop, progress)
+        self.expose_task(Task::default(), progress)
+    }
+
+    /// Exposes a film as far as a task says. A film that is interrupted has no ghosts.
+    pub(crate) fn expose_task(
+        &self,
+        task: Task<'_>,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
+        let Plan { sampler, stop, .. } = self.plan;
+        self.expose_all(sampler, stop, task, progress)
     }
 
     /// Exposes a film with another sampler and another end than the plan's.
@@ -350,12 +365,26 @@ impl Session {
         stop: Stop,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let mut exposure = match self.shows_nothing() {
+        self.expose_all(sampler, stop, Task::default(), progress)
+    }
+
+    fn expose_all(
+        &self,
+        sampler: Sampler,
+        stop: Stop,
+        task: Task<'_>,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
+        let is_whole = task.samples.is_none() && task.sums.is_none();
+        let mut exposure = match is_whole && self.shows_nothing() {
             true => Exposure::unexposed(self.region().resolution(), stop.samples),
             false => self.with_render(sampler, stop, |render| {
-                render.run_inside(self.region(), progress)
+                render.run_inside(self.region(), task, progress)
             }),
         };
+        if exposure.stopped.is_some() {
+            return exposure;
+        }
         let watch = Stopwatch::start();
         let ghosts = self.ghosts(sampler);
         exposure.film.ghosts = match self.plan.region {
@@ -387,8 +416,25 @@ impl Session {
         self.with_render(self.plan.sampler, self.plan.stop, render)
     }
 
+    /// Returns the label of a checkpoint of the picture. `inputs` are the files that were read.
+    pub(crate) fn label(&self, inputs: &Inputs) -> Label {
+        let is_lens = matches!(self.camera, Camera::Lens(_));
+        let additions = [
+            (self.plan.ghosts && is_lens, "--ghosts"),
+            (self.plan.diffraction && is_lens, "--diffraction"),
+        ];
+        let used = additions.into_iter().filter(|(used, _)| *used);
+        Label {
+            facts: self.facts(inputs),
+            described: self.described.clone(),
+            response: self.plan.response.name(),
+            is_deep: self.plan.depth == Depth::Sixteen,
+            additions: used.map(|(_, name)| name.to_owned()).collect(),
+        }
+    }
+
     /// Returns the region of the picture that is rendered.
-    pub(super) fn region(&self) -> Region {
+    pub(crate) fn region(&self) -> Region {
         let all = Region::whole(self.plan.resolution);
         self.plan.region.unwrap_or(all)
     }
@@ -483,6 +529,10 @@ impl Session {
         let mut picture = Picture::develop(&film, self.plan.response.clone());
         let error = stated_error(exposure.film.error());
         picture.provenance = self.provenance(command, exposure.samples, &error);
+        if let Some(stopped) = &exposure.stopped {
+            let text = stopped.describe(self.plan.stop.samples);
+            picture.provenance.insert(UNFINISHED.into(), text);
+        }
         picture
     }
 

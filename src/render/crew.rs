@@ -14,9 +14,10 @@ use serde::{Deserialize, Serialize};
 use super::exposure::Counts;
 use super::pairs::{AT_ONCE, Draw};
 use super::passes::Render;
+use super::segment::Segment;
 use super::shares::SampleShares;
 use super::tile::Tile;
-use crate::film::{Exposed, Film, Pair, Region};
+use crate::film::{Exposed, Pair};
 use crate::sampling::Sampler;
 use crate::team::{Schedule, Team};
 
@@ -107,28 +108,23 @@ impl Render<'_> {
         }
     }
 
-    /// Adds samples to a film by all processes of a team, as [`Render::pass`] does by threads.
-    pub(super) fn pass_of_team(
+    /// Exposes the open tiles of a segment by all processes of a team. Returns false if `proceed`
+    /// did, which receives the number of finished tiles.
+    pub(super) fn fill_by_team(
         &self,
         team: &Team,
-        (region, film): (Region, &mut Film),
-        samples: Range<u32>,
+        segment: &Segment<'_>,
         shares: &SampleShares,
         proceed: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Option<Counts> {
+    ) -> bool {
         let mut job = TileJob {
             sampler: self.sampler,
-            samples,
             shared: !shares.is_even(),
-            tiles: Tile::inside(region).collect(),
-            region,
-            film,
-            counts: Counts::default(),
-            finished: 0,
+            tiles: segment.open_tiles().concat(),
+            segment,
             proceed,
         };
-        let whole = self.run_job(team, &mut job, shares);
-        whole.then_some(job.counts)
+        self.run_job(team, &mut job, shares)
     }
 
     /// Exposes the pairs of draws by all processes of a team.
@@ -265,45 +261,38 @@ fn hand_out(
 }
 
 /// The tiles of a film that get samples.
-struct TileJob<'a> {
+struct TileJob<'a, 'p> {
     sampler: Sampler,
-    samples: Range<u32>,
     shared: bool,
     tiles: Vec<Tile>,
-    region: Region,
-    film: &'a mut Film,
-    counts: Counts,
-    finished: u64,
+    segment: &'a Segment<'p>,
     proceed: &'a (dyn Fn(u64) -> bool + Sync),
 }
 
-impl TileJob<'_> {
-    /// The index in the film of each pixel of some tiles.
-    fn pixels(&self, piece: &Range<u64>) -> impl Iterator<Item = usize> + use<> {
-        let Region {
-            left, top, width, ..
-        } = self.region;
-        let tiles = self.tiles[piece.start as usize..piece.end as usize].to_vec();
-        let index = move |(x, y)| (y - top) as usize * width as usize + (x - left) as usize;
-        tiles.into_iter().flat_map(Tile::pixels).map(index)
+impl TileJob<'_, '_> {
+    /// Returns some of the tiles.
+    fn some(&self, piece: &Range<u64>) -> &[Tile] {
+        &self.tiles[piece.start as usize..piece.end as usize]
     }
 }
 
-impl Job for TileJob<'_> {
+impl Job for TileJob<'_, '_> {
     fn items(&self) -> u64 {
         self.tiles.len() as u64
     }
 
     fn work(&self, piece: Range<u64>) -> Work {
-        let sums = match self.samples.start {
+        let tiles = self.some(&piece).to_vec();
+        let samples = self.segment.samples.clone();
+        let sums = match samples.start {
             0 => Vec::new(),
-            _ => self.pixels(&piece).map(|i| self.film.pixels[i]).collect(),
+            _ => tiles.iter().flat_map(|t| self.segment.pixels(*t)).collect(),
         };
         Work::Tiles {
             sampler: self.sampler,
-            samples: self.samples.clone(),
+            samples,
             shared: self.shared,
-            tiles: self.tiles[piece.start as usize..piece.end as usize].to_vec(),
+            tiles,
             sums,
         }
     }
@@ -312,12 +301,15 @@ impl Job for TileJob<'_> {
         let Outcome::Tiles(sums, counts) = outcome else {
             return false;
         };
-        for (i, sum) in self.pixels(&piece).zip(sums) {
-            self.film.pixels[i] = sum;
+        let (mut rest, mut finished) = (&sums[..], 0);
+        let mut counts = Some(counts);
+        for tile in self.some(&piece) {
+            let (own, after) = rest.split_at(tile.pixels().count().min(rest.len()));
+            rest = after;
+            let counts = counts.take().unwrap_or_default();
+            finished = self.segment.finish(*tile, own, &counts);
         }
-        self.counts.add(&counts);
-        self.finished += piece.end - piece.start;
-        (self.proceed)(self.finished)
+        (self.proceed)(finished)
     }
 }
 

@@ -34,11 +34,11 @@ impl Stop {
 /// The progress of a running render.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress {
-    /// Tiles that are finished in this pass.
-    pub tiles_done: u64,
-    /// Tiles of this pass and of all passes that are expected after it.
-    pub tiles: u64,
-    /// Samples per pixel in the finished passes.
+    /// The finished work, in samples of a tile's pixels.
+    pub work_done: u64,
+    /// The work up to the largest number of samples.
+    pub work: u64,
+    /// Samples that all pixels have.
     pub samples: u32,
     /// The last estimate of the relative RMSE.
     pub error: Option<f64>,
@@ -58,6 +58,37 @@ pub struct Exposure {
     pub processor_seconds: Option<f64>,
     /// Samples per pixel.
     pub samples: u32,
+    /// Where the render was stopped, if it was before its end.
+    pub(crate) stopped: Option<Stopped>,
+}
+
+/// Where a render was stopped before its end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Stopped {
+    /// The number of samples that all pixels have.
+    pub samples: u32,
+    /// The number of samples that some pixels have.
+    pub more: u32,
+    /// The part of the tiles that have `more`.
+    pub part: f64,
+}
+
+impl Stopped {
+    /// Describes where the render was stopped, of a number of samples.
+    pub(crate) fn describe(&self, all: u32) -> String {
+        let Self {
+            samples,
+            more,
+            part,
+        } = self;
+        let part = 100.0 * part;
+        match samples {
+            0 => format!("{part:.0}% of the picture has {more} of {all} samples per pixel"),
+            _ => format!(
+                "{samples} of {all} samples per pixel, and {more} in {part:.0}% of the picture"
+            ),
+        }
+    }
 }
 
 /// What is reported of a render, besides its film.
@@ -98,7 +129,14 @@ impl Exposure {
             seconds: 0.0,
             processor_seconds: None,
             samples,
+            stopped: None,
         }
+    }
+
+    /// Returns whether the render was stopped before any pixel had a sample.
+    pub(crate) fn is_blank(&self) -> bool {
+        self.stopped
+            .is_some_and(|stopped| stopped.samples == 0 && stopped.part == 0.0)
     }
 
     /// Adds an exposure of the same film at another moment, which gets a share of the sum.
@@ -114,9 +152,12 @@ impl Exposure {
 
     /// Adds the time of further work.
     pub(crate) fn add_time(&mut self, more: Spent) {
-        self.seconds += more.seconds;
-        let both = self.processor_seconds.zip(more.processor_seconds);
-        self.processor_seconds = both.map(|(a, b)| a + b);
+        let own = Spent {
+            seconds: self.seconds,
+            processor_seconds: self.processor_seconds,
+        };
+        let both = own.plus(more);
+        (self.seconds, self.processor_seconds) = (both.seconds, both.processor_seconds);
     }
 }
 
@@ -149,6 +190,30 @@ impl Counts {
     pub(super) fn plus(mut self, other: &Self) -> Self {
         self.add(other);
         self
+    }
+
+    /// Returns the counts in the order of the fields.
+    pub(super) fn to_array(self) -> [u64; 5] {
+        let Self {
+            film_rays,
+            passed,
+            scene_rays,
+            shadow_rays,
+            error_rays,
+        } = self;
+        [film_rays, passed, scene_rays, shadow_rays, error_rays]
+    }
+
+    /// Returns the counts that [`Counts::to_array`] has returned.
+    pub(super) fn from_array(counts: [u64; 5]) -> Self {
+        let [film_rays, passed, scene_rays, shadow_rays, error_rays] = counts;
+        Self {
+            film_rays,
+            passed,
+            scene_rays,
+            shadow_rays,
+            error_rays,
+        }
     }
 
     /// Returns the share of the film's rays that passed through the lens.

@@ -1,7 +1,8 @@
 //! Renders a picture: passes of tiles over threads, through camera and shader onto the film.
 //!
-//! A pixel's samples are added in the order of their numbers by one thread, and a sample is a
-//! function of seed, pixel and number, so a picture has the same bits at any number of threads.
+//! A pixel's samples are added in the order of their numbers by one thread, in units that are
+//! folded in their order, and a sample is a function of seed, pixel and number. So a picture has
+//! the same bits at any number of threads, after any interruption, and if its samples are divided.
 //! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as the
 //! scalar path, so a test can compare a tile with `Render::sample`.
 //!
@@ -17,18 +18,22 @@ pub(crate) mod ghosts;
 mod pairs;
 mod passes;
 pub(crate) mod report;
+mod segment;
 mod shares;
 mod stopwatch;
 mod strips;
+mod sums;
 mod surfaces;
 #[cfg(test)]
 mod tests;
 mod tile;
+pub(crate) mod units;
 
-pub(crate) use exposure::Summary;
 pub use exposure::{Counts, Exposure, Progress, Stop};
-pub(crate) use passes::Render;
+pub(crate) use exposure::{Stopped, Summary};
+pub(crate) use passes::{Render, Task};
 pub use report::account::{RenderReport, Seconds};
 pub(crate) use stopwatch::Stopwatch;
 pub(crate) use strips::{StripSums, Strips};
+pub(crate) use sums::{Keeper, Place, Snapshot, Sums};
 pub(crate) use surfaces::SurfaceSum;

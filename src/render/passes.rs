@@ -1,16 +1,19 @@
 //! Renders a picture in passes over its tiles until a stop condition holds.
 
 use std::ops::Range;
-use std::sync::Mutex;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rayon::prelude::*;
 
 use super::batch::Batch;
-use super::exposure::{Counts, Exposure, Progress, Stop};
+use super::exposure::{Counts, Exposure, Progress, Stop, Stopped};
+use super::segment::Segment;
 use super::shares::SampleShares;
-use super::stopwatch::Stopwatch;
-use super::tile::{Band, Tile, TilePixels, strips};
+use super::stopwatch::{Spent, Stopwatch};
+use super::sums::{Keeper, Place, Sums};
+use super::tile::{Tile, strips};
+use super::units::{border_after, border_before, is_border, pieces};
 use crate::camera::Camera;
 use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
@@ -20,6 +23,10 @@ use crate::team::Team;
 /// The least factor between the numbers of samples at which the error is estimated, so that the
 /// estimates take at most a fifth of the time of a render with a target.
 const LEAST_GROWTH: f64 = 1.2;
+
+/// The largest number of samples per pixel of a pass without a limit on error or time, unless a
+/// unit has more. A tile then takes a tenth of a second, after which a render can be interrupted.
+const LONGEST_PASS: u32 = 1024;
 
 /// The largest number of pixels of the pilot pass that are exposed at once, which take 59 MB. With
 /// fewer, threads would wait for each other more often.
@@ -35,6 +42,29 @@ struct Measured {
     samples: u32,
     /// The number of samples per pixel from which the next estimate is worthwhile.
     next: u32,
+}
+
+/// What a render has to do.
+#[derive(Default)]
+pub(crate) struct Task<'k> {
+    /// The numbers of the samples of each pixel; `None` is all up to the largest number.
+    pub samples: Option<Range<u32>>,
+    /// The sums of an earlier run, from which the render continues.
+    pub sums: Option<Sums>,
+    /// Keeps the sums, and stops the render.
+    pub keeper: Option<&'k dyn Keeper>,
+}
+
+/// What surrounds the passes of a render.
+struct Run<'r> {
+    /// The number of the first sample that is not made.
+    last: u32,
+    start: Instant,
+    /// The time of earlier runs.
+    before: Spent,
+    watch: &'r Stopwatch,
+    keeper: Option<&'r dyn Keeper>,
+    progress: &'r (dyn Fn(Progress) + Sync),
 }
 
 /// A scene and a camera with the settings of a render.
@@ -64,79 +94,187 @@ impl Render<'_> {
     /// Exposes the whole film as [`Render::run_inside`] does.
     #[cfg(test)]
     pub(crate) fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
-        self.run_inside(Region::whole(self.resolution), progress)
+        self.run_inside(Region::whole(self.resolution), Task::default(), progress)
     }
 
-    /// Exposes a region of the film, calling `progress` after every tile. Uses rayon's current
-    /// pool. Pixels get the same bits as in a render of the whole picture; only a limit on error or
-    /// time may end the render after another number of samples.
+    /// Exposes a region of the film as far as a task says, calling `progress` after every tile.
+    /// Uses rayon's current pool. Pixels get the same bits as in a render of the whole picture, and
+    /// as in one that nothing interrupts; only a limit on error or time may end the render after
+    /// another number of samples.
     pub(crate) fn run_inside(
         &self,
         region: Region,
+        task: Task<'_>,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let mut counts = Counts::default();
-        let watch = Stopwatch::start();
-        let shares = self.pilot_pass(&mut counts);
-        let mut exposure = self.run_shared(region, &shares, progress);
-        exposure.counts.add(&counts);
-        let spent = watch.spent();
-        exposure.seconds = spent.seconds;
-        exposure.processor_seconds = spent.processor_seconds;
-        exposure
+        let samples = task.samples.unwrap_or(0..self.stop.samples);
+        let sums = match task.sums {
+            Some(sums) => {
+                self.send_shares(&sums.shares);
+                sums
+            }
+            None => {
+                let watch = Stopwatch::start();
+                let mut counts = Counts::default();
+                let shares = Arc::new(self.pilot_pass(&mut counts, task.keeper));
+                let mut sums = Sums::new(self.resolution, region, samples.start, shares);
+                sums.add_cost(&counts, watch.spent());
+                sums
+            }
+        };
+        self.run_from(sums, samples.end, task.keeper, progress)
     }
 
-    /// Exposes a region of the film with each pixel's share of the samples.
-    pub(super) fn run_shared(
+    /// Adds samples to the sums of a film up to a number or a stop condition.
+    pub(super) fn run_from(
         &self,
-        region: Region,
-        shares: &SampleShares,
+        mut sums: Sums,
+        last: u32,
+        keeper: Option<&dyn Keeper>,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let watch = Stopwatch::start();
-        let start = Instant::now();
-        let tiles = Tile::count(region);
-        let mut film = Film::new(region.resolution());
-        let mut counts = Counts::default();
-        let mut done = 0;
+        let Place { first, .. } = sums.place;
+        let run = Run {
+            last,
+            start: Instant::now(),
+            before: sums.spent,
+            watch: &watch,
+            keeper,
+            progress,
+        };
         let mut measured = Measured::default();
-        while done < self.stop.samples {
-            let pass_start = Instant::now();
-            let end = self.pass_end(done);
-            let total = tiles * self.passes_left(done);
-            let report = |tiles_done: u64| {
-                progress(Progress {
-                    tiles_done,
-                    tiles: total,
-                    samples: done,
-                    error: measured.error.map(|e| e.relative_rmse),
-                });
-                true
-            };
-            if let Some(pass) = self.shared_pass(region, &mut film, done..end, shares, &report) {
-                counts.add(&pass);
-            }
-            let last = pass_start.elapsed() / (end - done).max(1);
-            done = end;
-            if self.stop.error.is_some() && done >= measured.next {
-                measured = self.measured(&film, region, done, &mut counts);
-            }
-            if self.stops(start, last * (self.pass_end(done) - done), measured.error) {
-                break;
-            }
+        let stopped = self.run_passes(&mut sums, &run, &mut measured).err();
+        sums.spent = sums.spent.plus(watch.spent());
+        if let (None, Some(keeper)) = (stopped, keeper) {
+            sums.show(&mut |snapshot| keeper.keep(snapshot));
         }
-        if measured.samples < done {
-            measured = self.measured(&film, region, done, &mut counts);
+        let watch = Stopwatch::start();
+        let Place { region, done, .. } = sums.place;
+        let is_part = first > 0 || last < self.stop.samples;
+        let mut film = sums.film();
+        if stopped.is_none() && !is_part && measured.samples < done {
+            measured = self.measured(&film, region, done, &mut sums.counts);
         }
         film.squared_error = measured.squared_error;
-        let spent = watch.spent();
+        let spent = sums.spent.plus(watch.spent());
         Exposure {
             film,
-            counts,
+            counts: sums.counts,
             seconds: spent.seconds,
             processor_seconds: spent.processor_seconds,
-            samples: done,
+            samples: done - first,
+            stopped,
         }
+    }
+
+    /// Exposes passes until a stop condition holds.
+    ///
+    /// # Errors
+    /// Returns where the render is if the keeper stops it.
+    fn run_passes(
+        &self,
+        sums: &mut Sums,
+        run: &Run<'_>,
+        measured: &mut Measured,
+    ) -> Result<(), Stopped> {
+        let mut per_sample = Duration::ZERO;
+        // A state that was kept between two passes is that of a render that had ended.
+        let mut had_ended = sums.place.done == sums.place.until;
+        sums.place.until = sums.place.until.min(run.last).max(sums.place.end);
+        loop {
+            let Place { first, done, .. } = sums.place;
+            if done == sums.place.until && done > first {
+                let is_due = had_ended || done >= sums.place.next_estimate;
+                if self.stop.error.is_some() && is_due {
+                    *measured = self.measured_sums(sums);
+                }
+                let next = per_sample * self.pass_end(done).saturating_sub(done);
+                if done >= run.last || self.stops(run.start, next, measured.error) {
+                    return Ok(());
+                }
+            }
+            had_ended = false;
+            if done == sums.place.until {
+                sums.place.until = self.pass_end(done).min(run.last);
+            }
+            sums.begin();
+            let start = Instant::now();
+            self.expose_sums(sums, run, measured.error.map(|e| e.relative_rmse))?;
+            per_sample = start.elapsed() / (sums.place.end - done).max(1);
+            sums.end();
+        }
+    }
+
+    /// Exposes the samples that the sums have begun.
+    ///
+    /// # Errors
+    /// Returns where the render is if the keeper stops it.
+    fn expose_sums(
+        &self,
+        sums: &mut Sums,
+        run: &Run<'_>,
+        error: Option<f64>,
+    ) -> Result<(), Stopped> {
+        let Place {
+            region,
+            first,
+            done,
+            end,
+            ..
+        } = sums.place;
+        let keeper = run.keeper;
+        let mut pixels = std::mem::take(&mut sums.last);
+        let segment = Segment::new(region, done..end, &mut pixels, &sums.finished);
+        let tiles = Tile::count(region);
+        let samples = u64::from(end - done);
+        let snapshot = || sums.snapshot(&segment, run.before.plus(run.watch.spent()));
+        let proceed = |finished: u64| {
+            (run.progress)(Progress {
+                work_done: u64::from(done - first) * tiles + finished * samples,
+                work: u64::from(run.last - first) * tiles,
+                samples: done - first,
+                error,
+            });
+            let Some(keeper) = keeper else {
+                return true;
+            };
+            if keeper.is_due() {
+                keeper.keep(&snapshot());
+            }
+            !keeper.is_stopped()
+        };
+        let may_begin = !keeper.is_some_and(Keeper::is_stopped);
+        let is_whole = may_begin && self.fill(&segment, &sums.shares, &proceed);
+        let finished = segment.finished();
+        let is_whole = is_whole || finished == tiles;
+        // A render that is stopped in its pilot pass has neither samples nor shares.
+        let is_blank = done == first && finished == 0;
+        if let (false, false, Some(keeper)) = (is_whole, is_blank, keeper) {
+            keeper.keep(&snapshot());
+        }
+        let counts = segment.counts();
+        drop(segment);
+        sums.last = pixels;
+        sums.counts.add(&counts);
+        match is_whole {
+            true => Ok(()),
+            false => Err(Stopped {
+                samples: done - first,
+                more: end - first,
+                part: finished as f64 / tiles as f64,
+            }),
+        }
+    }
+
+    /// Estimates the error of sums at the end of a pass.
+    fn measured_sums(&self, sums: &mut Sums) -> Measured {
+        let Place { region, done, .. } = sums.place;
+        let mut counts = Counts::default();
+        let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts));
+        sums.counts.add(&counts);
+        sums.place.next_estimate = measured.next;
+        measured
     }
 
     /// Estimates the error of the film of a region after a number of samples per pixel.
@@ -166,13 +304,20 @@ impl Render<'_> {
         samples: Range<u32>,
         proceed: &(dyn Fn(u64) -> bool + Sync),
     ) -> Option<Counts> {
-        self.shared_pass(region, film, samples, &SampleShares::EVEN, proceed)
+        film.squared_error = None;
+        let segment = Segment::new(region, samples, &mut film.pixels, &[]);
+        let is_whole = self.fill(&segment, &SampleShares::EVEN, proceed);
+        is_whole.then(|| segment.counts())
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
     /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded. It
     /// covers the whole picture, so that the shares in a region are those of the whole picture.
-    pub(super) fn pilot_pass(&self, counts: &mut Counts) -> SampleShares {
+    pub(super) fn pilot_pass(
+        &self,
+        counts: &mut Counts,
+        keeper: Option<&dyn Keeper>,
+    ) -> SampleShares {
         if !self.adaptive {
             return SampleShares::EVEN;
         }
@@ -185,10 +330,12 @@ impl Render<'_> {
         };
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
         let mut variances = Vec::with_capacity(self.resolution.pixels());
+        let proceed = |_: u64| !keeper.is_some_and(Keeper::is_stopped);
         for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
             let mut film = Film::new(strip.resolution());
-            if let Some(rays) = pilot.pass(strip, &mut film, samples.clone(), &|_| true) {
-                counts.add(&rays);
+            match pilot.pass(strip, &mut film, samples.clone(), &proceed) {
+                Some(rays) => counts.add(&rays),
+                None => return SampleShares::EVEN, // No sample of the picture will follow.
             }
             variances.extend(film.pixels.iter().map(SampleShares::variance));
         }
@@ -197,55 +344,38 @@ impl Render<'_> {
         shares
     }
 
-    /// Does the work of [`Render::pass`], with each pixel's share of the samples.
-    fn shared_pass(
+    /// Exposes the open tiles of a segment, with each pixel's share of the samples. Returns false
+    /// if `proceed` did, which receives the number of finished tiles.
+    fn fill(
         &self,
-        region: Region,
-        film: &mut Film,
-        samples: Range<u32>,
+        segment: &Segment<'_>,
         shares: &SampleShares,
         proceed: &(dyn Fn(u64) -> bool + Sync),
-    ) -> Option<Counts> {
-        let finished = Mutex::new(0);
-        let one = |mut pixels: TilePixels<'_>| {
-            let mut sums = pixels.copied();
-            let counts = self.expose(pixels.tile, &mut sums, &samples, shares);
-            pixels.set(&sums);
-            let mut finished = finished.lock().unwrap_or_else(|e| e.into_inner());
-            *finished += 1;
-            proceed(*finished).then_some(counts)
-        };
-        let sum = |a: Counts, b: Counts| Some(a.plus(&b));
-        let band = |band: Band<'_>| {
-            let tiles = band.tiles().into_par_iter().map(one);
-            tiles.try_reduce(Counts::default, sum)
-        };
-        film.squared_error = None;
+    ) -> bool {
         if let Some(team) = self.team {
-            return self.pass_of_team(team, (region, film), samples, shares, proceed);
+            return self.fill_by_team(team, segment, shares, proceed);
         }
-        let bands = Band::all(region, &mut film.pixels).into_par_iter();
-        bands.map(band).try_reduce(Counts::default, sum)
+        let one = |tile: Tile| {
+            let mut sums = segment.pixels(tile);
+            let counts = self.expose(tile, &mut sums, &segment.samples, shares);
+            proceed(segment.finish(tile, &sums, &counts))
+        };
+        let rows = segment.open_tiles().into_par_iter();
+        rows.all(|tiles| tiles.into_par_iter().all(one))
     }
 
-    /// Returns the number of samples after the next pass. Without a limit on error or time, all
-    /// samples are one pass. Otherwise the number doubles with every pass, from 4, by at most 64.
+    /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
+    /// with every pass, from 4, and grows by at most a unit. Without one, it doubles from 64, so
+    /// that a render that is interrupted has some samples of the whole picture.
     fn pass_end(&self, done: u32) -> u32 {
-        if self.stop.error.is_none() && self.stop.time.is_none() {
-            return self.stop.samples;
-        }
-        let step = if done == 0 { 4 } else { done.min(64) };
+        let unit = border_after(done) - border_before(done);
+        let [least, most] = match self.stop.error.is_some() || self.stop.time.is_some() {
+            true => [4, unit],
+            false => [unit, LONGEST_PASS.max(unit)],
+        };
+        let step = done.clamp(least, most);
         let step = step.next_multiple_of(self.sampler.period());
         (done + step).min(self.stop.samples)
-    }
-
-    /// Estimates the number of passes to the last sample, this one included.
-    fn passes_left(&self, done: u32) -> u64 {
-        u64::from(
-            (self.stop.samples - done)
-                .div_ceil(self.pass_end(done).max(1) - done)
-                .max(1),
-        )
     }
 
     /// Returns whether the render stops before the next pass, which is expected to take `next`. A
@@ -270,12 +400,22 @@ impl Render<'_> {
         shares: &SampleShares,
     ) -> Counts {
         let mut batch = Batch::new(self);
-        for (slot, (x, y)) in tile.pixels().enumerate() {
-            let number = y * self.resolution.width + x;
-            let samples = shares.samples(number, samples);
-            batch.add((x, y), self.sampler, samples, &mut sums[..=slot]);
+        let mut unit = Vec::new();
+        for piece in pieces(samples) {
+            let is_unit = piece.start > 0 && is_border(piece.start);
+            unit.clear();
+            unit.resize(if is_unit { sums.len() } else { 0 }, Exposed::default());
+            let target = if is_unit { &mut unit[..] } else { &mut *sums };
+            for (slot, (x, y)) in tile.pixels().enumerate() {
+                let number = y * self.resolution.width + x;
+                let samples = shares.samples(number, &piece);
+                batch.add((x, y), self.sampler, samples, &mut target[..=slot]);
+            }
+            batch.flush(target);
+            sums.iter_mut()
+                .zip(&unit)
+                .for_each(|(sum, unit)| sum.join(unit));
         }
-        batch.flush(sums);
         Counts {
             film_rays: batch.counts.film_rays,
             passed: batch.counts.passed,

@@ -26,6 +26,12 @@ impl SampleShares {
     /// samples. Chosen by trial.
     const LEAST: f64 = 0.25;
 
+    /// Returns whether the shares are those of a picture of this size.
+    pub(super) fn fit(&self, picture: Resolution) -> bool {
+        let logarithms = self.logarithms.as_ref();
+        logarithms.is_none_or(|list| list.len() == picture.pixels())
+    }
+
     /// Whether the distribution is even.
     pub(super) fn is_even(&self) -> bool {
         self.logarithms.is_none()

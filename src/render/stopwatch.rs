@@ -11,6 +11,27 @@ pub(crate) struct Spent {
     pub processor_seconds: Option<f64>,
 }
 
+impl Default for Spent {
+    /// Returns no time.
+    fn default() -> Self {
+        Self {
+            seconds: 0.0,
+            processor_seconds: Some(0.0),
+        }
+    }
+}
+
+impl Spent {
+    /// Returns the sum of this time and another one.
+    pub(super) fn plus(self, more: Self) -> Self {
+        let both = self.processor_seconds.zip(more.processor_seconds);
+        Self {
+            seconds: self.seconds + more.seconds,
+            processor_seconds: both.map(|(a, b)| a + b),
+        }
+    }
+}
+
 /// Measures the time since its start. The time of processors is that of all threads of the
 /// program, in steps of up to 4 ms for threads that are at work.
 pub(crate) struct Stopwatch {

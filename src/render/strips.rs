@@ -4,21 +4,24 @@
 //! a render of the whole picture. Its error is measured as that of a whole picture is; the strips
 //! have no pixel in common, so their squared errors and the variances of those add up.
 
+use std::sync::Arc;
+
 use super::exposure::{Counts, Progress};
 use super::pairs::LightWatch;
 use super::passes::Render;
 use super::shares::SampleShares;
+use super::sums::Sums;
 use super::tile::{Tile, strips};
 use crate::film::{ErrorEstimate, ErrorUnknown, Film, Region, SquaredError};
 
 /// A render in strips, from the top.
 pub(crate) struct Strips<'a> {
     render: &'a Render<'a>,
-    shares: SampleShares,
+    shares: Arc<SampleShares>,
     left: Box<dyn Iterator<Item = Region>>,
     lights: LightWatch,
-    /// The tiles of the finished strips, and of the picture.
-    tiles: (u64, u64),
+    /// The work of the finished strips, and of the picture, as in [`Progress`].
+    work: (u64, u64),
     sums: StripSums,
 }
 
@@ -72,10 +75,10 @@ impl<'a> Strips<'a> {
         let mut sums = StripSums::default();
         Self {
             render,
-            shares: render.pilot_pass(&mut sums.counts),
+            shares: Arc::new(render.pilot_pass(&mut sums.counts, None)),
             left: Box::new(strips(region, most_pixels)),
             lights: LightWatch::new(render, 1),
-            tiles: (0, Tile::count(region)),
+            work: (0, work(render, region)),
             sums,
         }
     }
@@ -83,16 +86,18 @@ impl<'a> Strips<'a> {
     /// Renders the next strip; `None` after the last one. Uses rayon's current pool.
     pub(crate) fn next(&mut self, progress: &(dyn Fn(Progress) + Sync)) -> Option<Film> {
         let strip = self.left.next()?;
-        let (done, tiles) = self.tiles;
+        let (done, whole) = self.work;
         let report = |inside: Progress| {
             progress(Progress {
-                tiles_done: done + inside.tiles_done,
-                tiles,
+                work_done: done + inside.work_done,
+                work: whole,
                 ..inside
             });
         };
-        let exposure = self.render.run_shared(strip, &self.shares, &report);
-        self.tiles.0 += Tile::count(strip);
+        let render = self.render;
+        let sums = Sums::new(render.resolution, strip, 0, self.shares.clone());
+        let exposure = render.run_from(sums, render.stop.samples, None, &report);
+        self.work.0 += work(render, strip);
         self.sums.counts.add(&exposure.counts);
         self.lights.look(&exposure.film, strip);
         self.sums.add(&exposure.film);
@@ -108,4 +113,9 @@ impl<'a> Strips<'a> {
         }
         sums
     }
+}
+
+/// Returns the work of a region, as in [`Progress`].
+fn work(render: &Render<'_>, region: Region) -> u64 {
+    Tile::count(region) * u64::from(render.stop.samples)
 }

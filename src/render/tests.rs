@@ -1,3 +1,6 @@
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicU32, Ordering};
+
 use super::*;
 use crate::film::{Exposed, Film, Region, Resolution};
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
@@ -98,7 +101,9 @@ fn a_region_has_the_bits_of_the_whole_picture_with_adaptive_sampling_too() {
             height: 17,
         };
         let whole = with_render(&session, 2, |render| render.run(&|_| ()));
-        let part = with_render(&session, 2, |render| render.run_inside(region, &|_| ()));
+        let part = with_render(&session, 2, |render| {
+            render.run_inside(region, Task::default(), &|_| ())
+        });
         assert_eq!(part.film.resolution, region.resolution());
         assert_eq!(part.film.pixels, whole.film.cut(region).pixels);
         assert!(part.film.error().is_ok() && part.film.error() != whole.film.error());
@@ -250,4 +255,171 @@ fn a_target_is_met_by_the_upper_end_of_the_interval() {
     assert!(made.samples < 256);
     assert!(made.film.error().is_ok_and(|e| e.high <= 0.2));
     assert_eq!(made.counts.film_rays, u64::from(made.samples) * 44 * 27);
+}
+
+/// Stops a render after a number of tiles, and keeps its state.
+struct Interruption {
+    left: AtomicU32,
+    state: Mutex<Vec<u8>>,
+}
+
+impl Interruption {
+    fn after(tiles: u32) -> Self {
+        Self {
+            left: AtomicU32::new(tiles),
+            state: Mutex::default(),
+        }
+    }
+
+    /// Returns the sums of the state.
+    fn sums(&self) -> Sums {
+        let state = self.state.lock().unwrap();
+        Sums::read(&mut &state[..], state.len() as u64).unwrap()
+    }
+}
+
+impl Keeper for Interruption {
+    fn is_stopped(&self) -> bool {
+        self.left.load(Ordering::Relaxed) == 0
+    }
+
+    fn is_due(&self) -> bool {
+        let less = |left: u32| left.checked_sub(1);
+        let _ = self
+            .left
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, less);
+        false
+    }
+
+    fn keep(&self, snapshot: &Snapshot<'_, '_>) {
+        let mut state = self.state.lock().unwrap();
+        state.clear();
+        snapshot.write(&mut *state).unwrap();
+    }
+}
+
+/// Returns a session with a small picture, for many samples.
+fn small_session(samples: u32, adaptive: bool) -> Session {
+    let mut session = session(Era::Modern, "wide-angle");
+    session.plan.resolution = Resolution {
+        width: 26,
+        height: 17,
+    };
+    session.plan.adaptive = adaptive;
+    session.plan.sampler.samples = samples;
+    session.plan.stop = Stop::after(samples);
+    session
+}
+
+fn whole(session: &Session) -> Region {
+    Region::whole(session.plan.resolution)
+}
+
+#[test]
+fn a_render_that_is_interrupted_has_the_bits_of_one_that_is_not() {
+    for (adaptive, error) in [(false, None), (true, None), (false, Some(0.02))] {
+        let mut session = small_session(150, adaptive);
+        session.plan.stop.error = error;
+        let once = with_render(&session, 2, |render| render.run(&|_| ()));
+        let mut sums = None;
+        let mut runs = 0;
+        let again = loop {
+            let keeper = Interruption::after(1 + 7 * runs);
+            let task = Task {
+                sums,
+                keeper: Some(&keeper),
+                ..Task::default()
+            };
+            let made = with_render(&session, 1 + runs as usize % 3, |render| {
+                render.run_inside(whole(&session), task, &|_| ())
+            });
+            runs += 1;
+            if made.stopped.is_none() {
+                assert_eq!(keeper.sums().place.done, made.samples);
+                break made;
+            }
+            sums = Some(keeper.sums());
+        };
+        assert!(runs > 2, "{runs} runs");
+        assert_eq!(again.film.pixels, once.film.pixels, "{adaptive} {error:?}");
+        assert_eq!(again.film.error(), once.film.error());
+        assert_eq!(again.counts.film_rays, once.counts.film_rays);
+    }
+}
+
+#[test]
+fn samples_are_added_to_a_render_that_has_ended() {
+    let keeper = Interruption::after(u32::MAX);
+    for samples in [20, 100, 150] {
+        let session = small_session(samples, false);
+        let state = keeper.state.lock().unwrap().clone();
+        let task = Task {
+            sums: (!state.is_empty()).then(|| keeper.sums()),
+            keeper: Some(&keeper),
+            ..Task::default()
+        };
+        let run = |task| {
+            with_render(&session, 2, |r| {
+                r.run_inside(whole(&session), task, &|_| ())
+            })
+        };
+        let grown = run(task);
+        assert_eq!(grown.samples, samples);
+        assert_eq!(grown.film.pixels, run(Task::default()).film.pixels);
+    }
+}
+
+#[test]
+fn parts_of_the_samples_have_the_bits_of_one_render_when_they_are_folded() {
+    for adaptive in [false, true] {
+        let session = small_session(200, adaptive);
+        let once = with_render(&session, 2, |render| render.run(&|_| ()));
+        for cuts in [&[0, 64, 200][..], &[0, 128, 192, 200], &[0, 192, 200]] {
+            let part = |cut: &[u32]| {
+                let keeper = Interruption::after(u32::MAX);
+                let task = Task {
+                    samples: Some(cut[0]..cut[1]),
+                    keeper: Some(&keeper),
+                    ..Task::default()
+                };
+                with_render(&session, 2, |r| {
+                    r.run_inside(whole(&session), task, &|_| ())
+                });
+                keeper.sums()
+            };
+            let mut parts = cuts.windows(2).map(part);
+            let mut sums = parts.next().unwrap();
+            parts.for_each(|next| sums.append(next));
+            assert_eq!(sums.place.done, 200);
+            assert_eq!(sums.folded(), once.film.pixels, "{adaptive} {cuts:?}");
+        }
+    }
+}
+
+#[test]
+fn a_state_that_is_cut_short_or_contradicts_itself_is_refused() {
+    let session = small_session(4, true);
+    let keeper = Interruption::after(9);
+    let task = Task {
+        keeper: Some(&keeper),
+        ..Task::default()
+    };
+    with_render(&session, 1, |r| {
+        r.run_inside(whole(&session), task, &|_| ())
+    });
+    let state = keeper.state.lock().unwrap().clone();
+    for length in [0, 7, 8, 40, state.len() / 2, state.len() - 1] {
+        let cut = &state[..length];
+        assert!(
+            Sums::read(&mut &cut[..], length as u64).is_err(),
+            "{length}"
+        );
+    }
+    let mut wrong = keeper.sums();
+    wrong.place.done = 5;
+    assert!(wrong.place.end < 5);
+    let keeper = Interruption::after(1);
+    wrong.show(&mut |snapshot| keeper.keep(snapshot));
+    let state = keeper.state.lock().unwrap();
+    assert!(Sums::read(&mut &state[..], state.len() as u64).is_err());
 }

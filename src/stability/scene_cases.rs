@@ -11,7 +11,7 @@ use crate::diag::Result;
 use crate::film::{Region, Resolution};
 use crate::iv::{Document, Limits, NoFiles};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
-use crate::render::{Render, Stop};
+use crate::render::{Render, Stop, Task};
 use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use crate::scene::{CompileOptions, RenderScene, snapshot};
 use crate::shade::{ShadeOptions, Shader, Shading, Work};
@@ -99,7 +99,9 @@ fn pictures() -> Result<Vec<Case>> {
             adaptive: false,
             team: None,
         };
-        let film = render.run_inside(Region::whole(resolution), &|_| ()).film;
+        let film = render
+            .run_inside(Region::whole(resolution), Task::default(), &|_| ())
+            .film;
         let levels = film.pixels.iter().map(|pixel| pixel.mean.x);
         let darkest = levels.fold(f64::INFINITY, f64::min);
         let name = format!("{width}x{height} pixels: the darkest of a gray wall");

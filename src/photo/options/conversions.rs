@@ -81,6 +81,19 @@ impl Plan {
         words
     }
 
+    /// Returns the options whose values differ from the era's defaults, with their values.
+    pub(crate) fn given(&self) -> IndexMap<String, String> {
+        let usual = Self::of_era(self.era, &self.scene);
+        let mut given = IndexMap::from([("era".to_owned(), self.era.name().to_owned())]);
+        for option in all() {
+            let values = option.plan.map(|(_, print)| print(self, &usual));
+            if let Some(values) = values.filter(|values| !values.is_empty()) {
+                given.insert(option.name.to_owned(), values.join(" "));
+            }
+        }
+        given
+    }
+
     /// Returns the choices that determine the picture, for its metadata and the report.
     pub fn describe(&self) -> IndexMap<String, String> {
         all()

@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 10] = [
+pub(super) static OPTIONS: [Opt; 13] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -26,6 +26,21 @@ pub(super) static OPTIONS: [Opt; 10] = [
         "denoises the picture by Intel Open Image Denoise, whose program is to be installed; its error is then unknown",
     ),
     Opt::new("batch", Takes::Nothing, "renders without a window").vintage("batch"),
+    Opt::new(
+        "checkpoint",
+        Takes::One("FILE"),
+        "keeps the state of the render in this file, also after SIGINT and SIGTERM, and continues from it if it exists",
+    ),
+    Opt::new(
+        "every",
+        Takes::One("LENGTH"),
+        "time between two checkpoints [60s]",
+    ),
+    Opt::new(
+        "sample-range",
+        Takes::One("A..B"),
+        "renders only the samples from A to before B, for `ivcam merge`; multiples of 64 up to 1024; a picture only with -o",
+    ),
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
     Opt::new(
         "arithmetic",

@@ -1,0 +1,55 @@
+//! What determines the bits of a picture: names and values that two runs or two processes compare.
+
+use super::checkpoint::Facts;
+use super::plan::Plan;
+use super::session::Session;
+use crate::files::Inputs;
+use crate::math::simd::arithmetic;
+use crate::sampling::SamplerKind;
+
+/// The options that two runs of one picture may have different values of.
+const FREE: [&str; 7] = [
+    "samples",
+    "time",
+    "target-error",
+    "region",
+    "memory",
+    "search",
+    "contain",
+];
+
+impl Session {
+    /// Returns what determines the picture, besides its region and its number of samples. `inputs`
+    /// are the files that were read.
+    pub(crate) fn facts(&self, inputs: &Inputs) -> Facts {
+        let mut facts = Facts::new();
+        facts.insert("ivcam".into(), env!("CARGO_PKG_VERSION").into());
+        facts.insert("arithmetic".into(), arithmetic().into());
+        for (name, hashes) in inputs {
+            let hashes: Vec<String> = hashes.iter().map(|h| format!("{h:016x}")).collect();
+            facts.insert(format!("the content of `{name}`"), hashes.join(" "));
+        }
+        facts.extend(self.plan.given());
+        facts.extend(self.described.clone());
+        facts.retain(|name, _| !FREE.contains(&&**name));
+        let mut say = |name: &str, value: String| facts.insert(name.to_owned(), value);
+        if let Some(samples) = self.plan.fixed_samples() {
+            say("samples", samples.to_string());
+        }
+        say("primitives", format!("{:?}", self.scene.primitives()));
+        say("bounds", format!("{:?}", self.scene.bounds()));
+        facts
+    }
+}
+
+impl Plan {
+    /// Returns the number of samples if the samples themselves depend on it, so that none can be
+    /// added.
+    pub(crate) fn fixed_samples(&self) -> Option<u32> {
+        match self.sampler.kind {
+            _ if self.adaptive => Some(self.stop.samples),
+            SamplerKind::Jittered | SamplerKind::Blue => Some(self.sampler.samples),
+            SamplerKind::Random | SamplerKind::Sobol | SamplerKind::Golden => None,
+        }
+    }
+}
