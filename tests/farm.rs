@@ -1,28 +1,21 @@
 //! The farm as users type it: frames that several processes divide, and bad input.
 
-use std::path::{Path, PathBuf};
+#[path = "common/scratch.rs"]
+mod scratch;
+
+use std::path::Path;
 use std::process::{Command, Output};
+
+use scratch::{Scratch, must_fail, stderr};
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 5 } Cube { }\n";
 
-/// A temporary folder with a scene, which is removed at the end.
-struct Scratch(PathBuf);
+/// Makes a folder with the scene.
+fn cube(name: &str) -> Scratch {
+    Scratch::new(&format!("farm-{name}"), "cube.iv", SCENE)
+}
 
 impl Scratch {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("ivcam-farm-{}-{name}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        std::fs::write(path.join("cube.iv"), SCENE).unwrap();
-        Self(path)
-    }
-
-    /// Runs the program in the folder.
-    fn ivcam(&self, line: &str) -> Output {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
-        command.current_dir(&self.0).args(line.split_whitespace());
-        command.output().unwrap()
-    }
-
     /// Makes frames of a movie of six.
     fn frames(&self, more: &str) -> Output {
         self.ivcam(&format!(
@@ -31,27 +24,9 @@ impl Scratch {
     }
 }
 
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
-}
-
-/// Checks that a run ends with one error that has the text.
-fn must_fail(output: &Output, text: &str) {
-    let said = stderr(output);
-    assert_eq!(output.status.code(), Some(2), "{said}");
-    assert_eq!(said.matches("error: ").count(), 1, "{said}");
-    assert!(said.contains(text), "`{text}` missing in\n{said}");
-}
-
 #[test]
 fn a_wrong_range_of_frames_is_refused_before_the_folder_is_made() {
-    let scratch = Scratch::new("ranges");
+    let scratch = cube("ranges");
     for (line, text) in [
         ("--frames 5-2", "goes backwards"),
         ("--frames 0-5:0", "has a step of 0"),
@@ -69,7 +44,7 @@ fn a_wrong_range_of_frames_is_refused_before_the_folder_is_made() {
 
 #[test]
 fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
-    let scratch = Scratch::new("another");
+    let scratch = cube("another");
     assert!(scratch.frames("--frames 0-0").status.success());
     must_fail(
         &scratch.frames("--frames 1-1 --samples 2"),
@@ -84,7 +59,7 @@ fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
 #[cfg(target_os = "linux")]
 #[test]
 fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {
-    let scratch = Scratch::new("dead");
+    let scratch = cube("dead");
     assert!(scratch.frames("--frames 0-3").status.success());
     let boot = std::fs::read_to_string("/proc/sys/kernel/random/boot_id").unwrap();
     let claim = |name: &str, kernel: &str| {
@@ -125,7 +100,7 @@ fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {
 #[cfg(unix)]
 #[test]
 fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
-    let scratch = Scratch::new("it's \"{{a}}\" é");
+    let scratch = cube("it's \"{{a}}\" é");
     std::fs::rename(scratch.0.join("cube.iv"), scratch.0.join("a cube's $1.iv")).unwrap();
     let ivcam = |scheduler: &str, jobs: &str, words: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
@@ -163,12 +138,48 @@ fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
     assert!(scratch.0.join("m.png").exists());
 
     must_fail(
-        &ivcam("slurm", "x", &["render", "a.iv"]),
-        "`render` does not make a movie",
+        &ivcam("slurm", "x", &["lens", "a.iv"]),
+        "`lens` makes neither a movie nor a picture",
     );
     words.pop();
     must_fail(&ivcam("slurm", "x", &words), "the command after `--`");
     words.push("-");
     must_fail(&ivcam("slurm", "x", &words), "standard input");
     assert!(!scratch.0.join("x").exists());
+}
+
+/// The script of a task continues its part when it is started again, and the last one makes the
+/// picture of the command.
+#[cfg(unix)]
+#[test]
+fn the_scripts_of_a_divided_picture_make_the_picture_of_its_command() {
+    let scratch = cube("picture");
+    for (samples, tasks) in [
+        ("192", "0..64\n64..128\n128..192\n"),
+        ("4", "0,0,9,8\n0,8,9,8\n"),
+    ] {
+        let line = format!("render cube.iv --size 9x16 --samples {samples} -o a.png");
+        let run = scratch.ivcam(&format!("farm parallel -o jobs --parts 3 -- {line}"));
+        assert!(run.status.success(), "{}", stderr(&run));
+        let list = std::fs::read_to_string(scratch.0.join("jobs/tasks.txt")).unwrap();
+        assert_eq!(list, tasks);
+        let script = |name: &str, argument: &str| {
+            let mut shell = Command::new("sh");
+            let run = shell
+                .arg(scratch.0.join("jobs").join(name))
+                .arg(argument)
+                .output()
+                .unwrap();
+            assert!(run.status.success(), "{}", stderr(&run));
+            stderr(&run)
+        };
+        list.lines().for_each(|task| drop(script("task.sh", task)));
+        let again = script("task.sh", list.lines().next().unwrap());
+        assert!(again.contains("continues after"), "{again}");
+        script("last.sh", "");
+        let made = std::fs::read(scratch.0.join("a.png")).unwrap();
+        let pixels = image::load_from_memory(&made).unwrap();
+        assert!(scratch.ivcam(&line).status.success());
+        assert_eq!(pixels, image::open(scratch.0.join("a.png")).unwrap());
+    }
 }

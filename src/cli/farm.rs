@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, value_parser};
 
+use super::farm_picture::DividedPicture;
 use super::pull_focus::Film;
 use super::{flags, parsed, text};
 use crate::diag::{Diagnostic, Result};
-use crate::farm::{Division, Scheduler, pieces, script};
+use crate::farm::{Division, Scheduler, Word, pieces, script};
 use crate::files::write_whole;
 use crate::movie::frames_text;
 use crate::scene::check::counted;
@@ -19,10 +20,11 @@ pub(crate) fn command() -> Command {
         Arg::new(name).long(name).value_name(value).help(help)
     };
     Command::new("farm")
-        .about("Writes job files that make a movie on a farm")
+        .about("Writes job files that make a movie or one picture on a farm")
         .after_help(
-            "The command after `--` is that of the whole movie:\n\n  \
+            "The command after `--` is that of the whole movie or picture:\n\n  \
              ivcam farm slurm -o jobs -- pull-focus room.iv --from 1 --to 2 -o pull.mp4\n  \
+             ivcam farm slurm -o jobs --parts 8 -- render room.iv --samples 1024 -o room.exr\n  \
              sh jobs/submit.sh",
         )
         .arg(
@@ -42,6 +44,11 @@ pub(crate) fn command() -> Command {
             "N",
             "frames of a task [1; more if there are too many tasks]",
         ))
+        .arg(value(
+            "parts",
+            "N",
+            "tasks of a picture: ranges of its samples, or rows if it has fewer than 64 each [8]",
+        ))
         .arg(value("cores", "N", "processors of a task [1]"))
         .arg(value(
             "program",
@@ -55,7 +62,7 @@ pub(crate) fn command() -> Command {
                 .last(true)
                 .num_args(1..)
                 .value_parser(value_parser!(OsString))
-                .help("the command of the whole movie: pull-focus and its arguments"),
+                .help("the command of the whole: pull-focus or render, and its arguments"),
         )
 }
 
@@ -72,20 +79,30 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
     let chunk = number("chunk")?.map(|n| n as usize);
     let words = m.get_raw("command").into_iter().flatten();
     let words = flags::modernize(words.map(OsString::from));
-    let film = Film::of_command(&words)?;
     let here = std::env::current_dir().map_err(|e| Diagnostic::io("the current folder", &e))?;
     let program = match text(m, "program") {
         Some(program) => PathBuf::from(program),
         None => std::env::current_exe().map_err(|e| Diagnostic::io("this program", &e))?,
     };
-    let division = division(&film, &words, cores, &here, &program, |frames| {
-        pieces(frames, chunk, scheduler.most_tasks())
-    })?;
+    let place = Place {
+        here: unicode(here.as_os_str())?,
+        program: unicode(program.as_os_str())?,
+        cores,
+    };
+    let most = scheduler.most_tasks();
+    let (division, count) = if words.first().is_some_and(|word| word == "render") {
+        let parts = number("parts")?.unwrap_or(8) as usize;
+        let picture = DividedPicture::of_command(&words, parts.min(most))?;
+        create_folder(&picture.folder)?;
+        let count = counted(picture.arguments.len(), "part");
+        (division_of_picture(picture, &words, place)?, count)
+    } else {
+        let film = Film::of_command(&words)?;
+        let division = division(&film, &words, place, |frames| pieces(frames, chunk, most))?;
+        (division, counted(film.frames.len(), "frame"))
+    };
     let folder = Path::new(text(m, "folder").unwrap_or_default());
-    match std::fs::create_dir(folder) {
-        Err(e) if !folder.is_dir() => return Err(Diagnostic::io(folder.display(), &e)),
-        _ => {}
-    }
+    create_folder(folder)?;
     for file in scheduler.files(&division) {
         write_whole(&folder.join(file.name), |to| {
             to.write_all(file.content.as_bytes())
@@ -94,56 +111,115 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
     super::status!(
         "{} of {} in {}; start them there with `{}`",
         counted(division.arguments.len(), "task"),
-        counted(film.frames.len(), "frame"),
+        count,
         folder.display(),
         scheduler.start()
     );
     Ok(0)
 }
 
+/// Where and how the tasks run.
+struct Place {
+    /// The folder in which the command was given.
+    here: String,
+    /// The program on the machines of the farm.
+    program: String,
+    /// The number of processors of a task.
+    cores: u32,
+}
+
+/// Creates a folder that may exist.
+fn create_folder(folder: &Path) -> Result<()> {
+    match std::fs::create_dir(folder) {
+        Err(e) if !folder.is_dir() => Err(Diagnostic::io(folder.display(), &e)),
+        _ => Ok(()),
+    }
+}
+
 /// Divides a movie into tasks.
 fn division<'f>(
     film: &'f Film,
     words: &[OsString],
-    cores: u32,
-    here: &Path,
-    program: &Path,
+    place: Place,
     pieces: impl Fn(&'f [u32]) -> Vec<&'f [u32]>,
 ) -> Result<Division> {
-    let here = unicode(here.as_os_str())?;
-    let program = unicode(program.as_os_str())?;
     let folder = unicode(film.folder.as_os_str())?;
-    let mut task = vec![Some(program.clone()), Some("pull-focus".into())];
-    let mut say = |words: [&str; 2]| task.extend(words.map(|w| Some(w.to_owned())));
-    say(["--folder", &folder]);
+    let program = Word::Text(place.program);
+    let mut task = vec![program.clone(), "pull-focus".into()];
+    task.extend(["--folder".into(), Word::from(&*folder)]);
     if let Some(length) = film.length {
-        say(["--length", &length.to_string()]);
+        task.extend(["--length".into(), Word::Text(length.to_string())]);
     }
     if !film.has_threads {
-        say(["--threads", &cores.to_string()]);
+        task.extend(["--threads".into(), Word::Text(place.cores.to_string())]);
     }
-    task.extend([Some("--frames".into()), None]);
+    task.extend(["--frames".into(), Word::Argument]);
     for word in without_options(words, &["--frames", "--folder", "--length"]) {
-        task.push(Some(unicode(&word)?));
+        task.push(Word::Text(unicode(&word)?));
     }
-    let mut last = vec![Some(program), Some("frames".into())];
+    let mut last = vec![program, "frames".into()];
     if let Some(movie) = &film.movie {
-        last.extend([Some("-o".into()), Some(unicode(movie.as_os_str())?)]);
+        last.extend(["-o".into(), Word::Text(unicode(movie.as_os_str())?)]);
     }
-    last.extend([Some("--".into()), Some(folder)]);
+    last.extend(["--".into(), Word::Text(folder)]);
     let purpose = match film.movie {
         Some(_) => "Makes the movie of the frames.",
         None => "Checks that all frames are done.",
     };
+    let of_task = "Makes the frames that the first argument lists.";
     Ok(Division {
-        task: script(
-            "Makes the frames that the first argument lists.",
-            &here,
-            &task,
-        ),
+        task: script(of_task, &place.here, &[task]),
         arguments: pieces(&film.frames).into_iter().map(range_text).collect(),
-        last: film.is_whole.then(|| script(purpose, &here, &last)),
-        cores,
+        last: film.is_whole.then(|| script(purpose, &place.here, &[last])),
+        cores: place.cores,
+    })
+}
+
+/// Divides a picture into tasks.
+fn division_of_picture(
+    picture: DividedPicture,
+    words: &[OsString],
+    place: Place,
+) -> Result<Division> {
+    let folder = unicode(picture.folder.as_os_str())?;
+    let file = |name: &str| format!("{folder}/{name}.ckpt");
+    let program = Word::Text(place.program);
+    let mut task = vec![program.clone()];
+    task.extend(picture.task);
+    task.extend([
+        "--checkpoint".into(),
+        Word::Around(format!("{folder}/"), ".ckpt".into()),
+    ]);
+    let threads = ["--threads".into(), Word::Text(place.cores.to_string())];
+    if !picture.has_threads {
+        task.extend(threads.clone());
+    }
+    for word in without_options(words, picture.own) {
+        task.push(Word::Text(unicode(&word)?));
+    }
+    let all = Word::Text(file("all"));
+    let mut merge = vec![
+        program.clone(),
+        "merge".into(),
+        "-o".into(),
+        all.clone(),
+        "--".into(),
+    ];
+    merge.extend(picture.arguments.iter().map(|name| Word::Text(file(name))));
+    let mut last = vec![program, "render".into(), "--checkpoint".into(), all];
+    if !picture.has_threads {
+        last.extend(threads);
+    }
+    for word in words.iter().skip(1) {
+        last.push(Word::Text(unicode(word)?));
+    }
+    let of_task = "Makes the part of the picture that the first argument names.";
+    let of_last = "Adds the parts, and writes the picture with its error.";
+    Ok(Division {
+        task: script(of_task, &place.here, &[task]),
+        arguments: picture.arguments,
+        last: Some(script(of_last, &place.here, &[merge, last])),
+        cores: place.cores,
     })
 }
 
@@ -179,10 +255,15 @@ fn without_options(words: &[OsString], options: &[&str]) -> Vec<OsString> {
             break;
         }
         let name = text.split('=').next().unwrap_or_default();
-        if !options.contains(&name) {
-            rest.push(word.clone());
-        } else if name == text {
+        // The value of a short option may follow its letter directly.
+        let is_attached = !text.starts_with("--")
+            && text
+                .get(..2)
+                .is_some_and(|short| text != short && options.contains(&short));
+        if options.contains(&text) {
             words.next();
+        } else if !options.contains(&name) && !is_attached {
+            rest.push(word.clone());
         }
     }
     rest
@@ -194,10 +275,36 @@ mod tests {
 
     #[test]
     fn options_are_removed_with_their_values() {
-        let words = "pull-focus --frames 9 a.iv --length=3 -o --folder x -- --frames";
+        let words = "pull-focus --frames 9 a.iv --length=3 -o --folder x -rx -r y -- --frames";
         let words: Vec<OsString> = words.split(' ').map(OsString::from).collect();
-        let rest = without_options(&words, &["--frames", "--folder", "--length"]);
+        let rest = without_options(&words, &["--frames", "--folder", "--length", "-r"]);
         assert_eq!(rest, ["a.iv", "-o", "--", "--frames"]);
+    }
+
+    fn place() -> Place {
+        Place {
+            here: "/a b".into(),
+            program: "/bin/ivcam".into(),
+            cores: 2,
+        }
+    }
+
+    #[test]
+    fn the_last_step_of_a_picture_adds_the_parts_of_the_tasks() {
+        let line = "render a.iv --samples 128 -o x/a.exr --aov l.exr -f 2";
+        let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        let picture = DividedPicture::of_command(&words, 2).unwrap();
+        let division = division_of_picture(picture, &words, place()).unwrap();
+        assert_eq!(division.arguments, ["0..64", "64..128"]);
+        let task = "exec /bin/ivcam render --sample-range \"$1\" --checkpoint x/a-parts/\"$1\".ckpt \
+                    --threads 2 a.iv --samples 128 -f 2\n";
+        assert!(division.task.ends_with(task), "{}", division.task);
+        let last = "/bin/ivcam merge -o x/a-parts/all.ckpt -- x/a-parts/0..64.ckpt \
+                    x/a-parts/64..128.ckpt || exit\n\
+                    exec /bin/ivcam render --checkpoint x/a-parts/all.ckpt --threads 2 a.iv \
+                    --samples 128 -o x/a.exr --aov l.exr -f 2\n";
+        let own = division.last.unwrap();
+        assert!(own.ends_with(last), "{own}");
     }
 
     #[test]
@@ -205,9 +312,7 @@ mod tests {
         let line = "pull-focus no-such.iv --from 1 --to 2 --frames 5 -o a.png";
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
         let film = Film::of_command(&words).unwrap();
-        let [here, program] = ["/a b", "/bin/ivcam"].map(Path::new);
-        let division =
-            division(&film, &words, 2, here, program, |f| pieces(f, Some(2), 9)).unwrap();
+        let division = division(&film, &words, place(), |f| pieces(f, Some(2), 9)).unwrap();
         assert_eq!(division.arguments, ["0-1", "2-3", "4-4"]);
         let task = division.task.lines().last().unwrap();
         assert_eq!(

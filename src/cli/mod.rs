@@ -13,6 +13,7 @@ pub(crate) mod convert_folder;
 mod dispatch;
 pub(crate) mod expose;
 pub(crate) mod farm;
+mod farm_picture;
 pub(crate) mod fit;
 pub(crate) mod flags;
 mod folder_mode;

@@ -99,9 +99,12 @@ impl Film {
     pub(crate) fn of_command(words: &[OsString]) -> Result<Self> {
         let name = words.first().map(|w| w.to_string_lossy().into_owned());
         if name.as_deref() != Some("pull-focus") {
-            let text = format!("`{}` does not make a movie", name.unwrap_or_default());
+            let text = format!(
+                "`{}` makes neither a movie nor a picture",
+                name.unwrap_or_default()
+            );
             return Err(Diagnostic::unsupported(text)
-                .with_help("give `pull-focus` with its arguments after `--`"));
+                .with_help("give `pull-focus` or `render` with its arguments after `--`"));
         }
         let m = command().try_get_matches_from(words).map_err(|error| {
             let text = error.to_string();

@@ -14,4 +14,4 @@ mod slurm;
 
 pub(crate) use division::{Division, pieces};
 pub(crate) use scheduler::Scheduler;
-pub(crate) use shell::script;
+pub(crate) use shell::{Word, script};

@@ -61,13 +61,17 @@ fn without_fields(script: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::farm::shell::script as shell_script;
+    use crate::farm::shell::{Word, script as shell_script};
 
     #[test]
     fn a_template_has_the_tasks_and_the_step_that_depends_on_them() {
         let name = "{{{a}} \"b\".iv".to_owned();
         let division = Division {
-            task: shell_script("Makes.", "/", &[Some("echo".into()), Some(name), None]),
+            task: shell_script(
+                "Makes.",
+                "/",
+                &[vec!["echo".into(), name.as_str().into(), Word::Argument]],
+            ),
             arguments: vec!["0-1".into(), "2-3".into()],
             last: Some("true\n".into()),
             cores: 4,

@@ -9,18 +9,48 @@ pub(super) fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', "'\\''"))
 }
 
-/// Returns a script that runs a command in a folder. The command is given as words, of which
-/// [`None`] is the script's first argument.
-pub(crate) fn script(purpose: &str, folder: &str, words: &[Option<String>]) -> String {
-    let word = |word: &Option<String>| match word {
-        Some(word) => quoted(word),
-        None => "\"$1\"".to_owned(),
+/// A word of a command in a script.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Word {
+    /// A text.
+    Text(String),
+    /// The script's first argument.
+    Argument,
+    /// The script's first argument between two texts.
+    Around(String, String),
+}
+
+impl Word {
+    /// Returns the word as a shell reads it.
+    fn quoted(&self) -> String {
+        match self {
+            Self::Text(text) => quoted(text),
+            Self::Argument => "\"$1\"".to_owned(),
+            Self::Around(before, after) => format!("{}\"$1\"{}", quoted(before), quoted(after)),
+        }
+    }
+}
+
+impl From<&str> for Word {
+    fn from(text: &str) -> Self {
+        Self::Text(text.to_owned())
+    }
+}
+
+/// Returns a script that runs commands in a folder, one after another until one fails.
+pub(crate) fn script(purpose: &str, folder: &str, commands: &[Vec<Word>]) -> String {
+    let line = |(i, words): (usize, &Vec<Word>)| {
+        let words: Vec<String> = words.iter().map(Word::quoted).collect();
+        match i + 1 == commands.len() {
+            true => format!("exec {}\n", words.join(" ")),
+            false => format!("{} || exit\n", words.join(" ")),
+        }
     };
-    let command: Vec<String> = words.iter().map(word).collect();
+    let lines: Vec<String> = commands.iter().enumerate().map(line).collect();
     format!(
-        "#!/bin/sh\n# {purpose}\ncd {} || exit 2\nexec {}\n",
+        "#!/bin/sh\n# {purpose}\ncd {} || exit 2\n{}",
         path(folder),
-        command.join(" ")
+        lines.concat()
     )
 }
 
@@ -64,12 +94,31 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
+    fn a_script_ends_with_the_command_that_fails() {
+        let run = |first: &str| {
+            let commands = [vec![first.into()], vec!["echo".into(), "second".into()]];
+            let text = script("Tries.", "/", &commands);
+            std::process::Command::new("sh")
+                .args(["-c", &text])
+                .output()
+                .unwrap()
+        };
+        assert_eq!(run("true").stdout, b"second\n");
+        let failed = run("false");
+        assert!(failed.stdout.is_empty() && failed.status.code() == Some(1));
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn a_script_runs_its_command_in_the_folder_with_its_argument() {
-        let words = ["printf", "%s|", "a b"].map(|w| Some(w.to_owned()));
-        let words = [&words[..], &[None]].concat();
-        let text = script("Prints.", "/", &words);
+        let mut words = ["printf", "%s|", "a b"].map(Word::from).to_vec();
+        words.extend([Word::Argument, Word::Around("x y/".into(), ".z".into())]);
+        let text = script("Prints.", "/", &[words]);
         let mut command = std::process::Command::new("sh");
         let run = command.args(["-c", &text, "sh", "1-2,7"]).output().unwrap();
-        assert_eq!(String::from_utf8_lossy(&run.stdout), "a b|1-2,7|");
+        assert_eq!(
+            String::from_utf8_lossy(&run.stdout),
+            "a b|1-2,7|x y/1-2,7.z|"
+        );
     }
 }
