@@ -16,6 +16,7 @@ mod optics_aberrations;
 mod paper_claims;
 mod profiles;
 mod readall;
+mod resume;
 mod roundtrip;
 mod scaling;
 mod shared;
@@ -55,6 +56,7 @@ const TOOLS: &[Tool] = &[
         "FOLDER [--only NAME] [--keep FOLDER]",
         roundtrip::run,
     ),
+    ("resume", "PROGRAM [--kills N]", resume::run),
     ("scaling", "", scaling::run),
     (
         "speed",
