@@ -82,8 +82,22 @@ impl Background {
         colors.all(|(_, color)| *color == Vec3::ZERO) && self.pictures.iter().all(Option::is_none)
     }
 
+    /// Returns the color of every direction, or `None` if the color depends on the direction.
+    fn uniform(&self) -> Option<Vec3> {
+        let has_picture = self.pictures.iter().any(Option::is_some);
+        match self.sky[..] {
+            _ if has_picture || !self.ground.is_empty() => None,
+            [] => Some(Vec3::ZERO),
+            [(_, color)] => Some(color),
+            _ => None,
+        }
+    }
+
     /// The color in a direction.
     pub(crate) fn color(&self, direction: Vec3) -> Vec3 {
+        if let Some(color) = self.uniform() {
+            return color;
+        }
         let direction = self.turn * direction.normalize_or(Vec3::NEG_Z);
         let up = direction.y.clamp(-1.0, 1.0);
         let from_below = libm::acosf(-up);
