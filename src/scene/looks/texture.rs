@@ -196,7 +196,15 @@ impl Texture {
         let (low, high) = (y0 * self.width, y1 * self.width);
         let places = [low + x0, low + x1, high + x0, high + x1];
         let [a, b, c, d] = match &self.texels {
-            Texels::Unpacked(texels) => places.map(|i| color(texels[i])),
+            Texels::Unpacked(texels) => {
+                let [a, b, c, d] = places;
+                [
+                    color(texels[a]),
+                    color(texels[b]),
+                    color(texels[c]),
+                    color(texels[d]),
+                ]
+            }
             Texels::Packed(texels) => packed_colors(texels, self.components, places),
             Texels::OfScene(texels) => packed_colors(texels, self.components, places),
         };
@@ -345,8 +353,9 @@ impl Texture {
 
 /// Returns the color of a texel.
 #[inline(always)]
-fn color(texel: [u8; 4]) -> Vec4 {
-    Vec4::from_array(texel.map(|c| f32::from(c) / 255.0))
+fn color([r, g, b, a]: [u8; 4]) -> Vec4 {
+    // `array::map` would be a call.
+    Vec4::new(r.into(), g.into(), b.into(), a.into()) / 255.0
 }
 
 /// Returns the colors of four texels of packed components, by their index.
@@ -368,33 +377,39 @@ fn rgba(texel: &[u8]) -> [u8; 4] {
 
 /// Returns the texel that contains a coordinate, in the form of [`between`].
 fn nearest(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
-    let at = if repeat {
-        at - at.floor()
-    } else {
-        at.clamp(0.0, 1.0)
-    };
+    let at = within_one(at, repeat);
     let x = ((at * size as f32) as usize).min(size - 1);
     (x, x, 0.0)
 }
 
 /// Returns the two texels around a coordinate, and its position between them from 0 to 1.
 fn between(at: f32, size: usize, repeat: bool) -> (usize, usize, f32) {
-    let n = size as i64;
-    let at = if repeat {
-        at - at.floor()
+    let x = within_one(at, repeat) * size as f32 - 0.5;
+    // Truncation is faster than `floor`, which is a call on processors without SSE 4.1.
+    let low = if x < 0.0 { -1.0 } else { x as u32 as f32 };
+    let last = size - 1;
+    let (first, next) = if x < 0.0 {
+        (if repeat { last } else { 0 }, 0)
     } else {
-        at.clamp(0.0, 1.0)
+        let first = (low as usize).min(last);
+        let beyond = if repeat { 0 } else { last };
+        (first, if first < last { first + 1 } else { beyond })
     };
-    let x = at * size as f32 - 0.5;
-    let low = x.floor();
-    let wrap = |i: i64| {
-        if repeat {
-            i.rem_euclid(n) as usize
-        } else {
-            i.clamp(0, n - 1) as usize
-        }
-    };
-    (wrap(low as i64), wrap(low as i64 + 1), x - low)
+    (first, next, x - low)
+}
+
+/// Returns a coordinate as a number from 0 to 1, by repeating or clamping the texture.
+#[inline(always)]
+fn within_one(at: f32, repeat: bool) -> f32 {
+    if !repeat {
+        return at.clamp(0.0, 1.0);
+    }
+    if at.abs() < 1e9 {
+        let whole = at as i32 as f32;
+        at - if whole > at { whole - 1.0 } else { whole }
+    } else {
+        at - at.floor()
+    }
 }
 
 #[cfg(test)]
