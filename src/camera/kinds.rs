@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::aim::film_point;
 use super::film_camera::FilmCamera;
@@ -94,9 +94,7 @@ impl Camera {
     pub(crate) fn at_one_wavelength(&self) -> Cow<'_, Self> {
         match self {
             Self::Lens(lens) if lens.is_dispersing() => {
-                let mut lens = lens.clone();
-                lens.spectral = None;
-                Cow::Owned(Self::Lens(lens))
+                Cow::Owned(Self::Lens(Box::new(lens.at_one_wavelength())))
             }
             _ => Cow::Borrowed(self),
         }
@@ -104,7 +102,7 @@ impl Camera {
 
     /// Whether each wavelength has a ray of its own.
     fn is_spectral(&self) -> bool {
-        matches!(self, Self::Lens(camera) if camera.is_dispersing())
+        matches!(self, Self::Lens(camera) if camera.spectral.is_some())
     }
 
     /// The number of samples in a batch: enough for resampled rays to fill lanes.
@@ -124,8 +122,12 @@ impl Camera {
         exposures: &mut [DVec3],
     ) {
         for (number, (packet, light)) in rays.packets().iter().zip(radiances).enumerate() {
+            let tint = |lane: usize, light: DVec3| match &packet.tint {
+                Some(tint) => DMat3::from_cols_array(&tint.map(|all| all[lane])) * light,
+                None => light,
+            };
             for lane in bits(packet.rays.mask) {
-                let mut light = of_lane(light, lane).as_dvec3() * packet.weights[lane];
+                let mut light = tint(lane, of_lane(light, lane).as_dvec3()) * packet.weights[lane];
                 if let Some(color) = rays.colors.get(number * LANES + lane) {
                     light = *color * light;
                 }

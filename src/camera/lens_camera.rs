@@ -8,6 +8,7 @@ use glam::{DQuat, DVec2, DVec3};
 use super::aim::{Aim, aimed, film_point};
 use super::rays::{CameraRay, METERS_FROM_MM};
 use super::spectral_lenses::SpectralLenses;
+use super::tint::Tint;
 use crate::film::{FilmFormat, Resolution};
 use crate::lens::{
     FilmPlace, Focus, Iris, Lens, LensRay, PupilTarget, PupilTransmission, PupilWindow, RayPath,
@@ -30,6 +31,9 @@ pub struct LensCamera {
     pub(super) transmission: OnceLock<PupilTransmission>,
     /// The lens at other wavelengths; none if one wavelength is enough.
     pub(super) spectral: Option<Box<SpectralLenses>>,
+    /// The color of light behind the coatings, if rays of all wavelengths take the same path and
+    /// one wavelength is not enough.
+    pub(super) tint: Option<Tint>,
     pub(super) world_from_lens: DQuat,
     /// The origin of lens space, from the scene's origin, in meters.
     pub(super) eye: DVec3,
@@ -73,24 +77,36 @@ impl LensCamera {
             target,
             transmission: OnceLock::new(),
             spectral: None,
+            tint: None,
         };
         this.set_pose(pose.orientation, DVec3::ZERO);
         this
     }
 
-    /// The camera with rays of several wavelengths. For a lens without dispersion and coatings one
-    /// wavelength remains, because all wavelengths take the same path.
+    /// The camera with rays of several wavelengths. Without dispersion all wavelengths take the
+    /// same path, so that only coatings can tint the light.
     pub(crate) fn dispersing(mut self) -> Self {
-        if self.lens.prescription().is_chromatic() {
+        if self.lens.prescription().is_dispersive() {
             let lenses = SpectralLenses::of(&self.lens, &self.target, &self.place, self.format);
             self.spectral = Some(Box::new(lenses));
+        } else if self.lens.prescription().is_chromatic() {
+            self.tint = Some(Tint::default());
         }
         self
     }
 
-    /// Whether the camera has rays of several wavelengths.
+    /// Whether the camera regards several wavelengths.
     pub(crate) fn is_dispersing(&self) -> bool {
-        self.spectral.is_some()
+        self.spectral.is_some() || self.tint.is_some()
+    }
+
+    /// The camera at the lens's own wavelength.
+    pub(super) fn at_one_wavelength(&self) -> Self {
+        Self {
+            spectral: None,
+            tint: None,
+            ..self.clone()
+        }
     }
 
     /// Sets the orientation and the position, in meters from the scene's origin.
@@ -186,7 +202,11 @@ impl LensCamera {
     ) -> Option<CameraRay> {
         let (inside, weight) = self.aim(film, window, pupil)?;
         let out = lens.trace_from_film(&inside).ok()?;
-        Some(self.exit_ray(&out, weight * transmitted(lens, &inside)))
+        let share = match lens.reflects() {
+            true => lens.transmittance(&inside, Toward::Scene),
+            false => 1.0,
+        };
+        Some(self.exit_ray(&out, weight * share))
     }
 
     /// The ray of a sample behind the lens and its path through the lens, in lens space; none if no
@@ -215,15 +235,6 @@ impl LensCamera {
             direction: self.world_from_lens * out.direction,
             weight,
         }
-    }
-}
-
-/// The share of a ray's light that the surfaces do not reflect.
-pub(super) fn transmitted(lens: &Lens, inside: &LensRay) -> f64 {
-    if lens.reflects() {
-        lens.transmittance(inside, Toward::Scene)
-    } else {
-        1.0
     }
 }
 

@@ -5,20 +5,32 @@ use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::aim::equation_1;
 use super::film_samples::FilmSamples;
-use super::lens_camera::{LensCamera, transmitted};
+use super::lens_camera::LensCamera;
 use super::rays::{ExitRays, METERS_FROM_MM};
+use super::tint::Tinted;
 use crate::bvh::RayPacket;
-use crate::lens::{Aims, Bundle, FilmPlace, Lens};
-use crate::math::lanes::{LANES, Lane, SimdKernel, bits, dispatch, fused};
+use crate::lens::{Aims, Bundle, FilmPlace, Lens, Transmittances};
+use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch, fused};
 
 impl LensCamera {
-    /// Traces the rays from film points to their aims, and on through a lens into the scene.
+    /// The transmittances of rays through a lens, to be measured by [`Self::trace`]; none if the
+    /// lens does not reflect.
+    pub(super) fn transmittances(&self, lens: &Lens) -> Option<Transmittances> {
+        lens.reflects().then(|| match &self.tint {
+            Some(tint) => tint.transmittances(),
+            None => Transmittances::at(lens.wavelength()),
+        })
+    }
+
+    /// Traces the rays from film points to their aims, and on through a lens into the scene. Their
+    /// light decreases by the transmittances, if there are any.
     pub(super) fn trace(
         &self,
         lens: &Lens,
         samples: &FilmSamples,
         aims: &Aims,
         bundle: &mut Bundle,
+        transmittances: Option<&mut Transmittances>,
         out: &mut ExitRays,
     ) {
         dispatch(Aimed {
@@ -35,12 +47,13 @@ impl LensCamera {
                 bundle.clear(lane);
             }
         }
-        if lens.reflects() {
-            for lane in bits(bundle.through()) {
-                out.weights[lane] *= transmitted(lens, &bundle.ray(lane));
+        match transmittances {
+            None => lens.trace_bundle_from_film(bundle),
+            Some(transmittances) => {
+                lens.trace_bundle_transmitted(bundle, transmittances);
+                self.dim(transmittances, out);
             }
         }
-        lens.trace_bundle_from_film(bundle);
         dispatch(Leaving {
             turn: self.world_from_lens,
             eye: self.eye,
@@ -48,6 +61,22 @@ impl LensCamera {
             out: &mut out.rays,
         });
         out.rays.mask = bundle.through();
+    }
+
+    /// Multiplies the light of rays by their transmittances.
+    fn dim(&self, transmittances: &Transmittances, out: &mut ExitRays) {
+        if let Some(tint) = &self.tint {
+            let out = out.tint.get_or_insert_default();
+            return dispatch(Tinted {
+                tint,
+                transmittances,
+                out,
+            });
+        }
+        let shares = transmittances.shares(0);
+        for (weight, share) in out.weights.iter_mut().zip(shares) {
+            *weight *= share;
+        }
     }
 }
 

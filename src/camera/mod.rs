@@ -18,6 +18,7 @@ mod rays;
 mod resample;
 mod spectral;
 mod spectral_lenses;
+mod tint;
 
 pub use aim::Aim;
 pub(crate) use aim::pixel_aspect;

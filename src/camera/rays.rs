@@ -2,6 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
+use super::tint::MatrixLanes;
 use crate::bvh::RayPacket;
 use crate::math::lanes::{LANES, Lane, Lanes, Vec3Lanes, bits};
 
@@ -33,6 +34,8 @@ pub(crate) struct ExitRays {
     pub weights: Lane,
     /// The number of each ray's sample.
     pub samples: Lanes<u32>,
+    /// The film's response to each ray relative to its weight, if coatings tint the light.
+    pub tint: Option<Box<MatrixLanes>>,
 }
 
 impl Default for ExitRays {
@@ -41,6 +44,7 @@ impl Default for ExitRays {
             rays: RayPacket::default(),
             weights: [0.0; LANES],
             samples: [0; LANES],
+            tint: None,
         }
     }
 }
@@ -155,7 +159,15 @@ impl CameraRays {
         for lane in bits(live) {
             let from = &self.packets[filled];
             let (ray, weight) = (from.ray(lane), from.weights[lane]);
+            let tint = from.tint.as_ref().map(|tint| tint.map(|all| all[lane]));
             self.put(sample(lane), ray, weight);
+            if let Some(tint) = tint {
+                let last = self.len - 1;
+                let to = self.packets[last / LANES].tint.get_or_insert_default();
+                for (entries, entry) in to.iter_mut().zip(tint) {
+                    entries[last % LANES] = entry;
+                }
+            }
         }
     }
 }

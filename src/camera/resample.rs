@@ -73,13 +73,15 @@ impl LensCamera {
         let transmission = self
             .transmission
             .get_or_init(|| self.target.transmission(&self.lens, &self.place));
+        let mut transmittances = self.transmittances(&self.lens);
         let mut resampler = Resampler::default();
         for first in (0..samples.len()).step_by(LANES) {
             lanes.take_from(self.format, samples, first);
             self.target
                 .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
             let out = rays.next_packet();
-            self.trace(&self.lens, &lanes, &aims, bundle, out);
+            let dimming = transmittances.as_mut();
+            self.trace(&self.lens, &lanes, &aims, bundle, dimming, out);
             resampler.note(&lanes, &aims, out, first);
             rays.accept(first);
         }
@@ -95,6 +97,7 @@ impl LensCamera {
         rays: &mut CameraRays,
     ) {
         let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
+        let mut transmittances = self.transmittances(&self.lens);
         for round in 0..ROUNDS {
             let lost = std::mem::take(&mut resampler.lost);
             for chunk in lost.chunks(LANES) {
@@ -110,7 +113,8 @@ impl LensCamera {
                 self.target
                     .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
                 let out = rays.next_packet();
-                self.trace(&self.lens, &lanes, &aims, bundle, out);
+                let dimming = transmittances.as_mut();
+                self.trace(&self.lens, &lanes, &aims, bundle, dimming, out);
                 let before = resampler.lost.len();
                 resampler.note(&lanes, &aims, out, 0);
                 for lost in &mut resampler.lost[before..] {

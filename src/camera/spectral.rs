@@ -116,7 +116,9 @@ impl LensCamera {
                     .aims(&lanes.film, &lanes.pupil, &unknown, &mut aims);
                 let exit_rays = lenses.lenses[set].each_ref().map(|lens| {
                     let mut out = ExitRays::default();
-                    self.trace(lens, &lanes, &aims, bundle, &mut out);
+                    let mut transmittances = self.transmittances(lens);
+                    let dimming = transmittances.as_mut();
+                    self.trace(lens, &lanes, &aims, bundle, dimming, &mut out);
                     rays.passed += out.rays.mask.count_ones() as usize;
                     out
                 });

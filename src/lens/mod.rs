@@ -37,6 +37,7 @@ pub use analysis::ghosts::GhostPair;
 pub use analysis::points::{Modulation, PointImage};
 pub use analysis::sheet::{FieldPoint, LensSheet, SheetSetting};
 pub(crate) use lanes::bundle::Bundle;
+pub(crate) use lanes::transmittances::Transmittances;
 pub use lens::Lens;
 pub(crate) use library::at_zoom_list;
 pub use library::{open_prescription, shipped_names};

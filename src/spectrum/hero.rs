@@ -116,6 +116,12 @@ impl Spectrum {
         outer(self.response(nm), self.basis(nm))
     }
 
+    /// The matrices of [`Self::color`] for all wavelengths, in nanometers. Their sum is the
+    /// identity.
+    pub(crate) fn colors(&self) -> impl Iterator<Item = (f64, DMat3)> {
+        range().map(|nm| (nm, self.color(nm)))
+    }
+
     /// The hero sets. The wavelengths of a set are a quarter of the spectrum apart, where the
     /// spectrum is measured by [`weight`], and each set is shifted by a step.
     ///

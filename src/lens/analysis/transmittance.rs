@@ -12,8 +12,18 @@ impl Lens {
     /// The share of a ray's light that reaches the other side, at the lens's wavelength; 0 for a
     /// ray that is lost.
     pub fn transmittance(&self, ray: &LensRay, toward: Toward) -> f64 {
-        let tracer = self.tracer(toward, true);
-        transmittance(&tracer, ray, self.wavelength())
+        self.transmittance_at(ray, toward, self.wavelength())
+    }
+
+    /// The share of a ray's light that reaches the other side, at a wavelength for the coatings
+    /// alone; 0 for a ray that is lost.
+    pub(crate) fn transmittance_at(
+        &self,
+        ray: &LensRay,
+        toward: Toward,
+        wavelength_nm: f64,
+    ) -> f64 {
+        transmittance(&self.tracer(toward, true), ray, wavelength_nm)
     }
 
     /// The mean transmittance of the rays of the widest axial beam that get through; none if no ray

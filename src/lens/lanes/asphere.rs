@@ -47,12 +47,13 @@ fn sags<const FUSED: bool>(
 
 /// Crosses an asphere by the Newton iteration of
 /// [`intersect_profile`](crate::lens::trace::intersect). All lanes iterate until the last one has
-/// stopped.
+/// stopped. `cosines` receives the cosines of the angles of incidence.
 #[inline(always)]
 pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     step: &Step<'_>,
     profile: &Profile,
     b: &mut Bundle,
+    cosines: &mut Lane,
 ) {
     let found = newton::<FUSED>(profile, b, start(step, profile, b));
     let Found {
@@ -75,6 +76,7 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
             normal: [gx[i] / length, gy[i] / length, 1.0 / length],
             cos,
         };
+        cosines[i] = cos;
         step.cross::<STOPS>(b, i, hit);
     }
 }

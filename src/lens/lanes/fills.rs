@@ -49,7 +49,11 @@ impl Lens {
     /// The fills of a bundle from the film side. The fill of a lane without a ray is infinite.
     pub(crate) fn fills_of(&self, bundle: &mut Bundle) -> Lane {
         let tracer = &self.tracer(Toward::Scene, false);
-        dispatch(Follow { tracer, bundle });
+        dispatch(Follow {
+            tracer,
+            bundle,
+            transmittances: None,
+        });
         bundle.fills().fill
     }
 }
@@ -71,7 +75,7 @@ impl SimdKernel for FromFilm<'_> {
     fn run<const FUSED: bool>(self) -> Fills {
         let mut bundle = Bundle::default();
         aim_at(self.film, self.toward, self.x, self.y, &mut bundle);
-        follow::<false, FUSED>(self.tracer, &mut bundle);
+        follow::<false, FUSED>(self.tracer, &mut bundle, None);
         bundle.fills()
     }
 }
@@ -127,7 +131,7 @@ impl SimdKernel for FillsUpTo<'_> {
                 _ => (count.min(from + SURFACES), self.max_fills[1]),
             };
             for bundle in &mut bundles {
-                stretch::<false, FUSED>(self.tracer, bundle, from..to);
+                stretch::<false, FUSED>(self.tracer, bundle, from..to, None);
                 for i in 0..LANES {
                     let exceeds =
                         (bundle.lost[i] == 0.0) & !(bundle.fill[i] <= max_fill * max_fill);

@@ -10,11 +10,12 @@ use crate::lens::lanes::quadric::quadric;
 use crate::lens::lanes::scalar::{block_at_iris, note_iris_fill, toroid};
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
 use crate::lens::lanes::step::{LARGE_STEP, SAME_INDEX, SLIGHT_STEP, Step, kind_of};
+use crate::lens::lanes::transmittances::Transmittances;
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
-use crate::math::lanes::{LANES, SimdKernel, Width};
+use crate::math::lanes::{LANES, SimdKernel, Width, dispatch};
 
 impl Lens {
     /// Traces a bundle from the film side into the scene. Rays that get through have their origin
@@ -23,10 +24,28 @@ impl Lens {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
 
+    /// Traces a bundle from the film side into the scene, and measures the shares of light that the
+    /// surfaces transmit.
+    pub(crate) fn trace_bundle_transmitted(
+        &self,
+        bundle: &mut Bundle,
+        transmittances: &mut Transmittances,
+    ) {
+        dispatch(Follow {
+            tracer: &self.tracer(Toward::Scene, true),
+            bundle,
+            transmittances: Some(transmittances),
+        });
+    }
+
     /// Traces a bundle in either direction, with vectors of a given width.
     pub(crate) fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
         let tracer = &self.tracer(toward, true);
-        width.run(Follow { tracer, bundle });
+        width.run(Follow {
+            tracer,
+            bundle,
+            transmittances: None,
+        });
     }
 }
 
@@ -34,6 +53,8 @@ impl Lens {
 pub(super) struct Follow<'a, 'b> {
     pub tracer: &'a Tracer<'a>,
     pub bundle: &'b mut Bundle,
+    /// Receives the shares of light that the surfaces transmit.
+    pub transmittances: Option<&'b mut Transmittances>,
 }
 
 impl SimdKernel for Follow<'_, '_> {
@@ -42,9 +63,9 @@ impl SimdKernel for Follow<'_, '_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         if self.tracer.apertures {
-            follow::<true, FUSED>(self.tracer, self.bundle);
+            follow::<true, FUSED>(self.tracer, self.bundle, self.transmittances);
         } else {
-            follow::<false, FUSED>(self.tracer, self.bundle);
+            follow::<false, FUSED>(self.tracer, self.bundle, self.transmittances);
         }
     }
 }
@@ -55,8 +76,13 @@ impl SimdKernel for Follow<'_, '_> {
 pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
     tracer: &Tracer<'_>,
     bundle: &mut Bundle,
+    mut transmittances: Option<&mut Transmittances>,
 ) {
-    let vertex_z = stretch::<STOPS, FUSED>(tracer, bundle, 0..tracer.elements.len());
+    if let Some(transmittances) = &mut transmittances {
+        transmittances.start();
+    }
+    let all = 0..tracer.elements.len();
+    let vertex_z = stretch::<STOPS, FUSED>(tracer, bundle, all, transmittances);
     for z in &mut bundle.z {
         *z += vertex_z;
     }
@@ -69,6 +95,7 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
     tracer: &Tracer<'_>,
     bundle: &mut Bundle,
     surfaces: Range<usize>,
+    mut transmittances: Option<&mut Transmittances>,
 ) -> f64 {
     let count = tracer.elements.len();
     let sign = if tracer.toward == Toward::Film {
@@ -119,10 +146,19 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
                     _ => sphere::<LARGE_STEP, STOPS, FUSED>(&step, bundle, terms),
                 }
             }
-            Form::Conic { k } => quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle),
-            Form::Cylinder { x, y } => quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle),
-            Form::Asphere(profile) => asphere::<STOPS, FUSED>(&step, profile, bundle),
-            Form::Toroid { .. } => toroid::<STOPS>(&step, bundle),
+            Form::Conic { k } => {
+                quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle, &mut terms.cos);
+            }
+            Form::Cylinder { x, y } => {
+                quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle, &mut terms.cos);
+            }
+            Form::Asphere(profile) => {
+                asphere::<STOPS, FUSED>(&step, profile, bundle, &mut terms.cos);
+            }
+            Form::Toroid { .. } => toroid::<STOPS>(&step, bundle, &mut terms.cos),
+        }
+        if let Some(transmittances) = &mut transmittances {
+            transmittances.cross::<FUSED>(&step, &terms.cos);
         }
         if STOPS && element.hole.is_some() {
             block_at_iris(&step, bundle);

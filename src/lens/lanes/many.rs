@@ -86,7 +86,7 @@ impl SimdKernel for OpticalPaths<'_> {
                 0 => 0.0,
                 _ => self.tracer.elements[i - 1].gap,
             };
-            vertex_z = stretch::<false, FUSED>(self.tracer, b, i..i + 1);
+            vertex_z = stretch::<false, FUSED>(self.tracer, b, i..i + 1, None);
             for lane in 0..LANES {
                 let (x, y) = (b.x[lane] - x[lane], b.y[lane] - y[lane]);
                 let z = b.z[lane] - (z[lane] - gap);

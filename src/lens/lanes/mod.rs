@@ -15,3 +15,4 @@ mod quadric;
 mod scalar;
 mod sphere;
 mod step;
+pub(crate) mod transmittances;

@@ -4,11 +4,17 @@ use glam::DVec3;
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::{LaneHit, Step};
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, Lane};
 
 /// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature.
+/// `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
-pub(super) fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bundle) {
+pub(super) fn quadric<const STOPS: bool>(
+    step: &Step<'_>,
+    w: DVec3,
+    b: &mut Bundle,
+    cos: &mut Lane,
+) {
     let (c, sign) = (step.element.curvature, step.sign);
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
@@ -37,6 +43,7 @@ pub(super) fn quadric<const STOPS: bool>(step: &Step<'_>, w: DVec3, b: &mut Bund
             normal: [gx / length, gy / length, gz / length],
             cos: s.abs() / length,
         };
+        cos[i] = hit.cos;
         step.cross::<STOPS>(b, i, hit);
     }
 }

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::Step;
 use crate::lens::trace::refraction::refract;
-use crate::math::lanes::LANES;
+use crate::math::lanes::{LANES, Lane};
 
 /// Blocks the rays that are outside a hole that is not round.
 pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
@@ -26,9 +26,9 @@ pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
     }
 }
 
-/// Crosses a toroid.
+/// Crosses a toroid. `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
-pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
+pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle, cos: &mut Lane) {
     for i in 0..LANES {
         if b.lost[i] != 0.0 {
             continue;
@@ -39,6 +39,7 @@ pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle) {
             None => step.outcome(false, true, true),
             Some(hit) => {
                 ray.origin = hit.point;
+                cos[i] = hit.cos;
                 let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
                 if !STOPS {
                     b.note_fill(i, r2 / step.element.clear, step.number);

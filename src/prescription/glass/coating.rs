@@ -18,12 +18,23 @@ pub enum Coating {
 }
 
 /// The index of an evaporated layer of magnesium fluoride. It changes by 0.4% over the visible.
-const FLUORIDE: f64 = 1.38;
+pub(crate) const FLUORIDE: f64 = 1.38;
 /// The wavelength at which the layer is a quarter wave thick, in nanometers.
-const QUARTER_WAVE_AT: f64 = 550.0;
+pub(crate) const QUARTER_WAVE_AT: f64 = 550.0;
 /// A surface has a layer if the medium on one side has an index below this: air, but not cement or
 /// water.
 const MAX_INDEX_OF_AIR: f64 = 1.2;
+
+/// The way in which a surface between two media reflects light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reflection {
+    /// The surface reflects nothing below the critical angle.
+    None,
+    /// The surface is uncoated.
+    Bare,
+    /// The surface has a layer of magnesium fluoride.
+    Layer,
+}
 
 impl Coating {
     /// All coatings with their names.
@@ -46,6 +57,20 @@ impl Coating {
         Self::ALL.iter().find(|(n, _)| *n == name).map(|(_, c)| *c)
     }
 
+    /// Returns the way in which a surface with this coating reflects between media of two indices.
+    pub(crate) fn reflection(self, from: f64, into: f64) -> Reflection {
+        if self == Self::Ideal || from == into {
+            Reflection::None
+        } else if self == Self::Bare
+            || from.min(into) > MAX_INDEX_OF_AIR
+            || from.max(into) < FLUORIDE
+        {
+            Reflection::Bare
+        } else {
+            Reflection::Layer
+        }
+    }
+
     /// The reflectance for unpolarized light that comes from a medium of index `from` at an angle
     /// with this cosine. It is 1 beyond the critical angle.
     pub fn reflectance(self, from: f64, into: f64, cos: f64, wavelength_nm: f64) -> f64 {
@@ -53,13 +78,14 @@ impl Coating {
         if sine > into {
             return 1.0;
         }
-        if self == Self::Ideal || from == into {
-            return 0.0;
-        }
         let behind = cos_in(into, sine);
-        if self == Self::Bare || from.min(into) > MAX_INDEX_OF_AIR || from.max(into) < FLUORIDE {
-            let [s, p] = amplitudes(from, cos, into, behind);
-            return 0.5 * (s * s + p * p);
+        match self.reflection(from, into) {
+            Reflection::None => return 0.0,
+            Reflection::Bare => {
+                let [s, p] = amplitudes(from, cos, into, behind);
+                return 0.5 * (s * s + p * p);
+            }
+            Reflection::Layer => {}
         }
         let inside = cos_in(FLUORIDE, sine);
         // The layer's optical thickness is a quarter of 550 nm, so this is the phase of the path
