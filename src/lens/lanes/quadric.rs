@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::{LaneHit, Step};
-use crate::math::lanes::{LANES, Lane};
+use crate::math::lanes::Lane;
 
 /// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature.
 /// `cos` receives the cosines of the angles of incidence.
@@ -16,7 +16,7 @@ pub(super) fn quadric<const STOPS: bool>(
     cos: &mut Lane,
 ) {
     let (c, sign) = (step.element.curvature, step.sign);
-    for i in 0..LANES {
+    for (i, cos) in cos.iter_mut().enumerate() {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let pz = b.z[i] + step.shift;
         let nearest = -(b.x[i] * dx + b.y[i] * dy + pz * dz);
@@ -43,7 +43,7 @@ pub(super) fn quadric<const STOPS: bool>(
             normal: [gx / length, gy / length, gz / length],
             cos: s.abs() / length,
         };
-        cos[i] = hit.cos;
+        *cos = hit.cos;
         step.cross::<STOPS>(b, i, hit);
     }
 }

@@ -29,7 +29,7 @@ pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
 /// Crosses a toroid. `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
 pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle, cos: &mut Lane) {
-    for i in 0..LANES {
+    for (i, cos) in cos.iter_mut().enumerate() {
         if b.lost[i] != 0.0 {
             continue;
         }
@@ -39,7 +39,7 @@ pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle, cos: &m
             None => step.outcome(false, true, true),
             Some(hit) => {
                 ray.origin = hit.point;
-                cos[i] = hit.cos;
+                *cos = hit.cos;
                 let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
                 if !STOPS {
                     b.note_fill(i, r2 / step.element.clear, step.number);

@@ -6,14 +6,14 @@ use glam::DVec2;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::polar::Cells;
-use crate::lens::pupil::polygon::{Outline, Polygon, SIDES, directions_along};
-use crate::lens::pupil::radial::{Radial, radial_around, radial_at, radial_table, support_around};
+use crate::lens::pupil::polygon::Polygon;
+use crate::lens::pupil::radial::{Radial, radial_around, radial_table};
 use crate::lens::pupil::rear_element::reach_of;
 use crate::lens::pupil::sampler::{PupilSampler, union};
 use crate::lens::pupil::search::outline::OutlineGuess;
 use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::pupil::sides::{SIDES, directions_along};
 use crate::lens::pupil::spans::Spans;
-use crate::lens::pupil::support::Figure;
 use crate::lens::pupil::window::{PupilWindow, disc};
 
 /// The part of the rear vertex plane through which light reaches each film point, and a margin.
@@ -52,8 +52,6 @@ pub(super) enum Table {
     Radial(Radial, Spans),
     /// The pupils by film position, for a lens or a film without rotational symmetry.
     Cells(Box<Cells>),
-    /// The hull of the pupils of three wavelengths, computed for each film point.
-    Around([Box<ExitPupil>; 3]),
 }
 
 impl Table {
@@ -61,7 +59,15 @@ impl Table {
     fn nodes(&self) -> Option<&Radial> {
         match self {
             Self::Radial(nodes, _) => Some(nodes),
-            _ => None,
+            Self::Cells(_) => None,
+        }
+    }
+
+    /// The outlines by film position; none with rotational symmetry.
+    fn cells(&self) -> Option<&Cells> {
+        match self {
+            Self::Cells(cells) => Some(cells),
+            Self::Radial(..) => None,
         }
     }
 
@@ -119,9 +125,11 @@ impl ExitPupil {
     pub fn around(pupils: &[&Self; 3]) -> Self {
         let sides = pupils[1].sides;
         let nodes: Option<Vec<&Radial>> = pupils.iter().map(|pupil| pupil.table.nodes()).collect();
-        let table = match nodes {
-            Some(nodes) => Table::radial(radial_around(&nodes), &sides),
-            None => Table::Around(pupils.map(|pupil| Box::new(pupil.clone()))),
+        let cells: Option<Vec<&Cells>> = pupils.iter().map(|pupil| pupil.table.cells()).collect();
+        // All tables are of one kind, because the lenses differ in their indices alone.
+        let table = match (nodes, cells) {
+            (_, Some(cells)) => Table::Cells(Box::new(Cells::around(&cells))),
+            (nodes, None) => Table::radial(radial_around(&nodes.unwrap_or_default()), &sides),
         };
         let stray_regions = pupils.iter().filter_map(|pupil| pupil.stray_region);
         let merge = |a: StrayRegion, b: StrayRegion| StrayRegion {
@@ -142,39 +150,10 @@ impl ExitPupil {
     /// The window at which rays from a film point, in millimeters from the film's middle, are
     /// aimed.
     pub fn window(&self, film: DVec2) -> PupilWindow<'_> {
-        if let Table::Radial(_, spans) = &self.table {
-            return self.with_stray_region(spans.window(film), film);
-        }
-        self.figure(film)
-            .map_or(self.with_stray_region(None, film), |figure| {
-                self.window_of(&figure, film)
-            })
-    }
-
-    /// The figure of the pupil from a film point; none if no light reaches it.
-    fn figure(&self, film: DVec2) -> Option<Figure> {
-        let turned = |support, point: DVec2| Figure {
-            support,
-            turn: point.try_normalize().unwrap_or(DVec2::X),
-            mirror: DVec2::ONE,
+        let polygon = match &self.table {
+            Table::Radial(_, spans) => spans.window(film),
+            Table::Cells(cells) => cells.locate(film).as_ref().and_then(Polygon::within),
         };
-        match &self.table {
-            Table::Radial(nodes, _) => Some(turned(radial_at(nodes, film.length())?, film)),
-            Table::Cells(cells) => cells.figure(film),
-            Table::Around(pupils) => {
-                let figures = pupils.each_ref().map(|pupil| pupil.figure(film));
-                let supports = figures.each_ref().map(|f| f.as_ref().map(|f| f.support));
-                let support = support_around(&supports)?;
-                let any = figures.into_iter().flatten().next()?;
-                Some(Figure { support, ..any })
-            }
-        }
-    }
-
-    /// The window of a figure that is not in a table of spans.
-    fn window_of(&self, figure: &Figure, film: DVec2) -> PupilWindow<'static> {
-        let outline = Outline::of(&figure.support, &self.sides);
-        let polygon = Polygon::whole(outline, figure.turn, figure.mirror);
         self.with_stray_region(polygon, film)
     }
 

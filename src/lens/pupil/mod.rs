@@ -1,18 +1,21 @@
 //! The exit pupil as seen from film points, and where on the lens to aim rays from them.
 //!
 //! `search` finds the outline of the pupil from one film point, and `sampler` calls it for many.
-//! `radial` and `polar` are tables of outlines over the film, with and without rotational symmetry;
-//! `exit_pupil` holds one of the two. `polygon`, `spans` and `aims` sample points from an outline.
-//! `target` and `window` are what the rest of the crate uses.
+//! `radial` and `polar` are tables of outlines over the film, with and without rotational
+//! symmetry; `exit_pupil` holds one of the two. `sides`, `span`, `spans`, `patch`, `polygon` and
+//! `aims` sample points from an outline. `target` and `window` are what the rest of the crate uses.
 
 pub(crate) mod aims;
 pub(crate) mod exit_pupil;
+mod patch;
 mod polar;
 mod polygon;
 mod radial;
 pub(crate) mod rear_element;
 mod sampler;
 pub(crate) mod search;
+mod sides;
+mod span;
 mod spans;
 mod support;
 mod symmetry;

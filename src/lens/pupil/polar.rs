@@ -13,12 +13,16 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
-use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::aims::Aims;
+use crate::lens::pupil::patch::{Located, Patch};
+use crate::lens::pupil::radial::support_around;
 use crate::lens::pupil::sampler::PupilSampler;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
-use crate::lens::pupil::support::{Figure, MARGIN, excess, hull, mix, widened};
-use crate::lens::pupil::symmetry::{Symmetry, inverse};
+use crate::lens::pupil::sides::{SIDES, Support};
+use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
+use crate::lens::pupil::symmetry::{Copy, Symmetry, inverse};
+use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// A cell is halved until interpolation between its corners cuts off less than this share of the
 /// half width at its middle and at the middles of its sides. What is cut off is added to its
@@ -51,7 +55,10 @@ pub(super) struct Cells {
     reach: f64,
     /// The number of cells around the axis at the start.
     around: u32,
-    lens: Lens,
+    /// The rotations and signs that map the first wedge to the others.
+    copies: Vec<Copy>,
+    /// The lens at one wavelength, or at the shortest, its own and the longest.
+    lenses: Vec<Lens>,
     sides: [DVec2; SIDES],
     /// The tree of each starting cell, from the axis outward. It is measured when a film point in
     /// the cell is first asked for, and independently of the others, so that the order of the
@@ -80,6 +87,8 @@ struct Cell {
     /// Half of the size.
     half: [f64; 2],
     figures: [CenteredFigure; 9],
+    /// The four quarters, row by row. Each is prepared when a film point in it is first asked for.
+    quarters: [OnceLock<Box<Patch>>; 4],
 }
 
 /// A figure, stored as its center relative to the direction of the film point, and its support from
@@ -131,15 +140,19 @@ fn shifted(support: &Support, by: DVec2, sides: &[DVec2; SIDES]) -> Support {
 }
 
 impl Cell {
-    /// The figure at a place, interpolated bilinearly in one of the four quarters of the cell.
-    fn at(&self, place: [f64; 2]) -> CenteredFigure {
-        let [u, v] = [0, 1].map(|k| ((place[k] - self.low[k]) / self.half[k]).clamp(0.0, 2.0));
-        let (i, j) = ((u >= 1.0) as usize, (v >= 1.0) as usize);
-        let (u, v) = (u - i as f64, v - j as f64);
-        let row = |j: usize| {
-            CenteredFigure::mix(&self.figures[3 * j + i], &self.figures[3 * j + i + 1], u)
-        };
-        CenteredFigure::mix(&row(j), &row(j + 1), v)
+    /// The quarter of the cell that contains a place.
+    fn patch(&self, place: [f64; 2], sides: &[DVec2; SIDES]) -> &Patch {
+        let [i, j] = [0, 1].map(|k| usize::from(place[k] >= self.low[k] + self.half[k]));
+        self.quarters[2 * j + i].get_or_init(|| {
+            let corners = [0, 1, 3, 4].map(|k| &self.figures[3 * j + i + k]);
+            let low = |k: usize, half: usize| self.low[k] + half as f64 * self.half[k];
+            Box::new(Patch::new(
+                [low(0, i), low(1, j)],
+                self.half,
+                corners.map(|figure| (figure.center, &figure.support)),
+                sides,
+            ))
+        })
     }
 }
 
@@ -170,9 +183,21 @@ impl Cells {
             meridian,
             reach: (0..64).map(far).fold(film_radius, f64::max),
             around,
-            lens: lens.clone(),
+            copies: symmetry.copies(),
+            lenses: vec![lens.clone()],
             sides: *sides,
             trees: vec![OnceLock::new(); (RADIAL_CELLS[0] * around) as usize],
+        }
+    }
+
+    /// The table whose figures contain the pupils of several wavelengths, of which each table has
+    /// one. Nothing is measured yet.
+    pub(super) fn around(tables: &[&Self]) -> Self {
+        let middle = tables[tables.len() / 2];
+        Self {
+            lenses: tables.iter().flat_map(|t| t.lenses.clone()).collect(),
+            trees: vec![OnceLock::new(); middle.trees.len()],
+            ..middle.clone()
         }
     }
 
@@ -186,15 +211,16 @@ impl Cells {
 
     /// Measures the tree of a starting cell. The root is the first branch.
     fn measure_tree(&self, root: u32) -> Vec<Branch> {
-        let search = PupilSearch::new(&self.lens);
-        let sampler = &PupilSampler::new(&search, &self.place, &self.sides);
+        let searches: Vec<PupilSearch<'_>> = self.lenses.iter().map(PupilSearch::new).collect();
+        let sampler = |search| PupilSampler::new(search, &self.place, &self.sides);
+        let samplers: Vec<PupilSampler<'_>> = searches.iter().map(sampler).collect();
         let arcs = self.symmetry.wedge() / (f64::from(self.around) * self.min_arc());
         let finest = [
             2 * RADIAL_CELLS[1],
             2 * self.around * (arcs.max(1.0) as u32).next_power_of_two(),
         ];
         let mut lattice = Lattice {
-            sampler,
+            samplers: &samplers,
             finest,
             nodes: HashMap::new(),
         };
@@ -221,35 +247,71 @@ impl Cells {
         tree
     }
 
-    /// The figure of the pupil from a film point; none if no light reaches it.
-    pub(super) fn figure(&self, film: DVec2) -> Option<Figure> {
-        let point = self.place.point(film).truncate();
-        let direction = point.try_normalize().unwrap_or(DVec2::X);
-        let (into, turn, mirror) = self.symmetry.fold(direction);
-        let place = [(point.length() / self.reach).min(1.0), into.clamp(0.0, 1.0)];
+    /// The place of a film point, its direction from the axis, and the number of its wedge's copy.
+    #[inline(always)]
+    fn place_of<const FUSED: bool>(&self, film: DVec2) -> ([f64; 2], DVec2, f64) {
+        let point = self.place.point(film);
+        let radius = (point.x * point.x + point.y * point.y).sqrt();
+        // On the axis every direction is the same: take +x.
+        let (x, y) = if radius > 0.0 {
+            (point.x, point.y)
+        } else {
+            (1.0, 0.0)
+        };
+        let length = if radius > 0.0 { radius } else { 1.0 };
+        let (into, copy) = self.symmetry.fold::<FUSED>(x, y);
+        let place = [(radius / self.reach).min(1.0), into.clamp(0.0, 1.0)];
+        (place, DVec2::new(x / length, y / length), copy)
+    }
+
+    /// Locates a film point in the table; none if no light reaches it.
+    pub(super) fn locate(&self, film: DVec2) -> Option<Located<'_>> {
+        let (place, direction, copy) = self.place_of::<false>(film);
+        let patch = self.patch(place)?;
+        Some(self.located(patch, place, direction, copy))
+    }
+
+    /// A film point of a patch.
+    #[inline(always)]
+    fn located<'a>(
+        &self,
+        patch: &'a Patch,
+        place: [f64; 2],
+        direction: DVec2,
+        copy: f64,
+    ) -> Located<'a> {
+        let (direction, copy) = if self.meridian {
+            let turn = direction;
+            (DVec2::X, Copy { turn, ..Copy::NONE })
+        } else {
+            let copy = self.copies[copy as usize];
+            (copy.unfold(direction), copy)
+        };
+        Located {
+            patch,
+            at: patch.position(place),
+            direction,
+            copy,
+        }
+    }
+
+    /// The patch of a place; none if no light reaches it. The tree of the place is measured if it
+    /// was not yet.
+    fn patch(&self, place: [f64; 2]) -> Option<&Patch> {
         let cells = [RADIAL_CELLS[0], self.around];
         let [i, j] = [0, 1].map(|k| ((place[k] * f64::from(cells[k])) as u32).min(cells[k] - 1));
         let root = i * self.around + j;
         let tree = self.trees[root as usize].get_or_init(|| self.measure_tree(root));
         let mut branch = 0;
-        let cell = loop {
+        loop {
             match &tree[branch] {
                 Branch::Split { axis, at, next } => {
                     branch = next[usize::from(place[*axis] >= *at)];
                 }
-                Branch::Cell(cell) => break cell,
+                Branch::Cell(cell) => return Some(cell.patch(place, &self.sides)),
                 Branch::Dark => return None,
             }
-        };
-        let (folded, turn, mirror) = match self.meridian {
-            true => (DVec2::X, direction, DVec2::ONE),
-            false => (inverse(turn).rotate(mirror * direction), turn, mirror),
-        };
-        Some(Figure {
-            support: cell.at(place).seen_from(folded, &self.sides),
-            turn,
-            mirror,
-        })
+        }
     }
 
     /// The direction from the axis for which the figure of a place is stored.
@@ -286,7 +348,8 @@ enum CellResult {
 
 /// The nodes of the finest lattice, each measured at most once.
 struct Lattice<'a> {
-    sampler: &'a PupilSampler<'a>,
+    /// One for each wavelength.
+    samplers: &'a [PupilSampler<'a>],
     /// The number of lattice steps radially and in angle.
     finest: [u32; 2],
     nodes: HashMap<[u32; 2], Option<PupilOutline>>,
@@ -305,10 +368,22 @@ impl Lattice<'_> {
         if let Some(outline) = self.nodes.get(&key) {
             return *outline;
         }
-        let place = self.place(key);
-        let outline = cells.point(place).and_then(|p| self.sampler.at(p, guess));
+        let point = cells.point(self.place(key));
+        let outline = point.and_then(|point| self.measure(point, guess));
         self.nodes.insert(key, outline);
         outline
+    }
+
+    /// Measures the outline around the pupils of all wavelengths from a film point.
+    fn measure(&self, point: DVec3, guess: Option<&OutlineGuess>) -> Option<PupilOutline> {
+        let outlines = self.samplers.iter().map(|sampler| sampler.at(point, guess));
+        let outlines: Vec<Option<PupilOutline>> = outlines.collect();
+        let supports: Vec<Option<Support>> =
+            outlines.iter().map(|o| o.map(|o| o.support)).collect();
+        let support = support_around(&supports)?;
+        let middle = outlines[outlines.len() / 2];
+        let any = middle.or_else(|| outlines.into_iter().flatten().next())?;
+        Some(PupilOutline { support, ..any })
     }
 
     /// The place of a node.
@@ -438,6 +513,7 @@ impl Lattice<'_> {
             low: [0, 1].map(|k| place(k, low[k])),
             half: [0, 1].map(|k| 0.5 * place(k, size[k])),
             figures,
+            quarters: Default::default(),
         }))
     }
 }
@@ -480,6 +556,53 @@ impl MixtureError {
         Self {
             cut: self.cut.max(other.cut),
             ratio: self.ratio.max(other.ratio),
+        }
+    }
+}
+
+/// The kernel of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) for a table
+/// over film positions.
+pub(super) struct CellAims<'a> {
+    pub cells: &'a Cells,
+    /// The film points, in millimeters from the film's middle.
+    pub film: &'a [Lane; 2],
+    /// Points of the unit square.
+    pub pupil: &'a [Lane; 2],
+    /// The result.
+    pub aims: &'a mut Aims,
+}
+
+impl SimdKernel for CellAims<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let [[fx, fy], [u, v]] = [self.film, self.pupil];
+        let aims = self.aims;
+        let mut places = [[0.0; LANES]; 2];
+        let [mut dx, mut dy, mut copies, mut out] = [[0.0; LANES]; 4];
+        for i in 0..LANES {
+            let (place, direction, copy) = self.cells.place_of::<FUSED>(DVec2::new(fx[i], fy[i]));
+            [places[0][i], places[1][i]] = place;
+            [dx[i], dy[i]] = [direction.x, direction.y];
+            (copies[i], out[i]) = (copy, v[i].sqrt());
+        }
+        let mut last: Option<&Patch> = None;
+        for i in 0..LANES {
+            let place = [places[0][i], places[1][i]];
+            // Mostly the film points of one pixel lie in one patch.
+            let patch = match last.filter(|patch| patch.contains(place)) {
+                None => self.cells.patch(place),
+                same => same,
+            };
+            [aims.area[i], aims.open_share[i]] = [0.0; 2];
+            let Some(patch) = patch else { continue };
+            last = Some(patch);
+            let direction = DVec2::new(dx[i], dy[i]);
+            let located = self.cells.located(patch, place, direction, copies[i]);
+            aims.area[i] = patch.area::<FUSED>(located.at).max(0.0);
+            aims.open_share[i] = located.at.quadratic::<FUSED>(&patch.open_share);
+            [aims.x[i], aims.y[i]] = located.point::<FUSED>(u[i], out[i]).to_array();
         }
     }
 }

@@ -1,249 +1,10 @@
-//! Convex polygons to aim at, and interpolation between two that were measured.
-//!
-//! The sides of all polygons have the same directions. So the corners of a mixture of two polygons
-//! are the mixtures of their corners, and every area in it is a quadratic of the mixing parameter,
-//! whose coefficients are computed once. An aim from a film point between two measured ones then
-//! costs one search among the triangles.
-
-use std::f64::consts::TAU;
+//! The polygon at which rays from one film point are aimed.
 
 use glam::DVec2;
 
-/// The number of sides of every pupil polygon.
-pub(crate) const SIDES: usize = 32;
-
-/// The support function of a convex figure in [`SIDES`] directions: the distance of its supporting
-/// line from the axis, in millimeters. A mixture of two supports is the support of their Minkowski
-/// mixture, which is convex too, so pupils interpolate well in this form.
-pub(crate) type Support = [f64; SIDES];
-
-/// The outward normals of the sides, counterclockwise. The first is +x.
-pub(super) fn directions() -> [DVec2; SIDES] {
-    std::array::from_fn(|j| {
-        let (sin, cos) = libm::sincos(TAU * j as f64 / SIDES as f64);
-        DVec2::new(cos, sin)
-    })
-}
-
-/// The normals of the sides, with the nearest one rotated onto the normal of each edge of an iris.
-/// Opposite sides stay parallel.
-pub(super) fn directions_along(edges: &[DVec2]) -> [DVec2; SIDES] {
-    const HALF: usize = SIDES / 2;
-    let mut sides = directions();
-    for edge in edges {
-        let normal = edge.normalize();
-        let angle = libm::atan2(normal.y, normal.x) / TAU * SIDES as f64;
-        let slot = (angle.round() as isize).rem_euclid(HALF as isize) as usize;
-        let normal = normal * normal.dot(sides[slot]).signum();
-        let [before, after] = [slot + SIDES - 1, slot + 1].map(|j| sides[j % SIDES]);
-        // The corner between two nearly parallel sides is ill-conditioned. Neighboring normals are
-        // 11° apart; one that would come within 1° of another is not rotated.
-        if before.perp_dot(normal) > 0.02 && normal.perp_dot(after) > 0.02 {
-            (sides[slot], sides[slot + HALF]) = (normal, -normal);
-        }
-    }
-    sides
-}
-
-/// The corners of a polygon, which is divided into triangles around a point inside.
-#[derive(Clone, Copy, Debug)]
-pub struct Outline {
-    center: DVec2,
-    /// The corners, counterclockwise. The first is repeated at the end.
-    corners: [DVec2; SIDES + 1],
-}
-
-impl Outline {
-    /// The polygon of a support, whose sides have the normals `sides`.
-    pub fn of(support: &Support, sides: &[DVec2; SIDES]) -> Self {
-        let mut corners = [DVec2::ZERO; SIDES + 1];
-        let mut center = DVec2::ZERO;
-        for j in 0..SIDES {
-            // Where side j meets side j + 1.
-            let (side, next) = (sides[j], sides[(j + 1) % SIDES]);
-            let (sin, cos) = (side.perp_dot(next), side.dot(next));
-            let along = (support[(j + 1) % SIDES] - support[j] * cos) / sin;
-            corners[j] = support[j] * side + along * side.perp();
-            center += corners[j];
-        }
-        corners[SIDES] = corners[0];
-        center /= SIDES as f64;
-        Self { center, corners }
-    }
-
-    /// Interpolates linearly between two polygons.
-    fn mix(&self, other: &Self, t: f64) -> Self {
-        Self {
-            center: self.center.lerp(other.center, t),
-            corners: std::array::from_fn(|j| self.corners[j].lerp(other.corners[j], t)),
-        }
-    }
-}
-
-/// The number of entries in a [`TriangleTable`].
-const STARTS: usize = 1024;
-
-/// The interpolated pupils of all film points between two from which the pupil was measured.
-#[derive(Clone, Debug)]
-pub struct Span {
-    low: Outline,
-    high: Outline,
-    /// Twice the area of the triangles before each corner, as a quadratic of the mixing parameter.
-    before: [[f64; 3]; SIDES + 1],
-    wedges: [Wedge; SIDES],
-    triangles: TriangleTable,
-}
-
-/// The quantities that a point in one of the triangles depends on, as quadratics of the mixing
-/// parameter: the vectors from the center to the two corners, the center, and twice the areas
-/// before those corners. The coefficients of one power are adjacent, so that all are evaluated as
-/// one vector.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(64))]
-struct Wedge([[f64; 8]; 3]);
-
-impl Wedge {
-    /// The quantities at the mixing parameter `t`.
-    #[inline(always)]
-    fn at(&self, t: f64) -> [f64; 8] {
-        let Self([a, b, c]) = self;
-        let mut all = [0.0; 8];
-        for i in 0..8 {
-            all[i] = a[i] + t * (b[i] + t * c[i]);
-        }
-        all
-    }
-}
-
-/// A table from a share of the area to a triangle, for areas averaged over a span. The search for a
-/// triangle starts there, and nearly always ends there.
-#[derive(Clone, Debug)]
-struct TriangleTable {
-    /// The triangle that contains the middle of each of [`STARTS`] equal parts of the area.
-    starts: [u8; STARTS],
-}
-
-impl TriangleTable {
-    /// Makes the table from the mean area before each corner, which `area` returns.
-    fn new(area: impl Fn(usize) -> f64) -> Self {
-        let all = area(SIDES).max(f64::MIN_POSITIVE);
-        let before: [f64; SIDES + 1] = std::array::from_fn(|j| area(j) / all);
-        let mut starts = [0; STARTS];
-        let mut j = 0;
-        for (i, start) in starts.iter_mut().enumerate() {
-            let share = (i as f64 + 0.5) / STARTS as f64;
-            while j < SIDES - 1 && before[j + 1] <= share {
-                j += 1;
-            }
-            *start = j as u8;
-        }
-        Self { starts }
-    }
-
-    /// The triangle in which a share of the area ends, or a neighbor of it.
-    #[inline(always)]
-    fn lookup(&self, share: f64) -> usize {
-        usize::from(self.starts[(share * STARTS as f64) as usize & (STARTS - 1)])
-    }
-}
-
-impl Span {
-    /// The span between two polygons, at the mixing parameters 0 and 1.
-    pub fn new(low: Outline, high: Outline) -> Self {
-        let mut before = [[0.0; 3]; SIDES + 1];
-        let from_center = |j: usize| {
-            let start = low.corners[j] - low.center;
-            (start, high.corners[j] - high.center - start)
-        };
-        for j in 0..SIDES {
-            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
-            let twice = [
-                p.perp_dot(q),
-                p.perp_dot(dq) + dp.perp_dot(q),
-                dp.perp_dot(dq),
-            ];
-            before[j + 1] = std::array::from_fn(|i| before[j][i] + twice[i]);
-        }
-        let (center, moved) = (low.center, high.center - low.center);
-        let wedges = std::array::from_fn(|j| {
-            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
-            let (from, to) = (before[j], before[j + 1]);
-            Wedge([
-                [p.x, p.y, q.x, q.y, center.x, center.y, from[0], to[0]],
-                [dp.x, dp.y, dq.x, dq.y, moved.x, moved.y, from[1], to[1]],
-                [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, from[2], to[2]],
-            ])
-        });
-        let triangles = TriangleTable::new(|j| {
-            let [a, b, c] = before[j];
-            a + b / 2.0 + c / 3.0
-        });
-        Self {
-            low,
-            high,
-            before,
-            wedges,
-            triangles,
-        }
-    }
-
-    /// Twice the area of the triangles before a corner, at the mixing parameter `t`, in square
-    /// millimeters.
-    #[inline(always)]
-    pub fn twice_area_before(&self, j: usize, t: f64) -> f64 {
-        let [a, b, c] = self.before[j];
-        a + t * (b + t * c)
-    }
-
-    /// The area of the polygon at the mixing parameter `t`, in square millimeters.
-    #[inline(always)]
-    pub fn area(&self, t: f64) -> f64 {
-        0.5 * self.twice_area_before(SIDES, t)
-    }
-
-    /// The point at the share `u` of the area, counted around the center, and at the share `out` of
-    /// the distance from the center to the rim, in the polygon at the mixing parameter `t`.
-    #[inline(always)]
-    pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
-        let place = u * self.twice_area_before(SIDES, t);
-        let guess = self.triangles.lookup(u);
-        let mut wedge = self.wedges[guess].at(t);
-        // The tabulated triangle nearly always contains the point.
-        if !(wedge[6] <= place && place < wedge[7]) {
-            wedge = self.wedges[self.search(guess, t, place)].at(t);
-        }
-        let [px, py, qx, qy, x, y, start, end] = wedge;
-        let at = share(place, start, end);
-        DVec2::new(
-            x + out * (px + at * (qx - px)),
-            y + out * (py + at * (qy - py)),
-        )
-    }
-
-    /// Searches for the triangle that contains a place, starting from a neighbor.
-    #[cold]
-    #[inline(never)]
-    fn search(&self, from: usize, t: f64, place: f64) -> usize {
-        let mut j = from;
-        while j > 0 && self.twice_area_before(j, t) > place {
-            j -= 1;
-        }
-        while j < SIDES - 1 && self.twice_area_before(j + 1, t) <= place {
-            j += 1;
-        }
-        j
-    }
-}
-
-/// The position of a place between two others, 0 to 1; the middle for a triangle of no area.
-#[inline(always)]
-fn share(place: f64, before: f64, behind: f64) -> f64 {
-    if behind > before {
-        ((place - before) / (behind - before)).clamp(0.0, 1.0)
-    } else {
-        0.5
-    }
-}
+use crate::lens::pupil::patch::{Located, Patch, Position};
+use crate::lens::pupil::sides::{Outline, SIDES};
+use crate::lens::pupil::span::Span;
 
 /// The polygon at which rays from one film point are aimed.
 #[derive(Clone, Copy, Debug)]
@@ -257,15 +18,13 @@ pub struct Polygon<'a> {
     area: f64,
 }
 
-/// The shape of a polygon before it is rotated and mirrored. It lives on the stack for one sample,
-/// where a box would cost more.
-#[allow(clippy::large_enum_variant)]
+/// The shape of a polygon before it is rotated and mirrored.
 #[derive(Clone, Copy, Debug)]
 enum Figure<'a> {
     /// The polygon at a mixing parameter of a span.
     Between(&'a Span, f64),
-    /// A polygon and twice the area before each of its corners.
-    Whole(Outline, [f64; SIDES + 1]),
+    /// The polygon at a position in a patch, from a film point in a direction.
+    Within(&'a Patch, Position, DVec2),
 }
 
 impl<'a> Polygon<'a> {
@@ -281,20 +40,13 @@ impl<'a> Polygon<'a> {
         })
     }
 
-    /// The polygon of an outline that is rotated so that +x becomes `turn`, and whose coordinates
-    /// are then multiplied by the signs `mirror`; none if it has no area.
-    pub fn whole(outline: Outline, turn: DVec2, mirror: DVec2) -> Option<Self> {
-        let mut before = [0.0; SIDES + 1];
-        for j in 0..SIDES {
-            let from_center = |j: usize| outline.corners[j] - outline.center;
-            // Rounding may make the area over a side of length 0 negative.
-            before[j + 1] = before[j] + from_center(j).perp_dot(from_center(j + 1)).max(0.0);
-        }
-        let area = 0.5 * before[SIDES];
+    /// The polygon of a film point in a patch; none if it has no area.
+    pub(super) fn within(film: &Located<'a>) -> Option<Self> {
+        let area = film.patch.area::<false>(film.at);
         (area > 0.0).then_some(Self {
-            figure: Figure::Whole(outline, before),
-            turn,
-            mirror,
+            figure: Figure::Within(film.patch, film.at, film.direction),
+            turn: film.copy.turn,
+            mirror: film.copy.mirror,
             area,
         })
     }
@@ -307,8 +59,8 @@ impl<'a> Polygon<'a> {
     /// The outline before rotation and reflection.
     fn outline(&self) -> Outline {
         match &self.figure {
-            Figure::Between(span, t) => span.low.mix(&span.high, *t),
-            Figure::Whole(outline, _) => *outline,
+            Figure::Between(span, t) => span.outline(*t),
+            Figure::Within(patch, at, direction) => patch.outline(*at, *direction),
         }
     }
 
@@ -335,12 +87,8 @@ impl<'a> Polygon<'a> {
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.figure {
             Figure::Between(span, t) => span.point(*t, u, v.sqrt()),
-            Figure::Whole(outline, before) => {
-                let place = u * before[SIDES];
-                let j = before[1..SIDES].partition_point(|b| *b <= place);
-                let at = share(place, before[j], before[j + 1]);
-                let rim = outline.corners[j].lerp(outline.corners[j + 1], at);
-                outline.center.lerp(rim, v.sqrt())
+            Figure::Within(patch, at, direction) => {
+                patch.point::<false>(*at, *direction, u, v.sqrt())
             }
         };
         self.placed(point)
@@ -365,6 +113,8 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::lens::pupil::sides::{Support, directions};
+    use crate::lens::pupil::symmetry::Copy;
 
     /// The mean of x² over a polygon, from the integrals over its triangles.
     fn mean_square(polygon: &Polygon<'_>) -> f64 {
@@ -408,12 +158,36 @@ mod tests {
         let circumscribed = 4.0 * SIDES as f64 * libm::tan(PI / SIDES as f64);
         let span = Span::new(disc(1.0), disc(3.0));
         let mut all = vec![Polygon::between(&span, 0.5, turn).unwrap()];
+        // Discs of radius 1 to 3 about (0, 0), with centers from (0, 0) to (2, 0) along a
+        // direction.
+        let supports = [1.0, 1.0, 3.0, 3.0].map(|radius| [radius; SIDES]);
+        let center = |k: usize| DVec2::new([0.0, 2.0][k % 2], 0.0);
+        let figures = std::array::from_fn(|k| (center(k), &supports[k]));
+        let patch = Patch::new([0.25, 0.5], [0.125, 0.25], figures, &sides);
+        let place = [0.3125, 0.625];
+        assert!(patch.contains(place) && !patch.contains([0.375, 0.625]));
         for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
-            all.push(Polygon::whole(disc(2.0), turn, mirror).unwrap());
+            let copy = Copy { turn, mirror };
+            let at = patch.position(place);
+            for angle in [0.0, 1.0] {
+                let direction = DVec2::from_angle(angle);
+                let located = Located {
+                    patch: &patch,
+                    at,
+                    direction,
+                    copy,
+                };
+                all.push(Polygon::within(&located).unwrap());
+            }
         }
         for polygon in all {
             assert!((polygon.area() - circumscribed).abs() < 1e-12);
-            assert!((polygon.center() - polygon.mirror * turn).length() < 1e-12);
+            let direction = match polygon.figure {
+                Figure::Between(..) => DVec2::X,
+                Figure::Within(_, _, direction) => direction,
+            };
+            let center = polygon.mirror * turn.rotate(direction);
+            assert!((polygon.center() - center).length() < 1e-12);
             check(&polygon);
         }
     }

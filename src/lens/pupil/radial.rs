@@ -1,7 +1,7 @@
 //! A table of pupils by film radius, for a lens and a film with rotational symmetry.
 
-use crate::lens::pupil::polygon::{SIDES, Support};
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
+use crate::lens::pupil::sides::{SIDES, Support};
 use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
 
 /// An interval of film radii is halved until interpolation at its middle cuts off less of the pupil

@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use glam::{DVec2, DVec3};
 
 use crate::lens::optics::film_place::FilmPlace;
-use crate::lens::pupil::polygon::SIDES;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::pupil::search::secondary_openings::is_outside;
+use crate::lens::pupil::sides::SIDES;
 use crate::lens::pupil::support::{MARGIN, widened};
 
 /// The number of intervals of the film's radius between the film points from which secondary

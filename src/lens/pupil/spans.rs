@@ -2,8 +2,10 @@
 
 use glam::DVec2;
 
-use crate::lens::pupil::polygon::{Outline, Polygon, SIDES, Span, Support};
+use crate::lens::pupil::polygon::Polygon;
 use crate::lens::pupil::radial::Radial;
+use crate::lens::pupil::sides::{Outline, SIDES, Support};
+use crate::lens::pupil::span::Span;
 use crate::math::lanes::Lane;
 
 /// A table of pupils over the film's radius, prepared for aiming.

@@ -1,8 +1,6 @@
 //! Combinations of convex figures that are given by their support in 32 directions.
 
-use glam::DVec2;
-
-use crate::lens::pupil::polygon::{SIDES, Support};
+use crate::lens::pupil::sides::{SIDES, Support};
 
 /// The Minkowski mixture of two figures, at the mixing parameter `t`.
 pub(super) fn mix(a: &Support, b: &Support, t: f64) -> Support {
@@ -37,12 +35,3 @@ pub(super) fn excess(inner: &Support, outer: &Support) -> f64 {
 /// interpolation and the search cut off: of 4.95 million rays through the shipped lenses none is
 /// cut, and 1 to 2% of the aimed rays are lost for it (docs/accuracy.md).
 pub(super) const MARGIN: f64 = 0.004;
-
-/// A figure with its rotation and reflection.
-pub(super) struct Figure {
-    pub support: Support,
-    /// The figure is rotated so that +x becomes this unit vector.
-    pub turn: DVec2,
-    /// The coordinates of the rotated figure are multiplied by these signs.
-    pub mirror: DVec2,
-}

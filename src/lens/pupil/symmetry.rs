@@ -6,6 +6,7 @@ use glam::DVec2;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::math::lanes::fused;
 
 /// The rotations and reflections that map the lens and its film onto themselves. The pupil of every
 /// film point is that of a point in one wedge of the film, rotated and mirrored.
@@ -59,29 +60,95 @@ impl Symmetry {
         }
     }
 
+    /// The rotations and signs that map the first wedge to the others.
+    pub(super) fn copies(&self) -> Vec<Copy> {
+        let part = TAU / f64::from(self.turns);
+        let turned = |angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        };
+        let copies = (0..self.turns).flat_map(|number| {
+            let plain = Copy {
+                turn: turned(f64::from(number) * part),
+                mirror: DVec2::ONE,
+            };
+            let mirrored = Copy {
+                turn: turned(-2.0 * self.base - f64::from(number + 1) * part),
+                mirror: DVec2::new(1.0, -1.0),
+            };
+            [plain, mirrored]
+        });
+        copies.collect()
+    }
+
     /// The angle of a wedge, in radians.
     pub(super) fn wedge(&self) -> f64 {
         let circle = if self.mirrored { PI } else { TAU };
         circle / f64::from(self.turns)
     }
 
-    /// The position of a direction in its wedge, 0 to 1, and the rotation and the signs that map a
-    /// figure in the first wedge to that direction.
-    pub(super) fn fold(&self, direction: DVec2) -> (f64, DVec2, DVec2) {
-        let part = TAU / f64::from(self.turns);
-        let angle = libm::atan2(direction.y, direction.x) - self.base;
-        let whole = (angle / part).floor();
-        let rest = angle - whole * part;
-        let turned = |angle: f64| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        };
-        if self.mirrored && rest > 0.5 * part {
-            let back = turned(-2.0 * self.base - (whole + 1.0) * part);
-            return ((part - rest) / self.wedge(), back, DVec2::new(1.0, -1.0));
-        }
-        (rest / self.wedge(), turned(whole * part), DVec2::ONE)
+    /// The position of a direction in its wedge, 0 to 1, and the number in [`Self::copies`] of that
+    /// wedge. The direction need not be of unit length.
+    #[inline(always)]
+    pub(super) fn fold<const FUSED: bool>(&self, x: f64, y: f64) -> (f64, f64) {
+        let turns = f64::from(self.turns);
+        let around = (turns_of::<FUSED>(x, y) - self.base / TAU) * turns;
+        let whole = around.floor();
+        let rest = around - whole;
+        let number = 2.0 * (whole - turns * (whole / turns).floor());
+        let is_mirrored = self.mirrored & (rest > 0.5);
+        let scale = if self.mirrored { 2.0 } else { 1.0 };
+        let rest = if is_mirrored { 1.0 - rest } else { rest };
+        (
+            scale * rest,
+            if is_mirrored { number + 1.0 } else { number },
+        )
     }
+}
+
+/// A rotation and a reflection of a wedge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Copy {
+    /// The wedge is rotated so that +x becomes this unit vector.
+    pub turn: DVec2,
+    /// The coordinates of the rotated wedge are multiplied by these signs.
+    pub mirror: DVec2,
+}
+
+impl Copy {
+    /// The wedge itself.
+    pub(super) const NONE: Self = Self {
+        turn: DVec2::X,
+        mirror: DVec2::ONE,
+    };
+
+    /// Maps a direction of this wedge to the first.
+    #[inline(always)]
+    pub(super) fn unfold(&self, direction: DVec2) -> DVec2 {
+        inverse(self.turn).rotate(self.mirror * direction)
+    }
+}
+
+/// The angle of a vector as a share of a full turn, from −1/2 to 1/2, with an error below 1e-12. It
+/// has no branches.
+#[inline(always)]
+fn turns_of<const FUSED: bool>(x: f64, y: f64) -> f64 {
+    let (ax, ay) = (x.abs(), y.abs());
+    let (near, far) = (ax.min(ay), ax.max(ay));
+    // Above the tangent of π/8 the angle is measured from π/4.
+    let is_wide = near > 0.414_213_562_373_095_03 * far;
+    let across = if is_wide { near - far } else { near };
+    let along = if is_wide { near + far } else { far };
+    let t = across / (if along > 0.0 { along } else { 1.0 });
+    let square = -t * t;
+    let mut sum = 1.0 / 29.0;
+    for k in (0..14).rev() {
+        sum = fused::<FUSED>(sum, square, 1.0 / f64::from(2 * k + 1));
+    }
+    let angle = t * sum * (1.0 / TAU) + if is_wide { 0.125 } else { 0.0 };
+    let angle = if ay > ax { 0.25 - angle } else { angle };
+    let angle = if x < 0.0 { 0.5 - angle } else { angle };
+    if y < 0.0 { -angle } else { angle }
 }
 
 /// Whether a set of edges is the same after a rotation or a reflection.

@@ -12,6 +12,7 @@ use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::{Aims, SpanAims};
 use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
+use crate::lens::pupil::polar::CellAims;
 use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::transmission::PupilTransmission;
 use crate::lens::pupil::window::PupilWindow;
@@ -68,16 +69,23 @@ impl PupilTarget {
         aims: &mut Aims,
     ) {
         if let Self::ExitPupil(target) = self
-            && let Table::Radial(_, spans) = &target.table
             && target.stray_region.is_none()
         {
-            return dispatch(SpanAims {
-                spans,
-                transmission,
-                film,
-                pupil,
-                aims,
-            });
+            return match &target.table {
+                Table::Radial(_, spans) => dispatch(SpanAims {
+                    spans,
+                    transmission,
+                    film,
+                    pupil,
+                    aims,
+                }),
+                Table::Cells(cells) => dispatch(CellAims {
+                    cells,
+                    film,
+                    pupil,
+                    aims,
+                }),
+            };
         }
         for lane in 0..LANES {
             let window = self.window(DVec2::new(film[0][lane], film[1][lane]));

@@ -4,10 +4,10 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::pupil::polygon::{SIDES, Support};
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction, OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::{InnerPoint, PupilSearch};
 use crate::lens::pupil::search::rim::{RimPoint, RimRow, corner};
+use crate::lens::pupil::sides::{SIDES, Support};
 use crate::math::lanes::{LANES, Lane};
 
 /// The relative error of the rim points in a pupil table: a tenth of the margin that the table

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use crate::lens::pupil::polygon::Support;
+use crate::lens::pupil::sides::Support;
 use crate::math::lanes::LANES;
 
 /// The number of directions in which an outline is searched. They cover half a turn if the other

@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 use glam::{DVec2, DVec3};
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::pupil::polygon::{SIDES, Support};
 use crate::lens::pupil::search::outline::PupilOutline;
 use crate::lens::pupil::search::pupil_search::PupilSearch;
+use crate::lens::pupil::sides::{SIDES, Support};
 use crate::lens::trace::ray::{LensRay, unit};
 use crate::math::lanes::LANES;
 
