@@ -376,12 +376,13 @@ fn render_whole(
         }
     }
     let clock = Instant::now();
-    if options.writes_picture && !exposure.is_blank() {
+    let has_picture = options.writes_picture && !exposure.is_blank();
+    if has_picture {
         write_picture(session, options, &exposure, command)?;
     }
     watch.result()?;
     let mut report = session.report(&exposure);
-    if let Some(denoiser) = &options.denoiser {
+    if let Some(denoiser) = options.denoiser.as_ref().filter(|_| has_picture) {
         report.plan.insert("denoise".into(), denoiser.name());
         report.set_error(Err(ErrorUnknown::Denoised));
     }
