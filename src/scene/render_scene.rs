@@ -173,6 +173,11 @@ impl RenderScene {
         self.light_sets.of_set(set)
     }
 
+    /// The number of lights of a set.
+    pub(crate) fn light_count(&self, set: u32) -> usize {
+        self.light_sets.count(set)
+    }
+
     /// All different lights.
     pub(crate) fn lights(&self) -> Vec<Light> {
         self.light_sets.different()

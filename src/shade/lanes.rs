@@ -7,7 +7,7 @@
 
 use glam::Vec3;
 
-use crate::bvh::{PacketHits, RayPacket};
+use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::math::lanes::{
     LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, power, set_lane,
 };
@@ -23,23 +23,23 @@ pub(super) struct PointLanes {
     /// A bit mask of the lanes that hold a point.
     pub mask: u32,
     /// A bit mask of the points that have a highlight.
-    shiny: u32,
-    gathered: Gathered,
-    placed: Placed,
+    pub shiny: u32,
+    pub gathered: Gathered,
+    pub placed: Placed,
     /// The light that reaches the points: see [`PointLanes::reach`].
     pub lit: LightLanes,
 }
 
 /// Positions and normals of the points.
 #[derive(Clone, Debug)]
-struct Placed {
-    position: Vec3Lanes,
+pub(super) struct Placed {
+    pub position: Vec3Lanes,
     /// The geometric normal, of length 1, on the side that the ray came from.
-    geometric: Vec3Lanes,
+    pub geometric: Vec3Lanes,
     /// The normal used for lighting, of length 1, or zero.
     normal: Vec3Lanes,
     /// A bound of the position's rounding error, in meters.
-    error: Lanes<f32>,
+    pub error: Lanes<f32>,
     /// Twice the triangle's area, in square meters.
     area: Lanes<f32>,
 }
@@ -53,6 +53,27 @@ impl Default for Placed {
             error: [0.0; LANES],
             area: [0.0; LANES],
         }
+    }
+}
+
+impl Placed {
+    /// The coordinate `k` of the origin of a ray that leaves the point in lane `i` toward the side
+    /// of the geometric normal (1) or the other one (−1), clear of the surface.
+    #[inline(always)]
+    fn clear_of(&self, k: usize, i: usize, side: f32) -> f32 {
+        let off = side * self.geometric[k][i];
+        let origin = self.position[k][i] + off * self.error[i];
+        // The sum is rounded too, so the origin moves one step farther.
+        let step = (origin.abs() * f32::EPSILON).copysign(off);
+        origin + if off == 0.0 { 0.0 } else { step }
+    }
+
+    /// Returns a ray that leaves the point in a lane in a direction, clear of the surface.
+    pub(super) fn leave(&self, lane: usize, direction: Vec3) -> Ray {
+        let toward = direction.dot(of_lane(&self.geometric, lane));
+        let side = if toward < 0.0 { -1.0 } else { 1.0 };
+        let origin = [0, 1, 2].map(|k| self.clear_of(k, lane, side));
+        Ray::new(Vec3::from_array(origin), direction)
     }
 }
 
@@ -105,7 +126,7 @@ impl PlainSurface {
 
 /// Corners, normals and colors of the points' primitives, copied into lanes.
 #[derive(Clone, Debug)]
-struct Gathered {
+pub(super) struct Gathered {
     corners: [Vec3Lanes; 3],
     normals: [Vec3Lanes; 3],
     /// 1 if the corners run counterclockwise seen from outside, else −1.
@@ -114,9 +135,9 @@ struct Gathered {
     two_sided: Lanes<f32>,
     /// 1 if the corners have normals, else 0.
     smooth: Lanes<f32>,
-    diffuse: Vec3Lanes,
+    pub diffuse: Vec3Lanes,
     /// The specular color of shiny points.
-    specular: Vec3Lanes,
+    pub specular: Vec3Lanes,
     /// The specular exponent of shiny points.
     exponent: Lanes<f32>,
     /// The radiance of the surface without any light.
@@ -309,9 +330,9 @@ pub(super) struct LightLanes {
     /// The factor of the light's color from attenuation and the spot's cone.
     factor: Lanes<f32>,
     /// `factor` times the cosine to the normal.
-    share: Lanes<f32>,
+    pub share: Lanes<f32>,
     /// `factor` times the highlight's specular factor.
-    highlight: Lanes<f32>,
+    pub highlight: Lanes<f32>,
 }
 
 impl PointLanes {
@@ -374,6 +395,18 @@ impl PointLanes {
         }
     }
 
+    /// Computes the highlights of the light of the last [`PointLanes::reach`].
+    pub(super) fn shine(&mut self, backward: Vec3) {
+        if self.shiny & self.lit.rays.mask != 0 {
+            dispatch(Shine {
+                normal: &self.placed.normal,
+                exponent: &self.gathered.exponent,
+                backward,
+                lit: &mut self.lit,
+            });
+        }
+    }
+
     /// Adds the light of the last [`PointLanes::reach`] to the radiances. `through` is the fraction
     /// that is not in shadow. A highlight is brightest where the normal is halfway between the
     /// light and `backward`.
@@ -384,14 +417,7 @@ impl PointLanes {
         through: &Lanes<f32>,
         radiances: &mut Vec3Lanes,
     ) {
-        if self.shiny & self.lit.rays.mask != 0 {
-            dispatch(Shine {
-                normal: &self.placed.normal,
-                exponent: &self.gathered.exponent,
-                backward,
-                lit: &mut self.lit,
-            });
-        }
+        self.shine(backward);
         dispatch(Add {
             points: &self.gathered,
             shiny: self.shiny,
@@ -612,11 +638,7 @@ impl SimdKernel for Reach<'_> {
         }
         for k in 0..3 {
             for (i, side) in side.iter().enumerate() {
-                let off = side * points.geometric[k][i];
-                let origin = points.position[k][i] + off * points.error[i];
-                // The sum is rounded too, so the origin moves one step farther.
-                let step = (origin.abs() * f32::EPSILON).copysign(off);
-                out.origin[k][i] = origin + if off == 0.0 { 0.0 } else { step };
+                out.origin[k][i] = points.clear_of(k, i, *side);
             }
         }
         (0..LANES).fold(0, |all, i| all | u32::from(share[i] > 0.0) << i)

@@ -19,6 +19,7 @@
 mod instance_tests;
 mod lanes;
 mod lighting;
+mod many_lights;
 mod packet;
 mod shader;
 mod shading;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::many_lights::MANY_LIGHTS;
 use super::shader::{Pending, Shader, Work};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, RayPacket};
@@ -129,8 +130,11 @@ impl Shader<'_> {
             return false;
         }
         work.points.glow(lanes, radiances);
-        for light in lights.filter(|light| light.color != Vec3::ZERO) {
-            self.add_light(light, lanes, radiances, work);
+        let lights = lights.filter(|light| light.color != Vec3::ZERO);
+        if self.shading == Shading::Recursive && self.scene.light_count(set) > MANY_LIGHTS {
+            self.add_some_lights(lights, lanes, radiances, work);
+        } else {
+            lights.for_each(|light| self.add_light(light, lanes, radiances, work));
         }
         if self.shading != Shading::Recursive {
             for lane in bits(lanes) {

@@ -6,6 +6,7 @@ use glam::Vec3;
 
 use super::lanes::{PlainSurface, PointLanes};
 use super::lighting;
+use super::many_lights::LightChoice;
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Vec3Lanes, bits, set_lane};
@@ -66,6 +67,8 @@ pub(crate) struct Work {
     pub(super) hits: PacketHits,
     /// The points of that packet that are lit in lanes.
     pub(super) points: Box<PointLanes>,
+    /// The choice among many lights.
+    pub(super) choice: LightChoice,
 }
 
 /// A ray still to be traced, and how much of its radiance reaches the film.

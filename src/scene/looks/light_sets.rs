@@ -33,6 +33,12 @@ impl LightSets {
         ranges.iter().flat_map(|range| &self.lights[indices(range)])
     }
 
+    /// Returns the number of lights of a set.
+    pub(crate) fn count(&self, set: u32) -> usize {
+        let ranges = &self.ranges[indices(&self.sets[set as usize])];
+        ranges.iter().map(ExactSizeIterator::len).sum()
+    }
+
     /// Whether there are no lights.
     pub(crate) fn is_empty(&self) -> bool {
         self.lights.is_empty()
