@@ -50,12 +50,10 @@ const VICTIMS: [Victim; 5] = [
 ];
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let Some(program) = words.first().map(PathBuf::from) else {
+    let Some((program, kills)) = program_and_kills(&words, 200) else {
         eprintln!("faults PROGRAM [--kills N]");
         return ExitCode::from(2);
     };
-    let kills = words.iter().skip_while(|w| *w != "--kills").nth(1);
-    let kills = kills.and_then(|word| word.parse().ok()).unwrap_or(200);
     let folder = std::env::temp_dir().join(format!("ivcam-faults-{}", std::process::id()));
     let mut failed = 0;
     println!(
@@ -87,6 +85,14 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     }
     let _ = std::fs::remove_dir_all(&folder);
     ExitCode::from(u8::from(failed > 0))
+}
+
+/// Returns the program to kill and how often, from `PROGRAM [--kills N]`.
+pub(crate) fn program_and_kills(words: &[String], default: u64) -> Option<(PathBuf, u64)> {
+    let program = words.first().map(PathBuf::from)?;
+    let kills = words.iter().skip_while(|w| *w != "--kills").nth(1);
+    let kills = kills.and_then(|word| word.parse().ok()).unwrap_or(default);
+    Some((program, kills))
 }
 
 fn command(program: &Path, words: &str, out: &Path) -> Command {

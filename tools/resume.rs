@@ -6,10 +6,11 @@
 //! started, all of them, and `mpirun` itself are killed too. The exit code is 1 if a picture
 //! differs. The instants depend on the speed of the machine.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Child, Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
+use super::faults::program_and_kills;
 use crate::picture::Raster;
 use crate::sampling::{mix, unit};
 
@@ -65,12 +66,10 @@ struct Counts {
 }
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let Some(program) = words.first().map(PathBuf::from) else {
+    let Some((program, kills)) = program_and_kills(&words, 100) else {
         eprintln!("resume PROGRAM [--kills N]");
         return ExitCode::from(2);
     };
-    let kills = words.iter().skip_while(|w| *w != "--kills").nth(1);
-    let kills = kills.and_then(|word| word.parse().ok()).unwrap_or(100);
     let folder = std::env::temp_dir().join(format!("ivcam-resume-{}", std::process::id()));
     println!(
         "| killed | instants | still running | continued from a checkpoint | identical pictures |\n\
