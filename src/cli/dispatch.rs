@@ -118,8 +118,8 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     }
 }
 
-/// Refuses `--write-camera`, `--aov`, `--denoise`, `--checkpoint` and what goes with it where no
-/// picture is rendered.
+/// Refuses `--write-camera`, `--aov`, `--denoise`, `--tev`, `--checkpoint` and what goes with it
+/// where no picture is rendered.
 fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
     let (renders, m) = match matches.subcommand() {
         None => (matches.get_flag("batch"), matches),
@@ -136,6 +136,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
         ("checkpoint", RENDER),
         ("every", RENDER),
         ("sample-range", RENDER),
+        ("tev", RENDER),
     ];
     for (option, help) in helps {
         if !renders && m.try_contains_id(option).unwrap_or_default() {

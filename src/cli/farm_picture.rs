@@ -15,7 +15,7 @@ use crate::render::units::border_before;
 
 /// The options of the picture's command that its tasks have values of their own for, or that only
 /// the last step has.
-const OWN: [&str; 9] = [
+const OWN: [&str; 10] = [
     "--region",
     "--sample-range",
     "--checkpoint",
@@ -25,6 +25,7 @@ const OWN: [&str; 9] = [
     "--aov",
     "--report",
     "--write-camera",
+    "--tev",
 ];
 
 /// A picture whose parts are made by tasks.

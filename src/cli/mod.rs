@@ -35,6 +35,7 @@ mod stability;
 mod team;
 #[cfg(feature = "mpi")]
 mod team_mpi;
+mod tev;
 mod trace_rays;
 pub(crate) mod view;
 mod vintage_help;

@@ -11,6 +11,7 @@ use super::meter::{Meter, MeterKind};
 use super::outputs::{
     check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
 };
+use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
 use crate::camera::{Aim, Camera};
 use crate::diag::{Diagnostic, Result, Sink};
@@ -22,7 +23,7 @@ use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
 use crate::picture::Picture;
 use crate::render::report::{RenderReport, count, error_text, percent};
-use crate::render::{Counts, Exposure, Task};
+use crate::render::{Counts, Exposure, Keeper, Task};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -42,6 +43,8 @@ pub(crate) struct OutputOptions {
     pub quiet: bool,
     /// How progress is shown.
     pub meter: MeterKind,
+    /// The viewer that shows the picture while it is made.
+    pub tev: Option<TevView>,
     /// Which samples are made, and where the state of the render is kept.
     pub keeping: Keeping,
     /// Whether the picture is written. A part of its samples need not be.
@@ -70,6 +73,7 @@ impl OutputOptions {
     fn to(m: &ArgMatches, output: PathBuf) -> Result<Self> {
         set_arithmetic(m)?;
         Ok(Self {
+            tev: tev(m, &output)?,
             output,
             report: text(m, "report").map(PathBuf::from),
             layers: layers(m)?,
@@ -160,6 +164,18 @@ fn denoiser(m: &ArgMatches) -> Result<Option<Denoiser>> {
     let program = text(m, "denoise").filter(|_| !team::is_assistant());
     program
         .map(|program| Denoiser::find(Path::new(program)))
+        .transpose()
+}
+
+/// Returns the connection to the viewer of `--tev`, from the process that writes the picture.
+///
+/// # Errors
+/// Returns an error if there is no such viewer.
+fn tev(m: &ArgMatches, output: &Path) -> Result<Option<TevView>> {
+    let address = text(m, "tev").filter(|_| !team::is_assistant());
+    let name = output.display().to_string();
+    address
+        .map(|address| TevView::connect(address, name))
         .transpose()
 }
 
@@ -286,6 +302,7 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     plan.whole_film = match picture_format(&options.output)?.has_rows() {
         _ if options.layers.is_some() => Some("`--aov`"),
         _ if options.denoiser.is_some() => Some("`--denoise`"),
+        _ if options.tev.is_some() => Some("`--tev`"),
         _ if options.keeping.path.is_some() => Some("`--checkpoint`"),
         false => Some("a JPEG or SGI file"),
         true => None,
@@ -358,10 +375,15 @@ fn render_whole(
     command: &str,
 ) -> Result<(RenderReport, Counts, i32)> {
     let (sums, watch) = options.keeping.begin(session)?;
+    let mut keepers: Vec<&dyn Keeper> = vec![&watch];
+    if let Some(tev) = &options.tev {
+        tev.begin(session.region().resolution());
+        keepers.push(tev);
+    }
     let task = Task {
         samples: options.keeping.samples.clone(),
         sums,
-        keeper: Some(&watch),
+        keepers: &keepers,
     };
     let meter = Meter::new(options.meter);
     let exposure = options.on_threads(|| session.expose_task(task, &|p| meter.show(p)))?;
@@ -413,7 +435,13 @@ fn write_pictures(
     exposure: &Exposure,
     picture: &Picture,
 ) -> Result<()> {
-    let save = |picture: &Picture| save_picture(picture, &options.output, session.plan.depth);
+    let save = |picture: &Picture| {
+        let saved = save_picture(picture, &options.output, session.plan.depth);
+        if let Some(tev) = &options.tev {
+            tev.show(picture);
+        }
+        saved
+    };
     let surfaces = match (&options.layers, &options.denoiser) {
         (None, None) => Vec::new(),
         _ => session.surfaces_of(exposure),

@@ -53,6 +53,7 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
         "checkpoint",
         "sample-range",
         "every",
+        "tev",
     ] {
         if text(m, option).is_some() {
             let error = format!("`--{option}` is for one scene, and this is a folder");

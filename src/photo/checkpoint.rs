@@ -7,9 +7,9 @@
 use std::fs::File;
 use std::io::{BufReader, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crc32fast::Hasher;
 use indexmap::IndexMap;
@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::diag::{self, Diagnostic, Result, differences};
 use crate::files::write_whole;
-use crate::render::{Keeper, Snapshot, Sums};
+use crate::render::{Alarm, Keeper, Snapshot, Sums};
 
 /// The first bytes of a checkpoint.
 const MAGIC: [u8; 16] = *b"ivcam checkpoint";
@@ -207,9 +207,7 @@ pub(crate) struct Watch {
     pub signal: Arc<AtomicUsize>,
     /// Receives a warning if a checkpoint could not be written.
     pub warn: fn(&Diagnostic),
-    start: Instant,
-    /// When the next checkpoint is due, in milliseconds from the start.
-    due: AtomicU64,
+    alarm: Alarm,
     /// The error of the last checkpoint.
     fault: Mutex<Option<Box<Diagnostic>>>,
 }
@@ -221,13 +219,11 @@ impl Watch {
         signal: Arc<AtomicUsize>,
         warn: fn(&Diagnostic),
     ) -> Self {
-        let every = file.as_ref().map(|(_, _, every)| every.as_millis() as u64);
         Self {
+            alarm: Alarm::new(file.as_ref().map(|(_, _, every)| *every)),
             file,
             signal,
             warn,
-            start: Instant::now(),
-            due: AtomicU64::new(every.unwrap_or(u64::MAX)),
             fault: Mutex::new(None),
         }
     }
@@ -255,16 +251,7 @@ impl Keeper for Watch {
     }
 
     fn is_due(&self) -> bool {
-        let now = self.start.elapsed().as_millis() as u64;
-        let due = self.due.load(Ordering::Relaxed);
-        // The next one is due a time after this one was written.
-        let swap = |due| {
-            let swapped =
-                self.due
-                    .compare_exchange(due, u64::MAX, Ordering::Relaxed, Ordering::Relaxed);
-            swapped.is_ok()
-        };
-        now >= due && swap(due)
+        self.alarm.is_due()
     }
 
     fn keep(&self, snapshot: &Snapshot<'_, '_>) {
@@ -280,7 +267,7 @@ impl Keeper for Watch {
         }
         *fault = error;
         drop(fault);
-        let next = self.start.elapsed() + *every;
-        self.due.store(next.as_millis() as u64, Ordering::Relaxed);
+        // The next one is due a time after this one was written.
+        self.alarm.set(*every);
     }
 }

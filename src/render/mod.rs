@@ -33,7 +33,7 @@ pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use exposure::{Stopped, Summary};
 pub(crate) use passes::{Render, Task};
 pub use report::account::{RenderReport, Seconds};
-pub(crate) use stopwatch::Stopwatch;
+pub(crate) use stopwatch::{Alarm, Stopwatch};
 pub(crate) use strips::{StripSums, Strips};
 pub(crate) use sums::{Keeper, Place, Snapshot, Sums};
 pub(crate) use surfaces::SurfaceSum;

@@ -51,8 +51,13 @@ pub(crate) struct Task<'k> {
     pub samples: Option<Range<u32>>,
     /// The sums of an earlier run, from which the render continues.
     pub sums: Option<Sums>,
-    /// Keeps the sums, and stops the render.
-    pub keeper: Option<&'k dyn Keeper>,
+    /// Keep the sums, and stop the render.
+    pub keepers: &'k [&'k dyn Keeper],
+}
+
+/// Returns whether a keeper stops the render.
+fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
+    keepers.iter().any(|keeper| keeper.is_stopped())
 }
 
 /// What surrounds the passes of a render.
@@ -63,7 +68,7 @@ struct Run<'r> {
     /// The time of earlier runs.
     before: Spent,
     watch: &'r Stopwatch,
-    keeper: Option<&'r dyn Keeper>,
+    keepers: &'r [&'r dyn Keeper],
     progress: &'r (dyn Fn(Progress) + Sync),
 }
 
@@ -116,13 +121,13 @@ impl Render<'_> {
             None => {
                 let watch = Stopwatch::start();
                 let mut counts = Counts::default();
-                let shares = Arc::new(self.pilot_pass(&mut counts, task.keeper));
+                let shares = Arc::new(self.pilot_pass(&mut counts, task.keepers));
                 let mut sums = Sums::new(self.resolution, region, samples.start, shares);
                 sums.add_cost(&counts, watch.spent());
                 sums
             }
         };
-        self.run_from(sums, samples.end, task.keeper, progress)
+        self.run_from(sums, samples.end, task.keepers, progress)
     }
 
     /// Adds samples to the sums of a film up to a number or a stop condition.
@@ -130,7 +135,7 @@ impl Render<'_> {
         &self,
         mut sums: Sums,
         last: u32,
-        keeper: Option<&dyn Keeper>,
+        keepers: &[&dyn Keeper],
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let watch = Stopwatch::start();
@@ -140,14 +145,16 @@ impl Render<'_> {
             start: Instant::now(),
             before: sums.spent,
             watch: &watch,
-            keeper,
+            keepers,
             progress,
         };
         let mut measured = Measured::default();
         let stopped = self.run_passes(&mut sums, &run, &mut measured).err();
         sums.spent = sums.spent.plus(watch.spent());
-        if let (None, Some(keeper)) = (stopped, keeper) {
-            sums.show(&mut |snapshot| keeper.keep(snapshot));
+        if stopped.is_none() {
+            for keeper in keepers {
+                sums.show(&mut |snapshot| keeper.keep(snapshot));
+            }
         }
         let watch = Stopwatch::start();
         let Place { region, done, .. } = sums.place;
@@ -171,7 +178,7 @@ impl Render<'_> {
     /// Exposes passes until a stop condition holds.
     ///
     /// # Errors
-    /// Returns where the render is if the keeper stops it.
+    /// Returns where the render is if a keeper stops it.
     fn run_passes(
         &self,
         sums: &mut Sums,
@@ -209,7 +216,7 @@ impl Render<'_> {
     /// Exposes the samples that the sums have begun.
     ///
     /// # Errors
-    /// Returns where the render is if the keeper stops it.
+    /// Returns where the render is if a keeper stops it.
     fn expose_sums(
         &self,
         sums: &mut Sums,
@@ -223,7 +230,6 @@ impl Render<'_> {
             end,
             ..
         } = sums.place;
-        let keeper = run.keeper;
         let mut pixels = std::mem::take(&mut sums.last);
         let segment = Segment::new(region, done..end, &mut pixels, &sums.finished);
         let tiles = Tile::count(region);
@@ -236,22 +242,19 @@ impl Render<'_> {
                 samples: done - first,
                 error,
             });
-            let Some(keeper) = keeper else {
-                return true;
-            };
-            if keeper.is_due() {
+            for keeper in run.keepers.iter().filter(|keeper| keeper.is_due()) {
                 keeper.keep(&snapshot());
             }
-            !keeper.is_stopped()
+            !is_stopped(run.keepers)
         };
-        let may_begin = !keeper.is_some_and(Keeper::is_stopped);
+        let may_begin = !is_stopped(run.keepers);
         let is_whole = may_begin && self.fill(&segment, &sums.shares, &proceed);
         let finished = segment.finished();
         let is_whole = is_whole || finished == tiles;
         // A render that is stopped in its pilot pass has neither samples nor shares.
         let is_blank = done == first && finished == 0;
-        if let (false, false, Some(keeper)) = (is_whole, is_blank, keeper) {
-            keeper.keep(&snapshot());
+        if !is_whole && !is_blank {
+            run.keepers.iter().for_each(|k| k.keep(&snapshot()));
         }
         let counts = segment.counts();
         drop(segment);
@@ -313,11 +316,7 @@ impl Render<'_> {
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
     /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded. It
     /// covers the whole picture, so that the shares in a region are those of the whole picture.
-    pub(super) fn pilot_pass(
-        &self,
-        counts: &mut Counts,
-        keeper: Option<&dyn Keeper>,
-    ) -> SampleShares {
+    pub(super) fn pilot_pass(&self, counts: &mut Counts, keepers: &[&dyn Keeper]) -> SampleShares {
         if !self.adaptive {
             return SampleShares::EVEN;
         }
@@ -330,7 +329,7 @@ impl Render<'_> {
         };
         let samples = 0..(self.stop.samples / 8).clamp(2, 16);
         let mut variances = Vec::with_capacity(self.resolution.pixels());
-        let proceed = |_: u64| !keeper.is_some_and(Keeper::is_stopped);
+        let proceed = |_: u64| !is_stopped(keepers);
         for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
             let mut film = Film::new(strip.resolution());
             match pilot.pass(strip, &mut film, samples.clone(), &proceed) {

@@ -117,6 +117,15 @@ impl<'a> Segment<'a> {
         counts.fold(Counts::default(), |sum, counts| sum.plus(&counts))
     }
 
+    /// Returns a copy of each row of tiles with its region, while threads may finish others.
+    pub(super) fn rows(&self) -> impl Iterator<Item = (Region, Vec<Exposed>)> {
+        let copy = |row: &Mutex<TileRow<'_>>| {
+            let row = locked(row);
+            (row.region, row.pixels.to_vec())
+        };
+        self.rows.iter().map(copy)
+    }
+
     /// Writes the pixels and the numbers of the finished tiles, while threads may finish others.
     /// Returns the rays of the tiles that were finished in this segment.
     pub(super) fn write(&self, to: &mut dyn Write) -> std::io::Result<Counts> {

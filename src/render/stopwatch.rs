@@ -1,5 +1,7 @@
-//! Time that work takes: on the clock, and of all processors together.
+//! Time that work takes, on the clock and of all processors together, and the time at which work is
+//! due.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 /// The time that work took.
@@ -56,6 +58,44 @@ impl Stopwatch {
             seconds,
             processor_seconds: processor.map(|(from, to)| (to - from).max(0.0)),
         }
+    }
+}
+
+/// The time at which work is due that one of several threads does.
+pub(crate) struct Alarm {
+    start: Instant,
+    /// Milliseconds from the start.
+    due: AtomicU64,
+}
+
+impl Alarm {
+    /// Returns an alarm for work that is due after a time, or never.
+    pub(crate) fn new(after: Option<Duration>) -> Self {
+        let due = after.map_or(u64::MAX, |after| after.as_millis() as u64);
+        Self {
+            start: Instant::now(),
+            due: AtomicU64::new(due),
+        }
+    }
+
+    /// Returns whether the work is due. One thread gets the answer true, and no other one does
+    /// before the alarm is set again.
+    pub(crate) fn is_due(&self) -> bool {
+        let now = self.start.elapsed().as_millis() as u64;
+        let due = self.due.load(Ordering::Relaxed);
+        let swap = |due| {
+            let swapped =
+                self.due
+                    .compare_exchange(due, u64::MAX, Ordering::Relaxed, Ordering::Relaxed);
+            swapped.is_ok()
+        };
+        now >= due && swap(due)
+    }
+
+    /// Sets the alarm to a time from now.
+    pub(crate) fn set(&self, after: Duration) {
+        let due = self.start.elapsed() + after;
+        self.due.store(due.as_millis() as u64, Ordering::Relaxed);
     }
 }
 

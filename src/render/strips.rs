@@ -75,7 +75,7 @@ impl<'a> Strips<'a> {
         let mut sums = StripSums::default();
         Self {
             render,
-            shares: Arc::new(render.pilot_pass(&mut sums.counts, None)),
+            shares: Arc::new(render.pilot_pass(&mut sums.counts, &[])),
             left: Box::new(strips(region, most_pixels)),
             lights: LightWatch::new(render, 1),
             work: (0, work(render, region)),
@@ -96,7 +96,7 @@ impl<'a> Strips<'a> {
         };
         let render = self.render;
         let sums = Sums::new(render.resolution, strip, 0, self.shares.clone());
-        let exposure = render.run_from(sums, render.stop.samples, None, &report);
+        let exposure = render.run_from(sums, render.stop.samples, &[], &report);
         self.work.0 += work(render, strip);
         self.sums.counts.add(&exposure.counts);
         self.lights.look(&exposure.film, strip);

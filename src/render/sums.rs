@@ -285,6 +285,36 @@ impl Snapshot<'_, '_> {
         to.write_all(&seconds.to_le_bytes())?;
         to.write_all(&processor_seconds.unwrap_or(f64::NAN).to_le_bytes())
     }
+
+    /// Calls `look` with each row of tiles, as a part of the region that is rendered, and the
+    /// linear exposure values of its pixels. A pixel without samples is black.
+    ///
+    /// # Errors
+    /// Returns the first error of `look`.
+    pub(crate) fn for_each_row(
+        &self,
+        mut look: impl FnMut(Region, &[[f32; 3]]) -> std::io::Result<()>,
+    ) -> std::io::Result<()> {
+        let Region { left, top, .. } = self.sums.place.region;
+        let mut before = 0;
+        for (rows, last) in self.segment.rows() {
+            let level = |(i, last): (usize, &Exposed)| {
+                let mut sum = Exposed::default();
+                let earlier = self.sums.earlier.iter().map(|film| &film[before + i]);
+                earlier.chain([last]).for_each(|unit| sum.join(unit));
+                sum.mean.as_vec3().to_array()
+            };
+            let levels: Vec<[f32; 3]> = last.iter().enumerate().map(level).collect();
+            before += last.len();
+            let rows = Region {
+                left: rows.left - left,
+                top: rows.top - top,
+                ..rows
+            };
+            look(rows, &levels)?;
+        }
+        Ok(())
+    }
 }
 
 impl Sums {

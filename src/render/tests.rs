@@ -327,7 +327,7 @@ fn a_render_that_is_interrupted_has_the_bits_of_one_that_is_not() {
             let keeper = Interruption::after(1 + 7 * runs);
             let task = Task {
                 sums,
-                keeper: Some(&keeper),
+                keepers: &[&keeper],
                 ..Task::default()
             };
             let made = with_render(&session, 1 + runs as usize % 3, |render| {
@@ -355,7 +355,7 @@ fn samples_are_added_to_a_render_that_has_ended() {
         let state = keeper.state.lock().unwrap().clone();
         let task = Task {
             sums: (!state.is_empty()).then(|| keeper.sums()),
-            keeper: Some(&keeper),
+            keepers: &[&keeper],
             ..Task::default()
         };
         let run = |task| {
@@ -379,7 +379,7 @@ fn parts_of_the_samples_have_the_bits_of_one_render_when_they_are_folded() {
                 let keeper = Interruption::after(u32::MAX);
                 let task = Task {
                     samples: Some(cut[0]..cut[1]),
-                    keeper: Some(&keeper),
+                    keepers: &[&keeper],
                     ..Task::default()
                 };
                 with_render(&session, 2, |r| {
@@ -397,11 +397,57 @@ fn parts_of_the_samples_have_the_bits_of_one_render_when_they_are_folded() {
 }
 
 #[test]
+fn the_rows_of_a_state_are_those_of_its_film() {
+    struct Rows(Mutex<Vec<[f32; 3]>>, Interruption);
+    impl Keeper for Rows {
+        fn is_stopped(&self) -> bool {
+            self.1.is_stopped()
+        }
+        fn is_due(&self) -> bool {
+            self.1.is_due()
+        }
+        fn keep(&self, snapshot: &Snapshot<'_, '_>) {
+            self.1.keep(snapshot);
+            let mut rows = self.0.lock().unwrap();
+            rows.clear();
+            let look = |part: Region, levels: &[[f32; 3]]| {
+                assert_eq!((part.left, part.top as usize * 13), (0, rows.len()));
+                assert_eq!(part.resolution().pixels(), levels.len());
+                rows.extend(levels);
+                Ok(())
+            };
+            snapshot.for_each_row(look).unwrap();
+        }
+    }
+    let session = small_session(300, false);
+    let region = Region {
+        left: 5,
+        top: 3,
+        width: 13,
+        height: 12,
+    };
+    // In the first unit, in the second one, and among units that are not folded.
+    for (samples, tiles) in [(0..300, 4), (0..300, 9), (64..300, 16), (64..300, u32::MAX)] {
+        let keeper = Rows(Mutex::default(), Interruption::after(tiles));
+        let task = Task {
+            samples: Some(samples),
+            keepers: &[&keeper],
+            ..Task::default()
+        };
+        with_render(&session, 2, |r| r.run_inside(region, task, &|_| ()));
+        let film = keeper.1.sums().film();
+        let rows = keeper.0.lock().unwrap();
+        assert_eq!(*rows, crate::picture::Picture::levels_of(&film));
+        assert!(rows.iter().any(|level| level[0] > 0.0));
+    }
+}
+
+#[test]
 fn a_state_that_is_cut_short_or_contradicts_itself_is_refused() {
     let session = small_session(4, true);
     let keeper = Interruption::after(9);
     let task = Task {
-        keeper: Some(&keeper),
+        keepers: &[&keeper],
         ..Task::default()
     };
     with_render(&session, 1, |r| {

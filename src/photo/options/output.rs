@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 13] = [
+pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -61,5 +61,10 @@ pub(super) static OPTIONS: [Opt; 13] = [
         "progress",
         Takes::One("KIND"),
         "bar, or json: one JSON object per line on standard error, also with --quiet [bar]",
+    ),
+    Opt::new(
+        "tev",
+        Takes::One("HOST:PORT"),
+        "shows the picture in the viewer tev while it is made; tev listens on 127.0.0.1:14158",
     ),
 ];
