@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Output, Stdio};
 use std::time::{Duration, Instant};
 
+use crate::photo::checkpoint::Checkpoint;
 use crate::picture::Raster;
 use crate::sampling::{mix, unit};
 
@@ -24,7 +25,7 @@ struct Victim {
     words: &'static str,
 }
 
-const VICTIMS: [Victim; 5] = [
+const VICTIMS: [Victim; 6] = [
     Victim {
         name: "render to PNG",
         words: "render SCENE --size 192x128 --samples 4 -o OUT/a.png",
@@ -33,6 +34,11 @@ const VICTIMS: [Victim; 5] = [
         name: "render to EXR, with layers and report",
         words: "render SCENE --size 192x128 --samples 4 -o OUT/a.exr --aov OUT/layers.exr \
                 --report OUT/report.json",
+    },
+    Victim {
+        name: "render with checkpoints",
+        words: "render SCENE --size 192x128 --samples 16 --checkpoint OUT/a.ckpt --every 0.05s \
+                -o OUT/a.png",
     },
     Victim {
         name: "a large picture, mostly written",
@@ -128,13 +134,19 @@ fn killed(program: &Path, victim: &Victim, kills: u64, out: &Path) -> std::io::R
         partial += bad;
     }
     // The files of the last run are still there.
-    let again = command(program, victim.words, out).status()?;
+    let again = command(program, victim.words, out)
+        .stderr(Stdio::piped())
+        .output()?;
+    if !again.status.success() {
+        let error = String::from_utf8_lossy(&again.stderr);
+        eprintln!("{} again: {}: {error}", victim.name, again.status);
+    }
     let left = below(out).iter().filter(|path| is_temporary(path)).count() as u64;
     println!(
         "| {} | {kills} | {running} | {whole} | {partial} | {left} |",
         victim.name
     );
-    Ok(partial + left + u64::from(!again.success()))
+    Ok(partial + left + u64::from(!again.status.success()))
 }
 
 /// Kills a process. Returns whether it was still running.
@@ -169,6 +181,7 @@ fn is_whole(path: &Path) -> bool {
         Some("png" | "exr" | "ppm") => Raster::open(path).is_ok(),
         Some("json") => serde_json::from_str::<serde_json::Value>(&text()).is_ok(),
         Some("html") => text().trim_end().ends_with("</html>"),
+        Some("ckpt") => Checkpoint::read(path).is_ok(),
         // Logs and claims grow or are replaced in place, and have no end.
         _ => true,
     }
@@ -255,7 +268,7 @@ fn little_memory(program: &Path, out: &Path) -> std::io::Result<u64> {
     let render = "ulimit -v 1000000; exec \"$PROGRAM\" render scenes/desk-lamp/desk-lamp.iv \
                   --size 20000x20000 --threads 1 --samples 1 --quiet -o \"$OUT/a.jpg\"";
     let output = shell(render, program, out)?;
-    Ok(row("1 GB for a film of 20 GB", &output, out) + u64::from(output.status.code() != Some(2)))
+    Ok(row("1 GB for a film of 42 GB", &output, out) + u64::from(output.status.code() != Some(2)))
 }
 
 /// Lets one system call on the way of a picture to the disk fail with EIO, by `strace`: one of 40
