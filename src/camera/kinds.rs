@@ -15,7 +15,7 @@ use crate::lens::{Bundle, PupilWindow};
 use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane};
 use crate::pose::{CameraPose, Projection};
 use crate::sampling::Samples;
-use crate::spectrum::{HERO, SETS};
+use crate::spectrum::SETS;
 
 /// A camera of any kind.
 #[derive(Clone, Debug)]
@@ -101,14 +101,14 @@ impl Camera {
     }
 
     /// Whether each wavelength has a ray of its own.
-    fn is_spectral(&self) -> bool {
+    pub(crate) fn is_spectral(&self) -> bool {
         matches!(self, Self::Lens(camera) if camera.spectral.is_some())
     }
 
     /// The number of samples in a batch: enough for resampled rays to fill lanes.
     pub(crate) fn batch(&self) -> usize {
         match self {
-            Self::Lens(_) if self.is_spectral() => SETS * LANES,
+            Self::Lens(_) if self.is_spectral() => 4 * SETS * LANES,
             Self::Lens(_) => 16 * LANES,
             _ => 4 * LANES,
         }
@@ -121,25 +121,26 @@ impl Camera {
         radiances: &[Vec3Lanes],
         exposures: &mut [DVec3],
     ) {
-        for (number, (packet, light)) in rays.packets().iter().zip(radiances).enumerate() {
+        for (packet, light) in rays.packets().iter().zip(radiances) {
             let tint = |lane: usize, light: DVec3| match &packet.tint {
                 Some(tint) => DMat3::from_cols_array(&tint.map(|all| all[lane])) * light,
                 None => light,
             };
             for lane in bits(packet.rays.mask) {
-                let mut light = tint(lane, of_lane(light, lane).as_dvec3()) * packet.weights[lane];
-                if let Some(color) = rays.colors.get(number * LANES + lane) {
-                    light = *color * light;
-                }
+                let light = tint(lane, of_lane(light, lane).as_dvec3()) * packet.weights[lane];
                 exposures[packet.samples[lane] as usize] += light;
             }
         }
-    }
-
-    /// The number of rays of one sample from the film: one, or one for each wavelength of a hero
-    /// set.
-    pub(crate) fn rays_each(&self) -> usize {
-        if self.is_spectral() { HERO } else { 1 }
+        if let Self::Lens(camera) = self
+            && let Some(lenses) = &camera.spectral
+        {
+            for color in &rays.colors {
+                let (number, lane) = (color.number as usize / LANES, color.number as usize % LANES);
+                let light = of_lane(&radiances[number], lane).as_dvec3() * color.factor;
+                let sample = rays.packets()[number].samples[lane];
+                exposures[sample as usize] += lenses.color(color.line) * light;
+            }
+        }
     }
 }
 

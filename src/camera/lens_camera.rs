@@ -193,7 +193,7 @@ impl LensCamera {
     }
 
     /// The ray of [`Self::ray`] through the lens at another wavelength.
-    fn ray_through(
+    pub(super) fn ray_through(
         &self,
         lens: &Lens,
         film: DVec2,

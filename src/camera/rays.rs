@@ -1,6 +1,6 @@
 //! Rays into the scene: a single ray, a packet, and a batch of packets.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 use super::tint::MatrixLanes;
 use crate::bvh::RayPacket;
@@ -58,17 +58,27 @@ impl ExitRays {
     }
 }
 
+/// A factor of the radiance along a ray, at one wavelength.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ColorFactor {
+    /// The number of the ray's lane in the batch.
+    pub number: u32,
+    /// The number of the wavelength among those of all hero sets.
+    pub line: u32,
+    /// The factor of the wavelength's color.
+    pub factor: f64,
+}
+
 /// A batch of rays into the scene, in packets, each with the number of its sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CameraRays {
     packets: Vec<ExitRays>,
     /// The number of lanes in use, with or without a ray.
     len: usize,
-    /// The film's response to the radiance along each lane's ray, if the rays have different
-    /// wavelengths.
-    pub colors: Vec<DMat3>,
-    /// The number of rays that got through the lens. Not all wavelengths of a sample continue into
-    /// the scene.
+    /// What is added to the factors of the radiances along some rays. A ray of another wavelength
+    /// has the weight 0.
+    pub colors: Vec<ColorFactor>,
+    /// The number of samples whose first ray got through the lens.
     pub passed: usize,
 }
 
@@ -102,15 +112,31 @@ impl CameraRays {
         self.passed += 1;
     }
 
-    /// Appends a ray whose radiance has a color as its factor.
-    pub(super) fn push_colored(&mut self, sample: u32, ray: ([f32; 3], [f32; 3]), color: DMat3) {
-        self.put(sample, ray, 1.0);
-        self.colors.push(color);
+    /// Appends a ray at one wavelength, by the number among those of all hero sets.
+    #[inline(always)]
+    pub(super) fn push_colored(
+        &mut self,
+        sample: u32,
+        ray: ([f32; 3], [f32; 3]),
+        line: u32,
+        factor: f64,
+    ) {
+        self.colors.push(ColorFactor {
+            number: self.len as u32,
+            line,
+            factor,
+        });
+        self.put(sample, ray, 0.0);
     }
 
-    /// Appends a ray to the last packet.
+    /// Appends the ray of a sample, whose radiance has a weight as its factor.
     #[inline(always)]
-    fn put(&mut self, sample: u32, (origin, direction): ([f32; 3], [f32; 3]), weight: f64) {
+    pub(super) fn put(
+        &mut self,
+        sample: u32,
+        (origin, direction): ([f32; 3], [f32; 3]),
+        weight: f64,
+    ) {
         let lane = self.len % LANES;
         let to = self.packet(self.len / LANES);
         for axis in 0..3 {

@@ -6,63 +6,31 @@
 //! through, and every ray is weighted by the area of the light alone. The mean is the same, and the
 //! noise is gone.
 
-use super::film_samples::FilmSamples;
+use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ExitRays};
 use crate::lens::{Aims, Bundle, PupilTransmission};
 use crate::math::lanes::{LANES, bits};
-use crate::sampling::{Samples, mix};
-
-/// Retries per lost ray. If at most 20% are lost, 0.2^16 ≈ 7e-12 remain lost.
-const ROUNDS: u64 = 16;
-
-/// A sample whose ray was lost: its film point, and the point of the unit square that it was aimed
-/// at.
-#[derive(Clone, Copy, Debug)]
-struct Lost {
-    /// In millimeters from the film's middle.
-    film: [f64; 2],
-    pupil: [f64; 2],
-    /// The number of the sample.
-    sample: usize,
-}
+use crate::sampling::Samples;
 
 /// The samples whose rays must be aimed again.
 #[derive(Debug, Default)]
 struct Resampler {
-    lost: Vec<Lost>,
+    lost: Vec<AimedSample>,
 }
 
 impl Resampler {
     /// Multiplies the weights of rays by the open share of the area at which they were aimed, and
     /// notes the samples, from number `first` on, whose rays are lost.
     fn note(&mut self, samples: &FilmSamples, aims: &Aims, out: &mut ExitRays, first: usize) {
-        let mut known = 0u32;
-        for (i, share) in aims.open_share.iter().enumerate() {
-            let is_known = (*share > 0.0) & (aims.area[i] > 0.0);
-            out.weights[i] *= if is_known { *share } else { 1.0 };
-            known |= u32::from(is_known) << i;
+        let known = aims.known_shares();
+        for (weight, share) in out.weights.iter_mut().zip(&aims.open_share) {
+            *weight *= if *share > 0.0 { *share } else { 1.0 };
         }
         let used = u32::MAX >> (LANES - samples.count);
         for lane in bits(known & used & !out.rays.mask) {
-            self.lost.push(Lost {
-                film: [samples.film[0][lane], samples.film[1][lane]],
-                pupil: [samples.pupil[0][lane], samples.pupil[1][lane]],
-                sample: first + lane,
-            });
+            self.lost.push(samples.of_lane(lane, first + lane));
         }
-    }
-}
-
-impl Lost {
-    /// Replaces the lens point by a random one, which depends only on the film point, the last lens
-    /// point and the round.
-    fn aim_again(&mut self, round: u64) {
-        let [x, y] = self.film.map(f64::to_bits);
-        let [u, v] = self.pupil.map(f64::to_bits);
-        let key = mix(mix(mix(mix(x) ^ y) ^ u) ^ v) ^ round;
-        let unit = |key: u64| (mix(key) >> 11) as f64 * (1.0 / (1u64 << 53) as f64);
-        self.pupil = [unit(key), unit(!key)];
     }
 }
 
@@ -99,17 +67,10 @@ impl LensCamera {
         let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
         let mut transmittances = self.transmittances(&self.lens);
         for round in 0..ROUNDS {
-            let lost = std::mem::take(&mut resampler.lost);
+            let mut lost = std::mem::take(&mut resampler.lost);
+            lost.iter_mut().for_each(|lost| lost.aim_again(round));
             for chunk in lost.chunks(LANES) {
-                lanes.count = chunk.len();
-                for lane in 0..LANES {
-                    let mut again = chunk[lane.min(chunk.len() - 1)];
-                    again.aim_again(round);
-                    for d in 0..2 {
-                        lanes.film[d][lane] = again.film[d];
-                        lanes.pupil[d][lane] = again.pupil[d];
-                    }
-                }
+                lanes.take(chunk);
                 self.target
                     .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
                 let out = rays.next_packet();

@@ -51,8 +51,8 @@ pub(super) struct Batch<'a> {
     slots: Vec<usize>,
     /// The number of samples in a full batch.
     size: usize,
-    /// Rays per sample.
-    each: usize,
+    /// Whether samples have wavelengths.
+    is_spectral: bool,
     bundle: Bundle,
     /// The rays that passed through the lens.
     rays: CameraRays,
@@ -79,7 +79,7 @@ impl<'a> Batch<'a> {
             weights: Vec::new(),
             slots: Vec::new(),
             size: render.camera.batch(),
-            each: render.camera.rays_each(),
+            is_spectral: render.camera.is_spectral(),
             bundle: Bundle::default(),
             rays: CameraRays::default(),
             radiances: Vec::new(),
@@ -101,14 +101,14 @@ impl<'a> Batch<'a> {
         sums: &mut [Exposed],
     ) {
         let pixel = self.render.pixel(sampler, at);
-        self.counts.film_rays += u64::from(samples.end - samples.start) * self.each as u64;
+        self.counts.film_rays += u64::from(samples.end - samples.start);
         let mut samples = samples;
         while !samples.is_empty() {
             let filled = self.slots.len();
             let count = samples.len().min(self.size - filled);
             let now = samples.start..samples.start + count as u32;
             samples.start = now.end;
-            if self.each > 1 {
+            if self.is_spectral {
                 let wavelengths = now.clone().map(|index| pixel.wavelength(index));
                 self.samples.wavelength.extend(wavelengths);
             }

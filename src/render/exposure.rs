@@ -164,7 +164,8 @@ impl Exposure {
 /// Numbers of rays that a render traced.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Counts {
-    /// Rays that left the film for the picture. A resampled ray is counted once.
+    /// Rays that left the film for the picture, one for each sample. A resampled ray is counted
+    /// once, and further wavelengths are not counted.
     pub film_rays: u64,
     /// Rays from the film that passed through the lens, error rays included.
     pub passed: u64,

@@ -32,6 +32,14 @@ impl Default for Aims {
 }
 
 impl Aims {
+    /// A mask of the lanes whose open share is known.
+    pub(crate) fn known_shares(&self) -> u32 {
+        let lanes = self.open_share.iter().zip(&self.area).enumerate();
+        lanes.fold(0, |all, (lane, (share, area))| {
+            all | u32::from((*share > 0.0) & (*area > 0.0)) << lane
+        })
+    }
+
     /// Sets the aim of a lane to the point of a window for a pair of numbers in the unit square.
     pub(crate) fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
         [self.area[lane], self.open_share[lane]] = [0.0; 2];

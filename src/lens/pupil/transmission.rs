@@ -69,6 +69,27 @@ impl PupilTransmission {
         }
     }
 
+    /// Interpolates open shares that were measured at three wavelengths of one table, by a
+    /// quadratic of the wavelength. They are known where all three are.
+    pub(crate) fn interpolated(measured: &[(f64, Self); 3], nm: f64) -> Self {
+        let weights: [f64; 3] = std::array::from_fn(|k| {
+            let others = (0..3).filter(|j| *j != k).map(|j| measured[j].0);
+            others.map(|at| (nm - at) / (measured[k].0 - at)).product()
+        });
+        let spans = 0..measured[0].1.shares.len();
+        let share = |span: usize| {
+            let mut sum = [0.0; 3];
+            for (weight, (_, measured)) in std::iter::zip(weights, measured) {
+                let share = measured.shares[span]?;
+                sum = std::array::from_fn(|k| sum[k] + weight * share[k]);
+            }
+            Some(sum)
+        };
+        Self {
+            shares: spans.map(share).collect(),
+        }
+    }
+
     /// The coefficients of the open share in a span, constant first; 0 if it is not known.
     #[inline(always)]
     pub(super) fn share(&self, span: usize) -> [f64; 3] {
@@ -249,6 +270,31 @@ mod tests {
             measured > cases / 2 && measured > 40,
             "{measured} of {cases}"
         );
+    }
+
+    /// A share that is measured has an error of at most 0.2/2^9 in each of 32 directions, which is
+    /// 4e-5 for all; 3e-4 is far more than the errors of four.
+    #[test]
+    fn open_shares_between_three_wavelengths_are_interpolated() {
+        let lens = Lens::named("takumar-50").unwrap();
+        let focus = lens.focus(FocusMethod::Film, Meters(3.0)).unwrap();
+        let place = FilmPlace::flat(focus.film_z);
+        let pupil = ExitPupil::new(&lens, &place, 21.6);
+        let Table::Radial(_, spans) = &pupil.table else {
+            panic!("the lens is round");
+        };
+        let at = |nm: f64| PupilTransmission::of(spans, &lens.at_wavelength(nm), &place);
+        let measured = [545.0, 575.0, 605.0].map(|nm| (nm, at(nm)));
+        let (own, between) = (at(562.0), PupilTransmission::interpolated(&measured, 562.0));
+        let mut known = 0;
+        for (a, b) in own.shares.iter().zip(&between.shares) {
+            let (Some([a, ..]), Some([b, ..])) = (a, b) else {
+                continue;
+            };
+            assert!((a - b).abs() < 3e-4, "{a} {b}");
+            known += 1;
+        }
+        assert!(known > 4, "{known}");
     }
 
     #[test]
