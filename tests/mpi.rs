@@ -2,11 +2,14 @@
 
 #[path = "common/pixels.rs"]
 mod pixels;
+#[path = "common/viewer.rs"]
+mod viewer;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use pixels::pixels;
+use viewer::Viewer;
 
 /// The words for `mpirun` in a container, where the user may be root and cores may be few.
 const MPIRUN: [&str; 4] = [
@@ -132,6 +135,26 @@ fn parts_and_checkpoints_of_any_number_of_processes_have_the_bits_of_one() {
         assert!(output.status.success(), "{output:?}");
     }
     assert!(pixels(&folder.join("grown.exr")) == pixels(&alone));
+    std::fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn a_viewer_receives_the_picture_from_one_of_the_processes() {
+    let Some(folder) = folder("viewer") else {
+        return;
+    };
+    let picture = folder.join("a.exr");
+    let viewer = Viewer::start(usize::MAX);
+    let output = processes(3, &words(&picture, &["--tev", &viewer.address]));
+    assert!(output.status.success(), "{output:?}");
+    let written = pixels(&picture);
+    let shown = viewer.shown();
+    assert!(picture.ends_with(&shown.name) && shown.states > 0);
+    assert_eq!((shown.width, shown.height), (48, 32));
+    for (pixels, name) in shown.channels() {
+        let (_, values) = written.iter().find(|(n, _)| n == name).expect("a channel");
+        assert!(pixels == *values);
+    }
     std::fs::remove_dir_all(folder).expect("removed");
 }
 

@@ -48,6 +48,12 @@ impl Viewer {
 }
 
 impl Shown {
+    /// Returns the values of each channel with its name.
+    pub fn channels(&self) -> [(Vec<f32>, &'static str); 3] {
+        let channel = |c: usize| self.pixels.iter().map(|p| p[c]).collect();
+        [(channel(0), "R"), (channel(1), "G"), (channel(2), "B")]
+    }
+
     /// Carries out a packet.
     fn obey(&mut self, mut packet: &[u8]) {
         let kind = number::<1>(&mut packet)[0];
