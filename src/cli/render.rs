@@ -216,7 +216,7 @@ pub(super) fn set_arithmetic(m: &ArgMatches) -> Result<()> {
 /// Returns an error if the option is invalid.
 pub(crate) fn threads(m: &ArgMatches) -> Result<usize> {
     let here = std::thread::available_parallelism().map_or(1, usize::from);
-    let here = (here / team::processes_here()).max(1);
+    let here = team::share_of_cores(here);
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
     let threads = parsed(m, "threads", "a number of threads from 1 to 1024", count)?;
     if let Some(many) = threads.filter(|many| *many > here) {
