@@ -24,7 +24,7 @@ use crate::team::{Schedule, Team};
 /// How many pieces a process has at a time, so that it need not wait for the next one.
 const PIECES: usize = 2;
 /// How long the first process waits for messages before it looks for results of its own threads.
-const TURN: Duration = Duration::from_micros(500);
+const TURN: Duration = Duration::from_millis(5);
 
 /// A part of a render that any process can do.
 #[derive(Debug, Serialize, Deserialize)]

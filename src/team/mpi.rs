@@ -14,8 +14,10 @@ use mpi::topology::{Communicator as _, SimpleCommunicator};
 
 use super::link::{Link, Team};
 
-/// How long the thread sleeps between looks for messages.
-const NAP: Duration = Duration::from_micros(200);
+/// How long the thread sleeps between looks for messages: first the shortest time, and after every
+/// look in vain twice as long up to the longest. A look every 200 µs would take a tenth of a core.
+/// A process has two pieces of work of a tenth of a second, so the longest time costs it nothing.
+const NAPS: [Duration; 2] = [Duration::from_micros(100), Duration::from_millis(5)];
 /// Variables of the environment that the starters of processes set: Open MPI's own, PMIx of Slurm
 /// and others, and PMI of MPICH.
 const SIGNS: [&str; 3] = ["OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK"];
@@ -94,11 +96,18 @@ fn carry(
     to_send: &Receiver<(usize, Vec<u8>)>,
     received: &Sender<(usize, Vec<u8>)>,
 ) {
+    let [shortest, longest] = NAPS;
+    let mut nap = shortest;
     loop {
-        while receive(world, received) {}
-        match to_send.recv_timeout(NAP) {
-            Ok((to, message)) => send(world, to, &message, received),
-            Err(RecvTimeoutError::Timeout) => {}
+        while receive(world, received) {
+            nap = shortest;
+        }
+        match to_send.recv_timeout(nap) {
+            Ok((to, message)) => {
+                send(world, to, &message, received);
+                nap = shortest;
+            }
+            Err(RecvTimeoutError::Timeout) => nap = longest.min(2 * nap),
             Err(RecvTimeoutError::Disconnected) => return,
         }
     }
@@ -117,7 +126,7 @@ fn send(
         while let Err(unfinished) = request.test() {
             request = unfinished;
             if !receive(world, received) {
-                std::thread::sleep(NAP / 4);
+                std::thread::sleep(NAPS[0]);
             }
         }
     });
