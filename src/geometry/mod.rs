@@ -28,5 +28,5 @@ pub(crate) use facets::{Fineness, facets};
 pub(crate) use markers::{MarkerBitmap, marker_bitmap};
 pub(crate) use mesh::Mesh;
 pub(crate) use quadric::{Quadric, QuadricKind};
-pub(crate) use stroke::{Stroke, StrokeView};
+pub(crate) use stroke::{Stroke, StrokeView, piece_counts};
 pub(crate) use tessellate::cut_polygon;

@@ -3,7 +3,7 @@
 //! A ray is transformed to object space and intersected there in f64. A sphere at a thousand radii
 //! therefore keeps its outline, and a non-uniform scale needs no special case.
 
-use glam::{DAffine3, DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use crate::math;
 
@@ -41,6 +41,57 @@ pub(crate) struct Quadric {
     pub material: u32,
     /// Whether the matrix mirrors the shape.
     pub mirrored: bool,
+    /// A sphere around the surface.
+    around: BoundingSphere,
+}
+
+/// A sphere around a surface. Most rays that enter a surface's box miss the sphere, and the test is
+/// much faster than the exact intersection.
+#[derive(Clone, Copy, Debug)]
+struct BoundingSphere {
+    center: Vec3,
+    /// The square of the radius, enlarged by the rounding error of the center.
+    square: f32,
+}
+
+/// A bound of the relative error of the squared distance between a ray and a center, from rounding.
+/// Each term is within 32 ulps of the distance from the ray's origin to the center.
+const SQUARE_ERROR: f32 = 1e-8;
+
+impl BoundingSphere {
+    /// Returns a sphere around a surface in the scene. It is exact for a sphere whose matrix keeps
+    /// its axes orthogonal.
+    fn of(kind: QuadricKind, matrix: &DAffine3) -> Self {
+        let (min, max) = exact_bounds(kind, matrix);
+        let center = 0.5 * (min + max);
+        let mut radius = 0.5 * (max - min).length();
+        if let QuadricKind::Sphere { radius: own } = kind {
+            // The largest row sum of MᵀM bounds the square of the largest stretch.
+            let product = matrix.matrix3.transpose() * matrix.matrix3;
+            let rows = [product.x_axis, product.y_axis, product.z_axis];
+            let stretch = rows.map(|row| row.abs().element_sum());
+            let square = stretch.into_iter().fold(0.0, f64::max);
+            radius = radius.min(own.abs() * square.sqrt());
+        }
+        let rounding = f64::from(f32::EPSILON) * center.abs().max_element();
+        Self {
+            center: center.as_vec3(),
+            square: (1.001 * (radius + 2.0 * rounding).powi(2)) as f32,
+        }
+    }
+
+    /// Whether a ray may enter the sphere from distance 0 to `t_max`.
+    #[inline(always)]
+    fn may_hit(&self, origin: Vec3, direction: Vec3, t_max: f32) -> bool {
+        let from = origin - self.center;
+        let square = direction.length_squared();
+        let along = -from.dot(direction) / square;
+        // The squared distance between the center and the nearest point of the ray.
+        let beyond = (along - t_max).max(-along).max(0.0);
+        let off = (from + along * direction).length_squared() + beyond * beyond * square;
+        // Not greater, so that a ray with NaN is kept.
+        !(off > self.square + SQUARE_ERROR * from.length_squared())
+    }
 }
 
 impl Quadric {
@@ -58,7 +109,15 @@ impl Quadric {
             object_from_scene,
             material,
             mirrored: scene_from_object.matrix3.determinant() < 0.0,
+            around: BoundingSphere::of(kind, &scene_from_object),
         })
+    }
+
+    /// Whether a ray may intersect the surface from distance 0 to `t_max`. It is a test in f32 that
+    /// most rays fail without the exact intersection.
+    #[inline]
+    pub(crate) fn may_hit(&self, origin: Vec3, direction: Vec3, t_max: f32) -> bool {
+        self.around.may_hit(origin, direction, t_max)
     }
 
     /// Returns the near and the far distance at which a ray intersects the surface.

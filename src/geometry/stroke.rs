@@ -82,6 +82,63 @@ pub(crate) struct Stroke {
     scale: f32,
     /// The number of pixels of the pattern that the preceding lines have used.
     start: f32,
+    /// The part of the line that this is.
+    piece: Piece,
+}
+
+/// One of `count` parts of equal length of a line, counted from the first end.
+#[derive(Clone, Copy, Debug)]
+struct Piece {
+    /// The number of the part, from 0.
+    index: u32,
+    /// The number of parts.
+    count: u32,
+}
+
+impl Piece {
+    /// The whole line.
+    const WHOLE: Self = Self { index: 0, count: 1 };
+
+    /// Whether a position along the line, from 0 to 1, is in the piece. It is in one piece only.
+    fn contains(self, forth: f64) -> bool {
+        self.count == 1
+            || (forth * f64::from(self.count)).min(f64::from(self.count - 1)) as u32 == self.index
+    }
+}
+
+/// The largest number of pieces into which the lines of a scene are divided, unless there are more
+/// lines. A piece takes about 250 bytes with its part of the tree.
+const MOST_PIECES: usize = 1 << 20;
+/// The largest mean number of pieces of a line.
+const MEAN_PIECES: usize = 64;
+
+/// Returns the number of pieces into which each line is to be divided.
+///
+/// The box of a line across a scene is as large as the scene, so a ray would have to test every
+/// such line. A ray meets a box with a probability in proportion to its surface, and the surfaces
+/// of the boxes of `n` pieces have the sum `A / n` if the line is thin and `A` is that of the whole
+/// line. The sum over all lines is smallest for a given number of pieces if `n` is in proportion to
+/// √A. The number is such that a ray is expected to meet one box, if the limits allow.
+pub(crate) fn piece_counts(
+    strokes: &[Stroke],
+    view: &StrokeView,
+    (min, max): (Vec3, Vec3),
+) -> Vec<u32> {
+    let half_surface = |size: Vec3| {
+        let size = size.as_dvec3();
+        size.x * size.y + size.y * size.z + size.z * size.x
+    };
+    let root = |stroke: &Stroke| half_surface((stroke.b - stroke.a).abs()).sqrt();
+    let sum: f64 = strokes.iter().map(root).sum();
+    let most = (MEAN_PIECES * strokes.len()).min(MOST_PIECES) as f64;
+    let factor = (sum / half_surface(max - min)).min(most / sum);
+    let count = |stroke: &Stroke| {
+        // Pieces as short as the line is wide gain nothing.
+        let width = f64::from(stroke.width(view)).max(f64::MIN_POSITIVE);
+        let root = root(stroke);
+        ((factor * root).min(root / width) as u32).clamp(1, 1 << 16)
+    };
+    strokes.iter().map(count).collect()
 }
 
 impl Stroke {
@@ -106,7 +163,17 @@ impl Stroke {
             pattern: 0xffff,
             scale: 1.0,
             start: 0.0,
+            piece: Piece::WHOLE,
         }
+    }
+
+    /// Returns the line's parts of equal length. A ray that hits the line hits one of them, at the
+    /// same place.
+    pub(crate) fn divided(self, count: u32) -> impl Iterator<Item = Self> {
+        (0..count).map(move |index| Self {
+            piece: Piece { index, count },
+            ..self
+        })
     }
 
     /// Sets the pattern, the number of pixels for each of its bits, and the number of pixels that
@@ -147,8 +214,16 @@ impl Stroke {
         self.a == self.b
     }
 
+    /// Returns the larger width of the ends in meters.
+    fn width(&self, view: &StrokeView) -> f32 {
+        2.0 * self.half * view.pixel(self.a).max(view.pixel(self.b))
+    }
+
     /// Returns the bounding box.
     pub(crate) fn bounds(&self, view: &StrokeView) -> (Vec3, Vec3) {
+        if self.piece.count > 1 {
+            return self.bounds_of_piece(view);
+        }
         let around = |p: Vec3| {
             let reach = (self.half + TIE_OFFSET as f32) * view.pixel(p).max(0.0);
             let mut size = self.across.abs();
@@ -159,6 +234,23 @@ impl Stroke {
         };
         let (a, b) = (around(self.a), around(self.b));
         (a.0.min(b.0), a.1.max(b.1))
+    }
+
+    /// Returns the bounding box of a part of a line.
+    fn bounds_of_piece(&self, view: &StrokeView) -> (Vec3, Vec3) {
+        let Piece { index, count } = self.piece;
+        let (a, b) = (self.a.as_dvec3(), self.b.as_dvec3());
+        let end = |i: u32| a.lerp(b, f64::from(i) / f64::from(count)).as_vec3();
+        let cut = Self {
+            a: end(index),
+            b: end(index + 1),
+            piece: Piece::WHOLE,
+            ..*self
+        };
+        let (min, max) = cut.bounds(view);
+        // The ends are rounded.
+        let rounding = 4.0 * f32::EPSILON * self.a.abs().max(self.b.abs());
+        (min - rounding, max + rounding)
     }
 
     /// Returns the position of a point along the line, from 0 at `a` to 1 at `b`.
@@ -177,7 +269,7 @@ impl Stroke {
         self.normals[0].lerp(self.normals[1], share).try_normalize()
     }
 
-    /// Returns the distance at which a ray hits the ribbon or the square.
+    /// Returns the distance at which a ray hits the ribbon, or its part, or the square.
     pub(crate) fn intersect(
         &self,
         origin: Vec3,
@@ -200,7 +292,7 @@ impl Stroke {
         let square = normal.length_squared();
         let beside = p.dot(normal.cross(along)) / square;
         let forth = p.dot(across.cross(normal)) / square;
-        self.covers(a, along, forth, beside, view)
+        (self.piece.contains(forth) && self.covers(a, along, forth, beside, view))
             .then_some(t as f32)
     }
 
@@ -241,6 +333,50 @@ mod tests {
         fixed: 0.0,
         per_depth: 0.01,
     };
+
+    /// A ray through a line hits one of its pieces, inside of the piece's box.
+    #[test]
+    fn a_hit_on_a_line_is_in_the_box_of_one_piece() {
+        let ends = [Vec3::new(-2.0, -1.0, -10.0), Vec3::new(0.3, 0.15, -1.0)];
+        let line = Stroke::new(ends, 3.0, &VIEW);
+        let mut hit = 0;
+        for i in 0..2000 {
+            let p = ends[0].lerp(ends[1], i as f32 / 1999.0);
+            let origin = Vec3::new(0.3 * (i % 7) as f32, 1.0, 0.5);
+            let known = line.intersect(origin, p - origin, &VIEW);
+            let found: Vec<(Stroke, f32)> = line
+                .divided(17)
+                .filter_map(|piece| Some((piece, piece.intersect(origin, p - origin, &VIEW)?)))
+                .collect();
+            assert_eq!(found.len(), usize::from(known.is_some()), "{i}");
+            for (piece, t) in found {
+                assert_eq!(Some(t), known);
+                let (min, max) = piece.bounds(&VIEW);
+                let at = origin + t * (p - origin);
+                assert!(
+                    at.cmpge(min - 1e-6).all() && at.cmple(max + 1e-6).all(),
+                    "{i}"
+                );
+                hit += 1;
+            }
+        }
+        assert!(hit > 1900, "{hit}");
+    }
+
+    /// A thousand lines across a cube are divided, one alone and a point are not.
+    #[test]
+    fn long_lines_are_divided_and_points_are_not() {
+        let across = [Vec3::splat(-1.0), Vec3::splat(1.0)];
+        let mut all = vec![Stroke::new(across, 1.0, &VIEW); 1000];
+        all.push(Stroke::new([Vec3::ZERO; 2], 1.0, &VIEW));
+        let counts = piece_counts(&all, &VIEW, (across[0], across[1]));
+        assert!(
+            counts[..1000].iter().all(|n| (2..=64).contains(n)),
+            "{counts:?}"
+        );
+        assert_eq!(counts[1000], 1);
+        assert_eq!(piece_counts(&all[..1], &VIEW, (across[0], across[1])), [1]);
+    }
 
     fn hits(stroke: &Stroke, x: f32, y: f32) -> bool {
         let direction = Vec3::new(x * 0.01, y * 0.01, -1.0); // in pixels

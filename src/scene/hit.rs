@@ -229,6 +229,9 @@ impl RenderScene {
         }
         let index = index - self.triangles.len();
         if let Some(quadric) = self.quadrics.get(index) {
+            if !quadric.may_hit(ray.origin, ray.direction, t_max) {
+                return None;
+            }
             let roots = quadric.intersect(ray.origin.as_dvec3(), ray.direction.as_dvec3());
             let t = roots
                 .into_iter()

@@ -12,7 +12,9 @@ use super::render_scene::RenderScene;
 use crate::bvh::Hit;
 use crate::geometry::{Quadric, Stroke};
 
-/// A primitive in the scene.
+/// A primitive in the scene. It lives on the stack while one hit is shaded, so its size costs
+/// nothing.
+#[allow(clippy::large_enum_variant)]
 pub(super) enum Primitive<'a> {
     /// A triangle, by its corners.
     Triangle([Vec3; 3]),

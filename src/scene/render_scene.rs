@@ -9,7 +9,7 @@ use super::instances::Instances;
 use super::looks::{Background, Light, LightSets, Surface};
 use crate::bvh::{Bvh, Hit};
 use crate::diag::{Diagnostic, Result};
-use crate::geometry::{Quadric, Stroke, StrokeView};
+use crate::geometry::{Quadric, Stroke, StrokeView, piece_counts};
 
 /// A compiled scene: primitives that rays can hit, and their surfaces. Primitives are numbered:
 /// triangles first, then quadrics, then strokes.
@@ -19,7 +19,10 @@ pub struct RenderScene {
     pub origin: DVec3,
     pub(super) triangles: Vec<[Vec3; 3]>,
     pub(super) quadrics: Vec<Quadric>,
+    /// The strokes. A long line is divided into several.
     pub(super) strokes: Vec<Stroke>,
+    /// The number of strokes that are not the first part of their line.
+    pub(super) further_pieces: usize,
     /// The surface number of each triangle, quadric and stroke.
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
@@ -73,11 +76,34 @@ impl RenderScene {
         if self.census.transparent {
             self.find_centers();
         }
+        self.divide_lines();
         self.solid = self
             .surfaces
             .iter()
             .all(|s| s.casts_shadow && s.clip.is_empty() && s.is_opaque());
         Ok(())
+    }
+
+    /// Divides long lines, so that the boxes of their parts are small. Instances number their
+    /// strokes by ranges, so a scene that has any keeps whole lines.
+    fn divide_lines(&mut self) {
+        let (Some(bounds), None) = (self.bounds, &self.instances) else {
+            return;
+        };
+        let counts = piece_counts(&self.strokes, &self.view, bounds);
+        if counts.iter().all(|count| *count == 1) {
+            return;
+        }
+        let owners = self
+            .owners
+            .split_off(self.owners.len() - self.strokes.len());
+        let strokes = std::mem::take(&mut self.strokes);
+        self.further_pieces = counts.iter().map(|count| *count as usize - 1).sum();
+        for ((stroke, owner), count) in strokes.into_iter().zip(owners).zip(counts) {
+            self.strokes.extend(stroke.divided(count));
+            self.owners
+                .extend(std::iter::repeat_n(owner, count as usize));
+        }
     }
 
     /// The bounding box of each primitive.
@@ -206,7 +232,7 @@ impl RenderScene {
         (
             self.triangles.len() + stored.0,
             self.quadrics.len() + stored.1,
-            self.strokes.len(),
+            self.strokes.len() - self.further_pieces,
         )
     }
 
