@@ -250,8 +250,9 @@ fn wavelengths_with_the_same_path_give_the_colors_of_one() {
         apart.abs().cmple(4.5 * variance.map(f64::sqrt)).all(),
         "{apart} {variance}"
     );
+    assert!(apart != DVec3::ZERO, "one wavelength in both pictures");
     let (many, single) = both(Aim::RearElement(DiscMap::Concentric));
-    assert_eq!(many.counts.film_rays, 4 * single.counts.film_rays);
+    assert_eq!(many.counts.film_rays, single.counts.film_rays);
     let brightest = single.film.pixels.iter().map(|p| p.mean.max_element());
     assert!(brightest.fold(0.0, f64::max) > 0.8);
     // One ray in a million may be on the other side of an edge.
