@@ -59,6 +59,11 @@ pub(crate) fn fonts(matches: &ArgMatches) -> Result<Arc<Fonts>> {
     options::typefaces(&flags::given_options(matches))
 }
 
+/// Returns an option with a value, which help names.
+pub(crate) fn value(name: &'static str, value: &'static str, help: &'static str) -> Arg {
+    Arg::new(name).long(name).value_name(value).help(help)
+}
+
 /// Returns a flag without a value.
 pub(crate) fn switch(name: &'static str, help: &'static str) -> Arg {
     Arg::new(name)

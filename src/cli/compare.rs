@@ -6,7 +6,7 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde::Serialize;
 
-use super::{exit_code, fit, flags, parsed, switch, text};
+use super::{exit_code, fit, flags, parsed, switch, text, value};
 use crate::compare::{
     self, Alignment, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
@@ -19,9 +19,6 @@ const DIFFERENT: i32 = 1;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
-    let value = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help)
-    };
     let picture = |name: &'static str, value: &'static str, help: &'static str| {
         Arg::new(name).value_name(value).required(true).help(help)
     };

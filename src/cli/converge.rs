@@ -3,10 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{ArgMatches, Command};
 
 use super::render::{OutputOptions, plan, print_headlight_notice, refuse_region};
-use super::{flags, parsed, print_warnings, scene_argument, text};
+use super::{flags, parsed, print_warnings, scene_argument, text, value};
 use crate::camera::Aim;
 use crate::diag::{Diagnostic, Result};
 use crate::files::write_whole;
@@ -18,9 +18,6 @@ use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
-    let value = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help)
-    };
     Command::new("converge")
         .about("Measures error against samples and run time, for a list of methods")
         .args(flags::photograph())

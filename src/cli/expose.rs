@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use indexmap::IndexMap;
 
 use super::outputs::{is_standard_stream, picture_format, save_picture};
-use super::{exit_code, parsed, switch, text};
+use super::{exit_code, parsed, switch, text, value};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
 use crate::picture::{Depth, Picture, Raster};
@@ -25,12 +25,7 @@ pub(crate) fn command() -> Command {
                 .help("exposures of one size, .exr; levels of other formats are taken as exposure"),
         )
         .arg(
-            Arg::new("output")
-                .long("output")
-                .short('o')
-                .value_name("FILE")
-                .required(true)
-                .help("picture to write: .exr, .png, .tif, .jpg, .rgb, .sgi or .ppm; - for standard output as PNG"),
+            value("output", "FILE", "picture to write: .exr, .png, .tif, .jpg, .rgb, .sgi or .ppm; - for standard output as PNG").short('o').required(true),
         )
         .arg(switch(
             "average",

@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Command, value_parser};
 
 use super::farm_picture::DividedPicture;
 use super::pull_focus::Film;
-use super::{flags, parsed, text};
+use super::{flags, parsed, text, value};
 use crate::diag::{Diagnostic, Result};
 use crate::farm::{Division, Scheduler, Word, pieces, script};
 use crate::files::write_whole;
@@ -16,9 +16,6 @@ use crate::scene::check::counted;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
-    let value = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help)
-    };
     Command::new("farm")
         .about("Writes job files that make a movie or one picture on a farm")
         .after_help(

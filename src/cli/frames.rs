@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches, Command};
 use serde_json::{Value as Json, json};
 
-use super::{exit_code, print_diagnostic, switch, text};
+use super::{exit_code, print_diagnostic, switch, text, value};
 use crate::diag::{Diagnostic, Result};
 use crate::movie::{Container, FrameState, Frames, frames_text};
 use crate::scene::check::counted;
@@ -28,11 +28,12 @@ pub(crate) fn command() -> Command {
             "remove the files of broken frames, so that they are made again",
         ))
         .arg(
-            Arg::new("output")
-                .long("output")
-                .short('o')
-                .value_name("MOVIE")
-                .help("make the movie if all frames are done: .mov, .mp4 or .png (animated)"),
+            value(
+                "output",
+                "MOVIE",
+                "make the movie if all frames are done: .mov, .mp4 or .png (animated)",
+            )
+            .short('o'),
         )
         .arg(
             Arg::new("folder")

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::{Arg, ArgMatches};
 
+use super::value;
 use crate::diag::{Diagnostic, Result};
 use crate::diagram::point_spread_map;
 use crate::files::write_whole;
@@ -54,9 +55,6 @@ enum Format {
 
 /// Returns the options of `--export`.
 pub(super) fn arguments() -> [Arg; 5] {
-    let value = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help)
-    };
     let of_export = |arg: Arg| arg.requires("export");
     [
         value(

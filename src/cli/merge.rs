@@ -7,7 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indexmap::IndexMap;
 
 use super::outputs::{picture_format, save_picture};
-use super::text;
+use super::{text, value};
 use crate::diag::{Diagnostic, Result};
 use crate::film::Response;
 use crate::photo::UNFINISHED;
@@ -36,12 +36,7 @@ pub(crate) fn command() -> Command {
                 .help("checkpoints of parts with the same scene and options"),
         )
         .arg(
-            Arg::new("output")
-                .long("output")
-                .short('o')
-                .value_name("FILE")
-                .required(true)
-                .help("picture to write, or a checkpoint of all parts if it ends in .ckpt"),
+            value("output", "FILE", "picture to write, or a checkpoint of all parts if it ends in .ckpt").short('o').required(true),
         )
 }
 

@@ -41,7 +41,8 @@ pub(crate) mod view;
 mod vintage_help;
 
 pub(crate) use arguments::{
-    folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument, switch, text,
+    folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument, switch,
+    text, value,
 };
 pub use dispatch::run;
 pub(crate) use messages::status;

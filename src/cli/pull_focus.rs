@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{ArgMatches, Command};
 
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
-use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text};
+use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use crate::diag::{Diagnostic, Result, Source};
 use crate::files::{MAX_TEXT, read_file};
 use crate::math::{LengthUnit, Meters, parse_length};
@@ -30,9 +30,6 @@ const LONGEST_EXPIRY: Duration = Duration::from_secs(3600);
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
-    let value = |name: &'static str, value: &'static str, help: &'static str| {
-        Arg::new(name).long(name).value_name(value).help(help)
-    };
     Command::new("pull-focus")
         .about("Renders a movie that pulls focus or follows a timeline")
         .args(flags::photograph())
