@@ -6,6 +6,7 @@
 
 use std::ffi::OsString;
 
+use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
 pub(crate) use crate::photo::options::{FONTS, LIMIT, MEMORY};
@@ -54,7 +55,10 @@ pub(crate) fn argument(option: &Opt) -> Arg {
     arg = arg.visible_aliases(option.aliases.iter().copied());
     match option.takes {
         Takes::Nothing => arg.action(ArgAction::SetTrue),
-        Takes::One(name) => arg.value_name(name).allow_hyphen_values(true),
+        Takes::One(name) => arg
+            .value_name(name)
+            .allow_hyphen_values(true)
+            .value_parser(NonEmptyStringValueParser::new()),
         Takes::Maybe(name, usual) => arg
             .value_name(name)
             .num_args(0..=1)

@@ -77,9 +77,16 @@ pub(super) fn angle(word: &str) -> Option<f64> {
     (degrees.abs() < 90.0).then(|| degrees.to_radians())
 }
 
-/// Converts radians to degrees, rounded to a millionth.
+/// Returns an angle in degrees that [`f64::to_radians`] converts to exactly this one, if there is
+/// one. The conversion rounds, so it tries a rounded number first, and then the neighbors.
 pub(super) fn degrees(radians: f64) -> f64 {
-    (radians.to_degrees() * 1e6).round() / 1e6
+    let exact = radians.to_degrees();
+    let rounded = (exact * 1e6).round() / 1e6;
+    let near = [rounded, exact, exact.next_up(), exact.next_down()];
+    let same = near
+        .into_iter()
+        .find(|degrees| degrees.to_radians() == radians);
+    same.unwrap_or(exact)
 }
 
 /// Returns the text of a switch.
