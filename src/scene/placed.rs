@@ -44,6 +44,11 @@ impl RenderScene {
         }
     }
 
+    /// Whether hits may be on primitives of prototypes.
+    pub(crate) fn has_instances(&self) -> bool {
+        self.instances.is_some()
+    }
+
     /// The corners of a hit primitive, or `None` if it is not a triangle.
     #[inline(always)]
     pub(crate) fn corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {

@@ -173,10 +173,10 @@ impl PointLanes {
         hits: &PacketHits,
     ) {
         self.clear();
-        for lane in bits(hits.mask) {
-            let is_plain = self.gathered.take(scene, surfaces, lane, hits);
-            self.mask |= u32::from(is_plain) << lane;
-        }
+        self.mask = match scene.has_instances() {
+            true => self.gathered.take_all::<true>(scene, surfaces, hits),
+            false => self.gathered.take_all::<false>(scene, surfaces, hits),
+        };
         if self.mask != 0 {
             self.mask &= dispatch(Placing {
                 from: &self.gathered,
@@ -189,16 +189,31 @@ impl PointLanes {
 }
 
 impl Gathered {
+    /// Fills the lanes whose hits are on triangles of plain surfaces, and returns a bit mask of
+    /// them.
+    fn take_all<const INSTANCES: bool>(
+        &mut self,
+        scene: &RenderScene,
+        surfaces: &[PlainSurface],
+        hits: &PacketHits,
+    ) -> u32 {
+        bits(hits.mask).fold(0, |all, lane| {
+            let is_plain = self.take::<INSTANCES>(scene, surfaces, lane, hits);
+            all | u32::from(is_plain) << lane
+        })
+    }
+
     /// Fills a lane and returns true if its hit is on a triangle of a plain surface.
     #[inline(always)]
-    fn take(
+    fn take<const INSTANCES: bool>(
         &mut self,
         scene: &RenderScene,
         surfaces: &[PlainSurface],
         lane: usize,
         hits: &PacketHits,
     ) -> bool {
-        let (primitive, place) = (hits.primitive[lane], hits.place[lane]);
+        let primitive = hits.primitive[lane];
+        let place = if INSTANCES { hits.place[lane] } else { 0 };
         let Some(corners) = scene.corners(primitive, place) else {
             return false;
         };
