@@ -1,6 +1,8 @@
 //! The hit of one ray, and the interface to primitives that only the caller can intersect.
 
-use super::triangle::PreparedRay;
+use glam::Vec3;
+
+use crate::math::lanes::{Lanes, RaysInLanes};
 
 /// The primitive that a ray hit, and the place on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,8 +25,20 @@ pub(crate) struct Hit {
 /// distance.
 pub(crate) const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
 
-/// Intersects primitives that are not triangles.
+/// Intersects primitives that are not triangles. A ray hits such a primitive at up to two
+/// distances; a distance without a hit is NaN.
 pub(crate) trait NonTriangles {
-    /// Returns the distance of a ray's nearest hit on a primitive between `t_min` and `t_max`.
-    fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32>;
+    /// Returns the distances at which a ray hits a primitive, near and far. Distances beyond
+    /// `t_max` may be NaN.
+    fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2];
+
+    /// Computes the distances for the rays of some lanes. Returns a bit mask of the lanes that may
+    /// have a hit before their `t_max`; only these lanes of `distances` are set.
+    fn distances_in_lanes(
+        &self,
+        rays: RaysInLanes<'_>,
+        primitive: u32,
+        lanes: u32,
+        distances: &mut [Lanes<f32>; 2],
+    ) -> u32;
 }

@@ -246,7 +246,9 @@ impl Bvh {
                 packet.take(lane, block.primitive(i), (hits.t[i], hits.u[i], hits.v[i]));
             }
             for i in bits(block.non_triangles()) {
-                packet.intersect_non_triangle(lane, &ray, block.primitive(i), non_triangles);
+                let (primitive, end) = (block.primitive(i), packet.reach(lane));
+                let found = non_triangles.distances(ray.origin, ray.direction, primitive, end);
+                packet.take_distances(lane, primitive, found);
             }
             if ANY && packet.hits.mask >> lane & 1 == 1 {
                 f32::NEG_INFINITY
@@ -263,19 +265,14 @@ impl Bvh {
 }
 
 impl PreparedPacket {
-    /// Intersects the ray in a lane with a primitive that is not a triangle.
-    pub(super) fn intersect_non_triangle(
-        &mut self,
-        lane: usize,
-        ray: &PreparedRay,
-        primitive: u32,
-        non_triangles: &impl NonTriangles,
-    ) {
+    /// Keeps the hits of the ray in a lane on a primitive that is not a triangle.
+    pub(super) fn take_distances(&mut self, lane: usize, primitive: u32, distances: [f32; 2]) {
         let mut from = 0.0;
-        // A ray may hit a curved primitive twice.
-        while let Some(t) = non_triangles.intersect(ray, primitive, from, self.reach(lane)) {
-            self.take(lane, primitive, (t, 0.0, 0.0));
-            from = t;
+        for t in distances {
+            if t > from && t < self.reach(lane) {
+                self.take(lane, primitive, (t, 0.0, 0.0));
+                from = t;
+            }
         }
     }
 }

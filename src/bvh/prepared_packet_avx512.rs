@@ -9,7 +9,7 @@ use super::packet::RayPacket;
 use super::prepared_packet::{CLOSE, PreparedPacket};
 use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits};
+use crate::math::lanes::{LANES, Lanes, RaysInLanes, Vec3Lanes, bits};
 use crate::math::simd::{fill_some_16, load_8, load_16, store_8, store_some_16};
 
 /// Lanes of a vector.
@@ -262,10 +262,29 @@ impl PreparedPacket {
             self.intersect_triangle(block, i, lanes);
         }
         for i in bits(block.non_triangles()) {
-            let primitive = block.primitive(i);
-            for lane in bits(lanes) {
-                self.intersect_non_triangle(lane, &self.ray(lane), primitive, non_triangles);
-            }
+            let lanes = if ANY { lanes & !self.hits.mask } else { lanes };
+            self.intersect_non_triangle(block.primitive(i), lanes, non_triangles);
+        }
+    }
+
+    /// Intersects the rays of some lanes with a primitive that is not a triangle.
+    #[inline(never)]
+    fn intersect_non_triangle(
+        &mut self,
+        primitive: u32,
+        lanes: u32,
+        non_triangles: &impl NonTriangles,
+    ) {
+        let t_max = self.hits.t.map(|t| t + t * CLOSE);
+        let rays = RaysInLanes {
+            origin: &self.origin,
+            direction: &self.direction,
+            t_max: &t_max,
+        };
+        let mut distances = [[0.0; LANES]; 2];
+        let may = non_triangles.distances_in_lanes(rays, primitive, lanes, &mut distances);
+        for lane in bits(may) {
+            self.take_distances(lane, primitive, [distances[0][lane], distances[1][lane]]);
         }
     }
 

@@ -6,6 +6,7 @@
 use glam::{DAffine3, DVec2, DVec3, Vec3};
 
 use crate::math;
+use crate::math::lanes::{LANES, Lanes, RaysInLanes, SimdKernel, bits, dispatch, of_lane};
 
 /// A surface of revolution about the y axis of object space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -120,8 +121,9 @@ impl Quadric {
         self.around.may_hit(origin, direction, t_max)
     }
 
-    /// Returns the near and the far distance at which a ray intersects the surface.
-    pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> [Option<f64>; 2] {
+    /// Returns the near and the far distance at which a ray intersects the surface. A distance is
+    /// NaN if there is no such intersection.
+    pub(crate) fn intersect(&self, origin: DVec3, direction: DVec3) -> [f64; 2] {
         let o = self.object_from_scene.transform_point3(origin);
         let d = self.object_from_scene.transform_vector3(direction);
         match self.kind {
@@ -129,48 +131,44 @@ impl Quadric {
             QuadricKind::CylinderSide {
                 radius,
                 half_height,
-            } => {
-                let a = d.x * d.x + d.z * d.z;
-                let b = o.x * d.x + o.z * d.z;
-                let c = o.x * o.x + o.z * o.z - radius * radius;
-                keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
-            }
+            } => cylinder_side(o, d, radius, half_height),
             QuadricKind::ConeSide {
                 radius,
                 half_height,
-            } => {
-                // The cone is the part −h ≤ y ≤ h of x² + z² = k²(h − y)².
-                let k = radius / (2.0 * half_height);
-                let (k2, y) = (k * k, half_height - o.y);
-                let a = d.x * d.x + d.z * d.z - k2 * d.y * d.y;
-                let b = o.x * d.x + o.z * d.z + k2 * y * d.y;
-                let c = o.x * o.x + o.z * o.z - k2 * y * y;
-                keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
-            }
+            } => cone_side(o, d, radius, half_height),
             QuadricKind::Zone {
-                curvature: c,
+                curvature,
                 inner,
                 outer,
-            } => {
-                // The whole sphere is c |p|² = 2 y. The zone is in the half with the vertex.
-                let a = c * d.length_squared();
-                let b = c * o.dot(d) - d.y;
-                let found = roots(a, b, c * o.length_squared() - 2.0 * o.y);
-                keep(found, |t| {
-                    let p = o + t * d;
-                    let off = p.x * p.x + p.z * p.z;
-                    off >= inner * inner && off <= outer * outer && c * p.y <= 1.0
-                })
-            }
-            QuadricKind::Disc { radius, y, .. } => {
-                if d.y == 0.0 {
-                    return [None, None];
-                }
-                let t = (y - o.y) / d.y;
-                let p = DVec2::new(o.x + t * d.x, o.z + t * d.z);
-                [(p.length_squared() <= radius * radius).then_some(t), None]
-            }
+            } => zone(o, d, curvature, [inner, outer]),
+            QuadricKind::Disc { radius, y, .. } => disc(o, d, radius, y),
         }
+    }
+
+    /// Computes [`Quadric::intersect`] for rays in lanes, to the same bits. Returns a bit mask of
+    /// the lanes whose rays may intersect the surface from distance 0 to their `t_max`; only these
+    /// lanes of `distances` are set.
+    pub(crate) fn intersect_lanes(
+        &self,
+        rays: RaysInLanes<'_>,
+        lanes: u32,
+        distances: &mut [Lanes<f32>; 2],
+    ) -> u32 {
+        let near = lanes & dispatch(MayHit(&self.around, rays));
+        if near.count_ones() > FEW {
+            dispatch(Intersect {
+                quadric: self,
+                rays,
+                distances,
+            });
+            return near;
+        }
+        for lane in bits(near) {
+            let [origin, direction] = [rays.origin, rays.direction].map(|v| of_lane(v, lane));
+            let found = self.intersect(origin.as_dvec3(), direction.as_dvec3());
+            (distances[0][lane], distances[1][lane]) = (found[0] as f32, found[1] as f32);
+        }
+        near
     }
 
     /// Projects a hit point onto the surface, which removes the rounding error of the ray's
@@ -305,55 +303,174 @@ fn join(a: (DVec3, DVec3), b: (DVec3, DVec3)) -> (DVec3, DVec3) {
     (a.0.min(b.0), a.1.max(b.1))
 }
 
+/// The largest number of rays that are intersected one by one.
+const FEW: u32 = 2;
+
+/// Tests rays against a bounding sphere.
+struct MayHit<'a>(&'a BoundingSphere, RaysInLanes<'a>);
+
+impl SimdKernel for MayHit<'_> {
+    /// A bit mask of the lanes whose rays may enter the sphere.
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> u32 {
+        let Self(sphere, rays) = self;
+        let mut may = [0u32; LANES];
+        for (i, may) in may.iter_mut().enumerate() {
+            let (origin, direction) = (of_lane(rays.origin, i), of_lane(rays.direction, i));
+            *may = u32::from(sphere.may_hit(origin, direction, rays.t_max[i]));
+        }
+        (0..LANES).fold(0, |all, i| all | may[i] << i)
+    }
+}
+
+/// Computes [`Quadric::intersect`] in all lanes.
+struct Intersect<'a> {
+    quadric: &'a Quadric,
+    rays: RaysInLanes<'a>,
+    distances: &'a mut [Lanes<f32>; 2],
+}
+
+impl Intersect<'_> {
+    #[inline(always)]
+    fn each(self, distances: impl Fn(DVec3, DVec3) -> [f64; 2]) {
+        let matrix = &self.quadric.object_from_scene;
+        let [near, far] = self.distances;
+        for i in 0..LANES {
+            let origin = of_lane(self.rays.origin, i).as_dvec3();
+            let direction = of_lane(self.rays.direction, i).as_dvec3();
+            let found = distances(
+                matrix.transform_point3(origin),
+                matrix.transform_vector3(direction),
+            );
+            (near[i], far[i]) = (found[0] as f32, found[1] as f32);
+        }
+    }
+}
+
+impl SimdKernel for Intersect<'_> {
+    type Output = ();
+
+    /// The operations are not fused, so that single rays have the same hits.
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        match self.quadric.kind {
+            QuadricKind::Sphere { radius } => self.each(|o, d| sphere(o, d, radius)),
+            QuadricKind::CylinderSide {
+                radius,
+                half_height,
+            } => self.each(|o, d| cylinder_side(o, d, radius, half_height)),
+            QuadricKind::ConeSide {
+                radius,
+                half_height,
+            } => self.each(|o, d| cone_side(o, d, radius, half_height)),
+            QuadricKind::Zone {
+                curvature,
+                inner,
+                outer,
+            } => self.each(|o, d| zone(o, d, curvature, [inner, outer])),
+            QuadricKind::Disc { radius, y, .. } => self.each(|o, d| disc(o, d, radius, y)),
+        }
+    }
+}
+
+// The functions below return the distances at which the ray from `o` along `d` hits a surface in
+// object space, near and far, or NaN. They choose between values instead of branching, so that they
+// can be vectorized.
+
 /// Intersects a ray with a sphere. The discriminant is computed from the foot of the perpendicular.
 /// The usual form b² − ac would be a difference of two large numbers for a distant sphere.
-fn sphere(o: DVec3, d: DVec3, radius: f64) -> [Option<f64>; 2] {
+#[inline(always)]
+fn sphere(o: DVec3, d: DVec3, radius: f64) -> [f64; 2] {
     let dd = d.length_squared();
-    if dd == 0.0 {
-        return [None, None];
-    }
     let b = -o.dot(d);
     let foot = o + (b / dd) * d;
     let disc = radius * radius - foot.length_squared();
-    if disc < 0.0 {
-        return [None, None];
-    }
     let c = o.length_squared() - radius * radius;
     let q = b + (disc * dd).sqrt().copysign(b);
-    if q == 0.0 {
-        return [Some(0.0), None];
+    let two = sorted(c / q, q / dd);
+    if dd == 0.0 {
+        [f64::NAN; 2]
+    } else if q == 0.0 {
+        [0.0, f64::NAN]
+    } else {
+        two
     }
-    sorted(c / q, q / dd)
+}
+
+#[inline(always)]
+fn cylinder_side(o: DVec3, d: DVec3, radius: f64, half_height: f64) -> [f64; 2] {
+    let a = d.x * d.x + d.z * d.z;
+    let b = o.x * d.x + o.z * d.z;
+    let c = o.x * o.x + o.z * o.z - radius * radius;
+    keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
+}
+
+/// Intersects a ray with the part −h ≤ y ≤ h of the cone x² + z² = k²(h − y)².
+#[inline(always)]
+fn cone_side(o: DVec3, d: DVec3, radius: f64, half_height: f64) -> [f64; 2] {
+    let k = radius / (2.0 * half_height);
+    let (k2, y) = (k * k, half_height - o.y);
+    let a = d.x * d.x + d.z * d.z - k2 * d.y * d.y;
+    let b = o.x * d.x + o.z * d.z + k2 * y * d.y;
+    let c = o.x * o.x + o.z * o.z - k2 * y * y;
+    keep(roots(a, b, c), |t| (o.y + t * d.y).abs() <= half_height)
+}
+
+/// Intersects a ray with the part of the sphere c |p|² = 2 y between two distances from the axis,
+/// in the half with the vertex.
+#[inline(always)]
+fn zone(o: DVec3, d: DVec3, c: f64, [inner, outer]: [f64; 2]) -> [f64; 2] {
+    let a = c * d.length_squared();
+    let b = c * o.dot(d) - d.y;
+    let found = roots(a, b, c * o.length_squared() - 2.0 * o.y);
+    keep(found, |t| {
+        let p = o + t * d;
+        let off = p.x * p.x + p.z * p.z;
+        (off >= inner * inner) & (off <= outer * outer) & (c * p.y <= 1.0)
+    })
+}
+
+#[inline(always)]
+fn disc(o: DVec3, d: DVec3, radius: f64, y: f64) -> [f64; 2] {
+    let t = (y - o.y) / d.y;
+    let p = DVec2::new(o.x + t * d.x, o.z + t * d.z);
+    let inside = (d.y != 0.0) & (p.length_squared() <= radius * radius);
+    [if inside { t } else { f64::NAN }, f64::NAN]
 }
 
 /// Returns the roots of a t² + 2 b t + c. The discriminant is computed by Kahan's difference of
 /// products.
-fn roots(a: f64, b: f64, c: f64) -> [Option<f64>; 2] {
-    if a == 0.0 {
-        return [(b != 0.0).then(|| -0.5 * c / b), None];
-    }
+#[inline(always)]
+fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
     let disc = math::diff_of_products(b, b, a, c);
-    if disc < 0.0 {
-        return [None, None];
-    }
     let q = -(b + disc.sqrt().copysign(b));
-    if q == 0.0 {
-        return [Some(0.0), None];
+    let two = sorted(q / a, c / q);
+    let single = if b == 0.0 { f64::NAN } else { -0.5 * c / b };
+    if a == 0.0 {
+        [single, f64::NAN]
+    } else if q == 0.0 {
+        [0.0, f64::NAN]
+    } else {
+        two
     }
-    sorted(q / a, c / q)
 }
 
-fn sorted(s: f64, t: f64) -> [Option<f64>; 2] {
-    [Some(s.min(t)), Some(s.max(t))]
+#[inline(always)]
+fn sorted(s: f64, t: f64) -> [f64; 2] {
+    [s.min(t), s.max(t)]
 }
 
-fn keep(roots: [Option<f64>; 2], inside: impl Fn(f64) -> bool) -> [Option<f64>; 2] {
-    roots.map(|r| r.filter(|&t| inside(t)))
+#[inline(always)]
+fn keep(roots: [f64; 2], inside: impl Fn(f64) -> bool) -> [f64; 2] {
+    roots.map(|t| if inside(t) { t } else { f64::NAN })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::set_lane;
 
     fn plain(kind: QuadricKind) -> Quadric {
         Quadric::new(kind, DAffine3::IDENTITY, 0).expect("the identity has an inverse")
@@ -363,8 +480,8 @@ mod tests {
     fn a_ray_along_the_axis_hits_a_sphere_at_its_poles() {
         let q = plain(QuadricKind::Sphere { radius: 2.0 });
         let [near, far] = q.intersect(DVec3::new(0.0, 0.0, 1e6), DVec3::NEG_Z);
-        assert!((near.expect("hit") - (1e6 - 2.0)).abs() < 1e-9);
-        assert!((far.expect("hit") - (1e6 + 2.0)).abs() < 1e-9);
+        assert!((near - (1e6 - 2.0)).abs() < 1e-9);
+        assert!((far - (1e6 + 2.0)).abs() < 1e-9);
     }
 
     #[test]
@@ -374,8 +491,8 @@ mod tests {
             half_height: 1.0,
         });
         let [near, far] = q.intersect(DVec3::new(5.0, 0.0, 0.0), DVec3::NEG_X);
-        assert!((near.expect("hit") - 4.5).abs() < 1e-12);
-        assert!((far.expect("hit") - 5.5).abs() < 1e-12);
+        assert!((near - 4.5).abs() < 1e-12);
+        assert!((far - 5.5).abs() < 1e-12);
     }
 
     #[test]
@@ -389,8 +506,8 @@ mod tests {
         // The center is at y = −2, so at x = 0.5 the surface is at y = −2 + √(4 − 0.25).
         let from = |x: f64| zone.intersect(DVec3::new(x, 5.0, 0.0), DVec3::NEG_Y)[0];
         let expected = 5.0 + 2.0 - 3.75f64.sqrt();
-        assert!((from(0.5).expect("hit") - expected).abs() < 1e-14);
-        assert_eq!(from(1.01), None);
+        assert!((from(0.5) - expected).abs() < 1e-14);
+        assert!(from(1.01).is_nan());
         let (_, normal) = zone.project_to_surface(DVec3::new(0.5, -2.0 + 3.75f64.sqrt(), 0.0));
         assert!((normal - DVec3::new(0.25, 3.75f64.sqrt() / 2.0, 0.0)).length() < 1e-14);
     }
@@ -401,5 +518,87 @@ mod tests {
         let (min, max) = exact_bounds(QuadricKind::Sphere { radius: 3.0 }, &turn);
         assert!((min + 3.0).abs().max_element() < 1e-12);
         assert!((max - 3.0).abs().max_element() < 1e-12);
+    }
+
+    #[test]
+    fn rays_in_lanes_have_the_hits_of_single_rays_to_the_bit() {
+        let (radius, half_height) = (1.25, 0.75);
+        let kinds = [
+            QuadricKind::Sphere { radius },
+            QuadricKind::CylinderSide {
+                radius,
+                half_height,
+            },
+            QuadricKind::ConeSide {
+                radius,
+                half_height,
+            },
+            QuadricKind::Zone {
+                curvature: -0.5,
+                inner: 0.25,
+                outer: radius,
+            },
+            QuadricKind::Disc {
+                radius,
+                y: 0.5,
+                up: true,
+            },
+        ];
+        let mut state = 1u64;
+        let mut unit = move || {
+            state = crate::sampling::mix(state);
+            (state >> 40) as f32 / (1u64 << 24) as f32 - 0.5
+        };
+        for kind in kinds {
+            let mut hits = 0;
+            for round in 0..300 {
+                let matrix = DAffine3::from_scale_rotation_translation(
+                    DVec3::new(1.0, f64::from(1.5 + unit()), 0.75),
+                    glam::DQuat::from_rotation_x(f64::from(7.0 * unit())),
+                    DVec3::new(f64::from(unit()), 0.5, 0.25),
+                );
+                let quadric = Quadric::new(kind, matrix, 0).expect("an inverse");
+                let (mut origin, mut direction) = Default::default();
+                let mut t_max = [f32::INFINITY; LANES];
+                for lane in 0..LANES {
+                    let from = Vec3::new(unit(), unit(), unit()) * 20.0;
+                    let to = Vec3::new(unit(), unit(), unit()) * 2.0;
+                    // Some rays are along an axis, and some have no length.
+                    let along = [to - from, Vec3::Y, Vec3::NEG_X, Vec3::ZERO];
+                    set_lane(&mut origin, lane, from);
+                    set_lane(
+                        &mut direction,
+                        lane,
+                        along[if lane < 24 { 0 } else { lane % 4 }],
+                    );
+                    t_max[lane] = [f32::INFINITY, 1.0, 0.5][lane % 3];
+                }
+                let rays = RaysInLanes {
+                    origin: &origin,
+                    direction: &direction,
+                    t_max: &t_max,
+                };
+                // With few lanes the rays are intersected one by one.
+                let lanes = if round % 2 == 0 { u32::MAX } else { 0b1001 };
+                let mut distances = [[0.0; LANES]; 2];
+                let may = quadric.intersect_lanes(rays, lanes, &mut distances);
+                assert_eq!(may & !lanes, 0);
+                for lane in bits(lanes) {
+                    let [o, d] = [&origin, &direction].map(|v| of_lane(v, lane).as_dvec3());
+                    let known = quadric.intersect(o, d).map(|t| t as f32);
+                    let found = [distances[0][lane], distances[1][lane]];
+                    if may >> lane & 1 == 1 {
+                        let same = |(a, b): (f32, f32)| a == b || a.is_nan() && b.is_nan();
+                        let all = found.into_iter().zip(known).all(same);
+                        assert!(all, "{kind:?}: {found:?} {known:?}");
+                    } else {
+                        let lost = known.iter().any(|t| *t > 0.0 && *t < t_max[lane]);
+                        assert!(!lost, "{kind:?}: {o} {d} {known:?}");
+                    }
+                    hits += usize::from(known[0] > 0.0);
+                }
+            }
+            assert!(hits > 500, "{kind:?}: {hits}");
+        }
     }
 }

@@ -23,6 +23,17 @@ pub(crate) type Lane = Lanes<f64>;
 /// A point or direction for each lane, axis by axis.
 pub(crate) type Vec3Lanes = [Lanes<f32>; 3];
 
+/// Rays in lanes, from distance 0.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RaysInLanes<'a> {
+    /// The rays' origins.
+    pub origin: &'a Vec3Lanes,
+    /// The rays' directions, of any length; distances are multiples of it.
+    pub direction: &'a Vec3Lanes,
+    /// Farther hits are ignored.
+    pub t_max: &'a Lanes<f32>,
+}
+
 /// The point or direction of one lane.
 #[inline(always)]
 pub(crate) fn of_lane(all: &Vec3Lanes, lane: usize) -> Vec3 {

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::looks::Surface;
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
-use crate::bvh::{Block, BlockHits, COPLANAR, Hit, PreparedRay, Ray};
+use crate::bvh::{Block, BlockHits, COPLANAR, Hit, NonTriangles, PreparedRay, Ray};
 use crate::math::lanes::bits;
 
 /// The search for the hit that is visible: of the hits in the nearest plane, the one drawn last.
@@ -196,65 +196,22 @@ impl RenderScene {
                 t_max = instances.search((ray, sorted), element, range, &mut found);
                 continue;
             }
+            let primitive = block.primitive(lane);
             let mut from = t_min;
-            // A ray may hit a curved primitive twice.
-            while let Some(hit) = self.intersect_primitive(ray, block.primitive(lane), from, t_max)
-            {
-                from = hit.t;
-                t_max = found(hit);
+            for t in self.distances(ray.origin, ray.direction, primitive, t_max) {
+                if t > from && t < t_max {
+                    from = t;
+                    t_max = found(Hit {
+                        t,
+                        primitive,
+                        u: 0.0,
+                        v: 0.0,
+                        place: 0,
+                    });
+                }
             }
         }
         t_max
-    }
-
-    /// Returns the nearest hit on a primitive between two distances.
-    #[inline]
-    pub(super) fn intersect_primitive(
-        &self,
-        ray: &PreparedRay,
-        primitive: u32,
-        t_min: f32,
-        t_max: f32,
-    ) -> Option<Hit> {
-        let index = primitive as usize;
-        if let Some(corners) = self.triangles.get(index) {
-            let (t, u, v) = ray.triangle(corners, t_min, t_max)?;
-            return Some(Hit {
-                t,
-                primitive,
-                u,
-                v,
-                place: 0,
-            });
-        }
-        let index = index - self.triangles.len();
-        if let Some(quadric) = self.quadrics.get(index) {
-            if !quadric.may_hit(ray.origin, ray.direction, t_max) {
-                return None;
-            }
-            let roots = quadric.intersect(ray.origin.as_dvec3(), ray.direction.as_dvec3());
-            let t = roots
-                .into_iter()
-                .flatten()
-                .map(|t| t as f32)
-                .find(|&t| t > t_min && t < t_max)?;
-            return Some(Hit {
-                t,
-                primitive,
-                u: 0.0,
-                v: 0.0,
-                place: 0,
-            });
-        }
-        let stroke = self.strokes.get(index - self.quadrics.len())?;
-        let t = stroke.intersect(ray.origin, ray.direction, &self.view)?;
-        (t > t_min && t < t_max).then_some(Hit {
-            t,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place: 0,
-        })
     }
 
     /// Whether a hit is neither clipped nor on a culled back face.

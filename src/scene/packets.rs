@@ -2,14 +2,43 @@
 //!
 //! The results have the same bits as those of single rays.
 
+use glam::Vec3;
+
 use super::render_scene::RenderScene;
-use crate::bvh::{Hit, NonTriangles, PacketHits, PreparedRay, RayPacket};
-use crate::math::lanes::{Lanes, bits};
+use crate::bvh::{Hit, NonTriangles, PacketHits, RayPacket};
+use crate::math::lanes::{Lanes, RaysInLanes, bits, of_lane};
 
 impl NonTriangles for RenderScene {
-    fn intersect(&self, ray: &PreparedRay, primitive: u32, t_min: f32, t_max: f32) -> Option<f32> {
-        self.intersect_primitive(ray, primitive, t_min, t_max)
-            .map(|hit| hit.t)
+    fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2] {
+        let index = primitive as usize - self.triangles.len();
+        if let Some(quadric) = self.quadrics.get(index) {
+            if !quadric.may_hit(origin, direction, t_max) {
+                return [f32::NAN; 2];
+            }
+            let found = quadric.intersect(origin.as_dvec3(), direction.as_dvec3());
+            return found.map(|t| t as f32);
+        }
+        let stroke = &self.strokes[index - self.quadrics.len()];
+        let found = stroke.intersect(origin, direction, &self.view);
+        [found.unwrap_or(f32::NAN), f32::NAN]
+    }
+
+    fn distances_in_lanes(
+        &self,
+        rays: RaysInLanes<'_>,
+        primitive: u32,
+        lanes: u32,
+        distances: &mut [Lanes<f32>; 2],
+    ) -> u32 {
+        if let Some(quadric) = self.quadrics.get(primitive as usize - self.triangles.len()) {
+            return quadric.intersect_lanes(rays, lanes, distances);
+        }
+        for lane in bits(lanes) {
+            let (origin, direction) = (of_lane(rays.origin, lane), of_lane(rays.direction, lane));
+            let found = self.distances(origin, direction, primitive, rays.t_max[lane]);
+            (distances[0][lane], distances[1][lane]) = (found[0], found[1]);
+        }
+        lanes
     }
 }
 

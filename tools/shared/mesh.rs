@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use crate::bvh::{Block, BlockHits, Bvh, NonTriangles, PacketHits, PreparedRay, Ray, RayPacket};
-use crate::math::lanes::{LANES, bits};
+use crate::math::lanes::{LANES, Lanes, RaysInLanes, bits};
 use crate::sampling::mix;
 use glam::{DVec3, Vec3};
 
@@ -131,8 +131,18 @@ fn is_blocked(tree: &Bvh, ray: &Ray) -> bool {
 struct TrianglesOnly;
 
 impl NonTriangles for TrianglesOnly {
-    fn intersect(&self, _: &PreparedRay, _: u32, _: f32, _: f32) -> Option<f32> {
-        None
+    fn distances(&self, _: Vec3, _: Vec3, _: u32, _: f32) -> [f32; 2] {
+        [f32::NAN; 2]
+    }
+
+    fn distances_in_lanes(
+        &self,
+        _: RaysInLanes<'_>,
+        _: u32,
+        _: u32,
+        _: &mut [Lanes<f32>; 2],
+    ) -> u32 {
+        0
     }
 }
 

@@ -185,7 +185,7 @@ impl<'a> Search<'a, '_> {
         };
         let roots = quadric.intersect(self.origin, self.direction);
         let mut from = self.t_min;
-        for t in roots.into_iter().flatten().map(|t| t as f32) {
+        for t in roots.map(|t| t as f32) {
             if t > from && t < self.t_max {
                 from = t;
                 self.t_max = (self.found)(Hit {
