@@ -305,6 +305,26 @@ impl<'a> Reader<'a> {
         })
     }
 
+    /// Removes planes without an aperture and with one medium on both sides. In front of the lens
+    /// they have no effect. Elsewhere they only lengthen the gap.
+    fn remove_dummies(&mut self, object: &Medium) {
+        let all = std::mem::take(&mut self.surfaces);
+        let mut places = Vec::new();
+        for (surface, place) in all.into_iter().zip(&self.places) {
+            let before = self.surfaces.last().map_or(object, |last| &last.medium);
+            let is_open = surface.semi_diameter == f64::INFINITY && !surface.is_stop;
+            if surface.is_plane() && is_open && surface.medium == *before {
+                if let Some(last) = self.surfaces.last_mut() {
+                    last.thickness += surface.thickness;
+                }
+                continue;
+            }
+            self.surfaces.push(surface);
+            places.push(*place);
+        }
+        self.places = places;
+    }
+
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
         if self.surfaces.len() < 3 {
             let message = "the file has no surfaces between object and image";
@@ -315,6 +335,7 @@ impl<'a> Reader<'a> {
         let object = self.surfaces.remove(0);
         self.surfaces.pop();
         self.places.remove(0);
+        self.remove_dummies(&object.medium);
         let name = self
             .name
             .map_or_else(|| name_of(self.source), str::to_owned);
