@@ -58,12 +58,17 @@ impl Raster {
     }
 }
 
+/// The largest number of bytes that a decoder may allocate for any picture, and for each pixel.
+const DECODER_BASE: u64 = 16 << 20;
+const DECODER_PIXEL: u64 = 32;
+
 /// Decodes the formats that the `image` crate reads.
 fn decode_other(
     bytes: &[u8],
     name: &str,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
+    let unreadable = |e: image::ImageError| Diagnostic::error(e.to_string());
     let by_content = image::guess_format(bytes).ok();
     let by_name = || ImageFormat::from_path(name).ok();
     // Only TGA has no signature; a file of any other format is recognized by its content.
@@ -76,16 +81,15 @@ fn decode_other(
         );
     };
     let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
-    if let Ok((width, height)) = sized.into_dimensions() {
-        check_size(width as usize, height as usize)?;
-    }
+    let (width, height) = sized.into_dimensions().map_err(unreadable)?;
+    check_size(width as usize, height as usize)?;
     let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(1 << 16);
     limits.max_image_height = Some(1 << 16);
-    limits.max_alloc = Some(4 << 30);
+    // A GIF's frame may be larger than the picture that its header states.
+    limits.max_alloc = Some(DECODER_BASE + DECODER_PIXEL * u64::from(width) * u64::from(height));
     reader.limits(limits);
-    let unreadable = |e: image::ImageError| Diagnostic::error(e.to_string());
     let decoder = reader.into_decoder().map_err(unreadable)?;
     ask(decoder.total_bytes())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
@@ -157,6 +161,18 @@ mod tests {
             assert_eq!((raster.width, raster.height), (3, 2), "{format:?}");
             assert_eq!(raster.color(5), [160.0 / 255.0, 0.0, 1.0 / 255.0]);
         }
+    }
+
+    #[test]
+    fn a_gif_with_a_frame_far_larger_than_itself_is_refused() {
+        let mut bytes = encoded(ImageFormat::Gif);
+        let frame = bytes
+            .iter()
+            .position(|byte| *byte == b',')
+            .expect("a frame");
+        bytes[frame + 5..frame + 9].fill(0x20);
+        let error = Raster::decode(&bytes, "a.gif").expect_err("too large");
+        assert!(error.message.contains("limit"), "{}", error.message);
     }
 
     #[test]
