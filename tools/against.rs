@@ -16,6 +16,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
+use super::shared::pictures::peak_kilobytes;
 use crate::iv::{Document, Limits};
 use crate::scene::{CompileOptions, RenderScene};
 use crate::snapshot::Snapshot;
@@ -99,16 +100,14 @@ fn one(file: &Path) -> ExitCode {
     if ready().is_none() {
         return ExitCode::from(1);
     }
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let peak = peak.and_then(|p| p.split_whitespace().next());
+    let peak = peak_kilobytes().unwrap_or(0);
     let seconds = [
         seconds_each(&mut || drop(open())),
         seconds_each(&mut || drop(open().and_then(compile))),
         seconds_each(&mut || drop(ready())),
     ];
     let [read, compiled, ready] = seconds;
-    println!("{read:.7} {compiled:.7} {ready:.7} {}", peak.unwrap_or("0"));
+    println!("{read:.7} {compiled:.7} {ready:.7} {peak}");
     ExitCode::SUCCESS
 }
 

@@ -4,14 +4,15 @@
 //! [--large] [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
 //!
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
-//! `--large` adds a mesh of ten million triangles; `--room` a scene that is photographed through a
-//! real lens and an ideal one; `--peer` a program that does the same (`shared/room.rs`); `--rays` a
-//! mesh and rays that another program has traced (`shared/files.rs`). Times are processor times, so
-//! other load on the machine affects them only through its caches.
+//! `--large` adds a mesh of ten million triangles; `--room` replaces the room that is photographed
+//! through real lenses and an ideal one (`shared/room_scene.rs`); `--peer` adds a program that does
+//! the same (`shared/room.rs`); `--rays` a mesh and rays that another program has traced
+//! (`shared/files.rs`). Times are processor times, so other load on the machine affects them only
+//! through its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
@@ -19,9 +20,9 @@ use glam::DVec3;
 
 use super::left_out::{self, LIT};
 use super::shared::pictures::{
-    ball_nodes, living_room, one_thread, render, thread_seconds, written,
+    ball_nodes, living_room, one_thread, remove_saved, render, thread_seconds, written,
 };
-use super::shared::{files, mesh, room, sheets};
+use super::shared::{files, mesh, room, room_scene, sheets};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -44,7 +45,12 @@ fn after<'a>(words: &'a [String], flag: &str, number: usize) -> Option<&'a str> 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let large = words.iter().any(|w| w == "--large");
     let only = after(&words, "--only", 1);
-    let scene = after(&words, "--room", 1);
+    let scene =
+        || after(&words, "--room", 1).map_or_else(room_scene::write, |f| Some(PathBuf::from(f)));
+    let in_room = |table: &mut (dyn FnMut(&Path) + Send)| match scene() {
+        Some(scene) => one_thread(|| table(&scene)),
+        None => eprintln!("cannot write to the temporary folder"),
+    };
     let peer = after(&words, "--peer", 1);
     let parts: [Part; 11] = [
         ("lenses", &lenses),
@@ -58,9 +64,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
             }
         }),
         ("room", &|report| {
-            if let Some(scene) = scene {
-                one_thread(|| room::table(report, Path::new(scene), peer, &thread_seconds));
-            }
+            in_room(&mut |scene| room::table(report, scene, peer, &thread_seconds));
         }),
         ("pictures", &pictures),
         ("left-out", &left_out::by_shading),
@@ -80,6 +84,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
             }
         }
     }
+    remove_saved();
     if let Some(file) = after(&words, "--out", 1)
         && let Err(error) = write(Path::new(file), &tables)
     {

@@ -4,5 +4,6 @@ pub(super) mod files;
 pub(super) mod mesh;
 pub(super) mod pictures;
 pub(super) mod room;
+pub(super) mod room_scene;
 pub(super) mod scenes;
 pub(super) mod sheets;

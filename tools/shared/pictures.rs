@@ -1,6 +1,7 @@
 //! Pictures that several measurements take, on one thread.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use super::mesh;
 use crate::diag::Result;
@@ -62,22 +63,49 @@ pub(crate) fn render(session: &Session, samples: u32) -> (f64, Exposure) {
     })
 }
 
-/// Writes a scene and returns a plan for it.
-pub(crate) fn written(name: &str, nodes: &str) -> Option<Plan> {
-    let folder = std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).ok()?;
-    let file = folder.join(name);
-    let text = format!(
-        "#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 4 focalDistance 4 }}\n{nodes}"
-    );
+/// Returns the folder of the scenes that this process writes.
+fn folder() -> PathBuf {
+    std::env::temp_dir().join(format!("ivcam-speed-{}", std::process::id()))
+}
+
+/// Writes a scene file and returns its path.
+pub(crate) fn saved(name: &str, text: &str) -> Option<PathBuf> {
+    std::fs::create_dir_all(folder()).ok()?;
+    let file = folder().join(name);
     std::fs::write(&file, text).ok()?;
-    let mut plan = Plan::of_era(Era::Modern, file);
+    Some(file)
+}
+
+/// Removes the scenes that this process has written.
+pub(crate) fn remove_saved() {
+    // Usually none has been written.
+    let _ = std::fs::remove_dir_all(folder());
+}
+
+/// Returns the largest memory of this process so far in kB, if the system reports it.
+pub(crate) fn peak_kilobytes() -> Option<u64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
+    peak.split_whitespace().next()?.parse().ok()
+}
+
+/// Returns a plan for a scene, 180x120 pixels through a wide-angle lens.
+pub(crate) fn plan_of(scene: impl Into<PathBuf>) -> Plan {
+    let mut plan = Plan::of_era(Era::Modern, scene);
     plan.optics = living_room().optics;
     plan.resolution = Resolution {
         width: 180,
         height: 120,
     };
-    Some(plan)
+    plan
+}
+
+/// Writes a scene, with a camera at (0, 0, 4) before its nodes, and returns a plan for it.
+pub(crate) fn written(name: &str, nodes: &str) -> Option<Plan> {
+    let text = format!(
+        "#Inventor V2.1 ascii\nPerspectiveCamera {{ position 0 0 4 focalDistance 4 }}\n{nodes}"
+    );
+    saved(name, &text).map(plan_of)
 }
 
 /// Opens a plan whose scene gives no reason for a diagnostic, such as a misspelt field.

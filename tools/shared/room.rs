@@ -1,4 +1,4 @@
-//! Measures one scene of 128,000 triangles through a real lens and an ideal one, and prints another
+//! Measures one scene of many triangles through a real lens and an ideal one, and prints another
 //! program's figures beside them.
 
 use std::fmt::Write as _;
@@ -22,7 +22,8 @@ struct Made {
     error: f64,
 }
 
-fn plan(scene: &Path, optics: Optics) -> Plan {
+/// Returns a plan for the room.
+pub(crate) fn plan(scene: &Path, optics: Optics) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, scene);
     plan.focus = Some(Meters(1.35));
     plan.optics = optics;
@@ -30,29 +31,30 @@ fn plan(scene: &Path, optics: Optics) -> Plan {
 }
 
 fn optics() -> [(&'static str, Optics); 2] {
-    let mut lens = LensChoice::named("double-gauss");
-    lens.efl = Some(Mm(50.0));
+    let lens = at_50_mm("double-gauss");
     let ideal = Optics::Ideal(IdealChoice::default());
     [("double Gauss", Optics::Lens(lens)), ("ideal lens", ideal)]
 }
 
-/// Returns the table. `peer` is a command that prints lines of a name, samples per pixel, seconds,
-/// and the relative RMSE against its own reference, separated by tabs.
+/// Returns a shipped lens, scaled to 50 mm.
+pub(crate) fn at_50_mm(name: &str) -> LensChoice {
+    LensChoice {
+        efl: Some(Mm(50.0)),
+        ..LensChoice::named(name)
+    }
+}
+
+/// Returns the table. `peer` is a command for the shell, which finds the path of the scene in
+/// `$ROOM` and prints lines of a name, samples per pixel, seconds, and the relative RMSE against its
+/// own reference, separated by tabs.
 pub(crate) fn table(
     report: &mut String,
     scene: &Path,
     peer: Option<&str>,
     seconds: &dyn Fn() -> f64,
 ) {
-    report.push_str(
-        "## A room of 128,000 triangles\n\nAreas over nine decades, one point light, shadows, \
-         matte; 360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the \
-         pupil's set-up included; reading and compiling the scene are beside. Errors are relative \
-         RMSE against each camera's own reference of other samples.\n\n\
-         | | samples | s | relRMSE |\n|---|---|---|---|\n",
-    );
     let mut all = Vec::new();
-    let mut beside = String::new();
+    let (mut beside, mut triangles) = (String::new(), 0);
     for (name, optics) in optics() {
         let mut truth = Vec::new();
         for adaptive in [false, true] {
@@ -65,6 +67,7 @@ pub(crate) fn table(
             if truth.is_empty() {
                 truth = reference(&session);
                 let own = session.seconds;
+                triangles = session.scene.primitives().0;
                 let _ = writeln!(
                     beside,
                     "\n{name}: reading {:.3} s, compiling {:.3} s, pupil {:.4} s of the clock.",
@@ -76,7 +79,15 @@ pub(crate) fn table(
             }
         }
     }
-    all.extend(peer.into_iter().flat_map(peers));
+    all.extend(peer.into_iter().flat_map(|command| peers(command, scene)));
+    let _ = writeln!(
+        report,
+        "## A room of {triangles} triangles\n\nAreas over nine decades, one point light, shadows, \
+         matte; 360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the \
+         pupil's set-up included; reading and compiling the scene are beside. Errors are relative \
+         RMSE against each camera's own reference of other samples.\n\n\
+         | | samples | s | relRMSE |\n|---|---|---|---|"
+    );
     for m in &all {
         let _ = writeln!(
             report,
@@ -89,20 +100,21 @@ pub(crate) fn table(
          logarithms:\n\n| | s to .06 | s to .03 |\n|---|---|---|\n",
     );
     for of_one in all.chunk_by(|a, b| a.name == b.name) {
-        let [a, b] = [0.06, 0.03].map(|error| seconds_to(error, of_one));
+        let points: Vec<[f64; 2]> = of_one.iter().map(|m| [m.error, m.seconds]).collect();
+        let [a, b] = [0.06, 0.03].map(|error| seconds_to(error, &points));
         let _ = writeln!(report, "| {} | {a:.2} | {b:.2} |", of_one[0].name);
     }
     report.push_str(&beside);
     report.push('\n');
 }
 
-/// Interpolates the time for an error between points with falling errors.
-fn seconds_to(error: f64, points: &[Made]) -> f64 {
-    let behind = points.partition_point(|m| m.error > error);
+/// Interpolates the seconds to an error between points of falling errors and their seconds.
+pub(crate) fn seconds_to(error: f64, points: &[[f64; 2]]) -> f64 {
+    let behind = points.partition_point(|p| p[0] > error);
     let first = behind.saturating_sub(1).min(points.len().saturating_sub(2));
-    let [a, b] = [first, first + 1].map(|i| &points[i.min(points.len() - 1)]);
-    let share = (a.error / error).ln() / (a.error / b.error).ln();
-    a.seconds * (b.seconds / a.seconds).powf(share)
+    let [a, b] = [first, first + 1].map(|i| points[i.min(points.len() - 1)]);
+    let share = (a[0] / error).ln() / (a[0] / b[0]).ln();
+    a[1] * (b[1] / a[1]).powf(share)
 }
 
 /// Returns levels of the same plan with many independent, evenly distributed samples.
@@ -145,8 +157,9 @@ fn made(
     }
 }
 
-fn peers(command: &str) -> Vec<Made> {
-    let output = Command::new("sh").args(["-c", command]).output();
+fn peers(command: &str, scene: &Path) -> Vec<Made> {
+    let mut shell = Command::new("sh");
+    let output = shell.args(["-c", command]).env("ROOM", scene).output();
     let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
     let line = |line: &str| {
         let mut words = line.split('\t');
