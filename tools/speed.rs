@@ -22,7 +22,7 @@ use super::left_out::{self, LIT};
 use super::shared::pictures::{
     ball_nodes, living_room, one_thread, remove_saved, render, thread_seconds, written,
 };
-use super::shared::{files, mesh, room, room_scene, sheets};
+use super::shared::{files, mesh, room, room_scene, sheets, variants};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -52,7 +52,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         None => eprintln!("cannot write to the temporary folder"),
     };
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 11] = [
+    let parts: [Part; 12] = [
         ("lenses", &lenses),
         ("sheets", &|report| {
             one_thread(|| sheets::table(report, &thread_seconds));
@@ -65,6 +65,9 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         }),
         ("room", &|report| {
             in_room(&mut |scene| room::table(report, scene, peer, &thread_seconds));
+        }),
+        ("variants", &|report| {
+            in_room(&mut |scene| variants::table(report, scene, &thread_seconds));
         }),
         ("pictures", &pictures),
         ("left-out", &left_out::by_shading),

@@ -7,3 +7,4 @@ pub(super) mod room;
 pub(super) mod room_scene;
 pub(super) mod scenes;
 pub(super) mod sheets;
+pub(super) mod variants;
