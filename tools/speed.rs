@@ -22,7 +22,7 @@ use super::left_out::{self, LIT};
 use super::shared::pictures::{
     ball_nodes, living_room, one_thread, remove_saved, render, thread_seconds, written,
 };
-use super::shared::{files, mesh, room, room_scene, sheets, variants};
+use super::shared::{files, mesh, room, room_scene, sheets, slow, variants};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -43,6 +43,9 @@ fn after<'a>(words: &'a [String], flag: &str, number: usize) -> Option<&'a str> 
 }
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
+    if words.first().is_some_and(|w| w == "--slow-case") {
+        return slow::one(&words[1..]);
+    }
     let large = words.iter().any(|w| w == "--large");
     let only = after(&words, "--only", 1);
     let scene =
@@ -52,7 +55,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         None => eprintln!("cannot write to the temporary folder"),
     };
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 12] = [
+    let parts: [Part; 13] = [
         ("lenses", &lenses),
         ("sheets", &|report| {
             one_thread(|| sheets::table(report, &thread_seconds));
@@ -69,6 +72,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         ("variants", &|report| {
             in_room(&mut |scene| variants::table(report, scene, &thread_seconds));
         }),
+        ("slow", &slow::table),
         ("pictures", &pictures),
         ("left-out", &left_out::by_shading),
         ("not-needed", &left_out::by_scene),

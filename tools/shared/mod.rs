@@ -7,4 +7,5 @@ pub(super) mod room;
 pub(super) mod room_scene;
 pub(super) mod scenes;
 pub(super) mod sheets;
+pub(super) mod slow;
 pub(super) mod variants;
