@@ -24,6 +24,7 @@ pub(crate) fn write() -> Option<PathBuf> {
     let (axis, angle) = turn.to_axis_angle();
     let mut text = format!(
         "#Inventor V2.1 ascii\nPerspectiveCamera {{ position {} {} {} orientation {} {} {} {angle} }}\n\
+         ShapeHints {{ vertexOrdering COUNTERCLOCKWISE creaseAngle 0 }}\n\
          Environment {{ ambientIntensity 0 attenuation 1 0 0 }}\n\
          PointLight {{ location -.9 2.3 .9 }}\n",
         EYE.x, EYE.y, EYE.z, axis.x, axis.y, axis.z
