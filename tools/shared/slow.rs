@@ -84,10 +84,8 @@ fn ball(triangles: usize) -> String {
 
 fn spheres() -> String {
     let sphere = |i: usize| {
-        format!(
-            "Separator {{ Translation {{ translation {} }} Sphere {{ radius .03 }} }}\n",
-            place(i)
-        )
+        let place = place(i);
+        format!("Separator {{ Translation {{ translation {place} }} Sphere {{ radius .03 }} }}\n")
     };
     LIT.to_owned() + &(0..20_000).map(sphere).collect::<String>()
 }
@@ -127,7 +125,7 @@ fn text() -> String {
     LIT.to_owned() + &(0..50).map(column).collect::<String>()
 }
 
-/// Returns a quilt of ten by ten patches with eight by eight control points each.
+/// Returns ten by ten patches, lit on both sides, of eight by eight control points each.
 fn patches() -> String {
     let patch = |i: usize| {
         let point = |k: usize| {
@@ -144,7 +142,8 @@ fn patches() -> String {
              numVControlPoints 8 uKnotVector {knots} vKnotVector {knots} }} }}\n"
         )
     };
-    LIT.to_owned() + &(0..100).map(patch).collect::<String>()
+    let both_sides = "ShapeHints { vertexOrdering COUNTERCLOCKWISE }\n";
+    LIT.to_owned() + both_sides + &(0..100).map(patch).collect::<String>()
 }
 
 /// Returns panes in front of the ball, over the whole picture.
