@@ -15,7 +15,7 @@ mod region;
 mod response;
 mod squared_error;
 
-pub(crate) use draw_probability::probabilities;
+pub(crate) use draw_probability::DrawProbabilities;
 pub use error::{ErrorEstimate, ErrorUnknown};
 pub use exposed_film::Film;
 pub(crate) use exposed_film::GhostImage;

@@ -372,7 +372,7 @@ pub(crate) fn student(freedom: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::draw_probability::probabilities;
+    use super::super::draw_probability::DrawProbabilities;
     use super::super::format::Resolution;
     use super::*;
     use crate::sampling::{mix, unit};
@@ -413,7 +413,7 @@ mod tests {
         picture: &[Exposed],
         deviation: impl Fn(u64) -> f64,
     ) -> Vec<Pair> {
-        let probabilities = probabilities(picture, SIZE);
+        let probabilities: Vec<f64> = DrawProbabilities::new(picture, SIZE).iter().collect();
         let draw = |number: u64| {
             let mut left = (number as f64 + unit(mix(seed))) / count as f64;
             let pixel = probabilities.iter().position(|p| {

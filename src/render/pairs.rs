@@ -10,7 +10,7 @@ use super::batch::Batch;
 use super::exposure::Counts;
 use super::passes::Render;
 use crate::film::{
-    Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError, probabilities,
+    DrawProbabilities, Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError,
 };
 use crate::sampling::{Sampler, mix, unit};
 use crate::scene::SmallLight;
@@ -88,10 +88,9 @@ impl Render<'_> {
 
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
     fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<Draw> {
-        let probabilities = probabilities(&film.pixels, film.resolution);
-        let counts = || film.pixels.iter().map(|p| f64::from(p.count));
-        let all = counts().sum::<f64>();
-        let each: f64 = counts().zip(&probabilities).map(|(n, p)| n * p).sum();
+        let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
+        let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
+        let each = probabilities.samples;
         let pixels = film.pixels.len();
         if !(each > 0.0) {
             return Vec::new();
@@ -107,7 +106,7 @@ impl Render<'_> {
         let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
         let mut sum = 0.0;
         let mut draws = Vec::with_capacity(wanted);
-        for (pixel, &probability) in probabilities.iter().enumerate() {
+        for (pixel, probability) in probabilities.iter().enumerate() {
             sum += probability;
             while next < sum {
                 next += step;
