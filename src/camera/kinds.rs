@@ -67,19 +67,17 @@ impl Camera {
     ) {
         rays.clear();
         corrections.clear();
-        let mut each = |ray: &dyn Fn([f64; 2], [f64; 2]) -> Option<CameraRay>| {
-            for i in 0..samples.len() {
-                let [film, pupil] = [&samples.film, &samples.pupil].map(|at| [at[0][i], at[1][i]]);
-                if let Some(ray) = ray(film, pupil) {
-                    rays.push(i, &ray);
-                }
-            }
-        };
         match self {
-            Self::Pinhole(pinhole) => each(&|[x, y], _| pinhole.ray(x, y)),
+            Self::Pinhole(pinhole) => pinhole.shoot(samples, rays),
             Self::Ideal(lens) => lens.shoot(samples, rays),
             Self::Film(film) => {
-                each(&|[x, y], pupil| film.ray(film_point(film.format, x, y), pupil))
+                for i in 0..samples.len() {
+                    let [x, y] = samples.film.each_ref().map(|at| at[i]);
+                    let pupil = samples.pupil.each_ref().map(|at| at[i]);
+                    if let Some(ray) = film.ray(film_point(film.format, x, y), pupil) {
+                        rays.push(i, &ray);
+                    }
+                }
             }
             Self::Lens(camera) => match &camera.spectral {
                 None => camera.shoot(samples, bundle, rays),

@@ -2,8 +2,10 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::rays::CameraRay;
+use super::rays::{CameraRay, CameraRays, ExitRays};
+use crate::math::lanes::{LANES, Lane, SimdKernel, dispatch};
 use crate::pose::{CameraPose, Projection, ViewportMapping};
+use crate::sampling::Samples;
 
 /// A camera without an aperture: the scene's own camera, as Inventor renders it.
 #[derive(Clone, Copy, Debug)]
@@ -72,19 +74,122 @@ impl Pinhole {
 
     /// The ray of a point of the picture from 0 to 1; none outside the view.
     pub(super) fn ray(&self, x: f64, y: f64) -> Option<CameraRay> {
+        let (is_inside, origin, direction) = self.any_ray(x, y);
+        is_inside.then_some(CameraRay {
+            origin,
+            direction,
+            weight: 1.0,
+        })
+    }
+
+    /// Returns the origin and the direction of the ray of a point of the picture, and whether the
+    /// point is inside the view.
+    #[inline(always)]
+    fn any_ray(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
         let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
-        if view.x.abs() > self.frame.x || view.y.abs() > self.frame.y {
-            return None;
-        }
+        let is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
         let at = view * self.half;
         let (origin, direction) = match self.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, DVec3::new(at.x, at.y, -1.0)),
             Projection::Orthographic { .. } => (at.extend(-self.near), DVec3::NEG_Z),
         };
-        Some(CameraRay {
-            origin: self.eye + self.world_from_camera * origin,
-            direction: (self.world_from_camera * direction).normalize(),
-            weight: 1.0,
-        })
+        let turned = self.world_from_camera * direction;
+        let origin = self.eye + self.world_from_camera * origin;
+        (is_inside, origin, turned.normalize())
+    }
+
+    /// Makes the rays of samples.
+    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+        for first in (0..samples.len()).step_by(LANES) {
+            let count = LANES.min(samples.len() - first);
+            let [mut x, mut y] = [[0.0; LANES]; 2];
+            x[..count].copy_from_slice(&samples.film[0][first..first + count]);
+            y[..count].copy_from_slice(&samples.film[1][first..first + count]);
+            let out = rays.next_packet();
+            let inside = dispatch(Projected {
+                pinhole: self,
+                places: [&x, &y],
+                out,
+            });
+            out.rays.mask = inside & u32::MAX >> (LANES - count);
+            rays.accept(first);
+        }
+    }
+}
+
+/// The kernel that makes the rays of points of the picture. They have the bits of single rays.
+struct Projected<'a> {
+    pinhole: &'a Pinhole,
+    places: [&'a Lane; 2],
+    out: &'a mut ExitRays,
+}
+
+impl SimdKernel for Projected<'_> {
+    /// A bit mask of the points inside the view.
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> u32 {
+        let (out, [x, y]) = (self.out, self.places);
+        let mut inside = [0u32; LANES];
+        for i in 0..LANES {
+            let (is_inside, origin, direction) = self.pinhole.any_ray(x[i], y[i]);
+            inside[i] = u32::from(is_inside);
+            for axis in 0..3 {
+                out.rays.origin[axis][i] = origin[axis] as f32;
+                out.rays.direction[axis][i] = direction[axis] as f32;
+            }
+        }
+        out.weights = [1.0; LANES];
+        (0..LANES).fold(0, |all, i| all | inside[i] << i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::lanes::bits;
+
+    #[test]
+    fn rays_in_lanes_have_the_bits_of_single_rays() {
+        let perspective = Projection::Perspective { height_angle: 0.8 };
+        let orthographic = Projection::Orthographic { height: 2.0 };
+        for projection in [perspective, orthographic] {
+            let pose = CameraPose {
+                projection,
+                viewport_mapping: ViewportMapping::CropViewportFillFrame,
+                orientation: DQuat::from_rotation_x(0.3) * DQuat::from_rotation_z(1.2),
+                ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+            };
+            let pinhole = Pinhole::new(&pose, 1.5);
+            let mut samples = Samples::default();
+            for i in 0..75 {
+                let place = f64::from(i) / 74.0;
+                samples.film[0].push(place);
+                samples.film[1].push(1.0 - place * place);
+            }
+            let mut rays = CameraRays::default();
+            pinhole.shoot(&samples, &mut rays);
+            let mut seen = 0;
+            for packet in rays.packets() {
+                for lane in bits(packet.rays.mask) {
+                    let sample = packet.samples[lane] as usize;
+                    let [x, y] = [samples.film[0][sample], samples.film[1][sample]];
+                    let known = pinhole.ray(x, y).expect("inside the view");
+                    let (origin, direction) = packet.ray(lane);
+                    assert_eq!(origin, known.origin.as_vec3().to_array());
+                    assert_eq!(direction, known.direction.as_vec3().to_array());
+                    assert_eq!(packet.weights[lane], 1.0);
+                    seen += 1;
+                }
+            }
+            let inside = |i: &usize| {
+                pinhole
+                    .ray(samples.film[0][*i], samples.film[1][*i])
+                    .is_some()
+            };
+            assert_eq!(seen, (0..75).filter(inside).count());
+            assert!((20..75).contains(&seen), "{seen}");
+        }
     }
 }
