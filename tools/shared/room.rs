@@ -45,8 +45,8 @@ pub(crate) fn at_50_mm(name: &str) -> LensChoice {
 }
 
 /// Returns the table. `peer` is a command for the shell, which finds the path of the scene in
-/// `$ROOM` and prints lines of a name, samples per pixel, seconds, and the relative RMSE against its
-/// own reference, separated by tabs.
+/// `$ROOM` and prints lines of a name, samples per pixel, seconds, and the relative RMSE against
+/// its own reference, separated by tabs.
 pub(crate) fn table(
     report: &mut String,
     scene: &Path,
