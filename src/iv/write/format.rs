@@ -52,6 +52,14 @@ impl Document {
                 self.routes.len()
             ));
         }
+        let with_interface = self.extensions.iter().filter(|e| !e.interface.is_empty());
+        let count = with_interface.count();
+        if count > 0 {
+            out.push(format!(
+                "the interfaces of {count} scripts are left out, which the binary format cannot \
+                 express"
+            ));
+        }
         let skipped = self
             .extensions
             .iter()
