@@ -71,6 +71,16 @@ impl Point<'_> {
         }
     }
 
+    /// Makes the diffuse color white if a texture of colors replaces it (VRML 97).
+    fn make_diffuse_white(&mut self) {
+        if let Some(texture) = &self.surface.texture
+            && texture.model == TextureModel::Diffuse
+            && texture.texture.has_color()
+        {
+            self.diffuse = Vec3::ONE;
+        }
+    }
+
     /// Applies the texture to a lit color by OpenGL's texture environment.
     pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
         let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
@@ -98,12 +108,7 @@ impl RenderScene {
     /// lighting. The diffuse color under a texture of colors is then white (VRML 97).
     pub(crate) fn point_before_texture(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
         let mut point = point(self, ray, hit);
-        if let Some(texture) = &point.surface.texture
-            && texture.model == TextureModel::Diffuse
-            && texture.texture.has_color()
-        {
-            point.diffuse = Vec3::ONE;
-        }
+        point.make_diffuse_white();
         point
     }
 
@@ -120,14 +125,35 @@ impl RenderScene {
             } else {
                 2 * usize::from(v == 1.0)
             };
-            let hit = Hit { u, v, ..*hit };
-            (self.point_before_texture(ray, &hit), weights[i])
+            let (mut point, _) = untextured(self, ray, &Hit { u, v, ..*hit });
+            point.make_diffuse_white();
+            (point, weights[i])
         }))
     }
 }
 
 /// Computes the point at a hit, with the texture's color in `texel` whatever its model.
 fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
+    let (mut out, coordinates) = untextured(scene, ray, hit);
+    if let Some(texture) = &out.surface.texture {
+        let at = texture.at(&out, ray, coordinates);
+        let wide = scene.texels_across(&out, ray, hit, texture);
+        let texel = texture
+            .texture
+            .sample_deep(at, wide, texture.filter, texture.repeat);
+        out.transparency = match texture.model {
+            TextureModel::Decal => out.transparency,
+            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
+            _ => 1.0 - (1.0 - out.transparency) * texel.w,
+        };
+        out.texel = Some(texel);
+    }
+    out
+}
+
+/// Computes the point at a hit without its texture, and its texture coordinates.
+#[inline(always)]
+fn untextured<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> (Point<'a>, Vec3) {
     let surface = scene.surface(hit);
     let outward = scene.geometric_normal(ray, hit);
     let front = scene.is_front_of(ray, hit, surface, outward);
@@ -154,20 +180,7 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
         out.normal = -out.normal;
     }
     out.diffuse = out.diffuse.clamp(Vec3::ZERO, Vec3::ONE);
-    if let Some(texture) = &surface.texture {
-        let at = texture.at(&out, ray, coordinates);
-        let wide = scene.texels_across(&out, ray, hit, texture);
-        let texel = texture
-            .texture
-            .sample_deep(at, wide, texture.filter, texture.repeat);
-        out.transparency = match texture.model {
-            TextureModel::Decal => out.transparency,
-            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
-            _ => 1.0 - (1.0 - out.transparency) * texel.w,
-        };
-        out.texel = Some(texel);
-    }
-    out
+    (out, coordinates)
 }
 
 /// Fills in a point on a primitive that is not a triangle, and returns its texture coordinates.

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use crate::math::lanes::power;
 use crate::scene::{IncidentLight, Point};
 use crate::traversal::state::FogKind;
 
@@ -26,14 +27,8 @@ pub(super) fn direct(
         let mut lit = point.diffuse * facing;
         if specular && surface.specular != Vec3::ZERO {
             let half = (incident.toward + backward).normalize_or_zero();
-            let aligned = point.normal.dot(half).max(0.0);
-            let exponent = surface.exponent();
-            // Exponent 0 gives 1, even for a base of 0.
-            let share = if exponent == 0.0 {
-                1.0
-            } else {
-                libm::powf(aligned, exponent)
-            };
+            let aligned = point.normal.dot(half).clamp(0.0, 1.0);
+            let share = power(aligned, surface.exponent());
             lit += surface.specular * share;
         }
         sum += incident.color * lit * shadow;

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use crate::math::lanes::power;
 use crate::traversal::state::{LightElement, LightKind};
 
 /// A light of a compiled scene.
@@ -147,7 +148,7 @@ impl Light {
                 if along < least || along <= 0.0 {
                     return 0.0;
                 }
-                libm::powf(along, exponent)
+                power(along.min(1.0), exponent)
             }
             LightKind::Beam {
                 beam_width,
