@@ -239,6 +239,13 @@ impl Surface {
         self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
     }
 
+    /// Whether this is a plane without an aperture in one medium, given the medium before it. Such
+    /// a plane has no effect on light.
+    pub(crate) fn is_dummy(&self, before: &Medium) -> bool {
+        let is_open = self.semi_diameter == f64::INFINITY && !self.is_stop;
+        self.is_plane() && is_open && self.medium == *before
+    }
+
     fn has_terms(&self) -> bool {
         matches!(&self.shape, Shape::Asphere { terms, .. } if terms.iter().any(|t| *t != 0.0))
     }

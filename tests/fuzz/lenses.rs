@@ -61,16 +61,14 @@ pub(super) fn lens(bytes: &[u8]) {
     }
 }
 
-/// Returns the number of surfaces without the planes that have no aperture and one medium on both
-/// sides, which some formats leave out.
+/// Returns the number of surfaces without the planes that have no effect, which some formats leave
+/// out.
 fn effective(lens: &Prescription) -> usize {
-    let before =
-        std::iter::once(&lens.object_medium).chain(lens.surfaces.iter().map(|s| &s.medium));
+    let media = lens.surfaces.iter().map(|surface| &surface.medium);
+    let before = std::iter::once(&lens.object_medium).chain(media);
     let all = lens.surfaces.iter().zip(before);
-    let has_effect = |(s, before): &(&Surface, &Medium)| {
-        !s.is_plane() || s.is_stop || s.semi_diameter.is_finite() || s.medium != **before
-    };
-    all.filter(has_effect).count()
+    all.filter(|(surface, before)| !surface.is_dummy(before))
+        .count()
 }
 
 /// Returns the surfaces without their places in the file, and without the names of the glasses that

@@ -305,15 +305,14 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Removes planes without an aperture and with one medium on both sides. In front of the lens
-    /// they have no effect. Elsewhere they only lengthen the gap.
+    /// Removes the planes that have no effect on light. Between other surfaces they only lengthen
+    /// the gap.
     fn remove_dummies(&mut self, object: &Medium) {
         let all = std::mem::take(&mut self.surfaces);
         let mut places = Vec::new();
         for (surface, place) in all.into_iter().zip(&self.places) {
             let before = self.surfaces.last().map_or(object, |last| &last.medium);
-            let is_open = surface.semi_diameter == f64::INFINITY && !surface.is_stop;
-            if surface.is_plane() && is_open && surface.medium == *before {
+            if surface.is_dummy(before) {
                 if let Some(last) = self.surfaces.last_mut() {
                     last.thickness += surface.thickness;
                 }
