@@ -121,7 +121,7 @@ impl Camera {
     ) {
         for (packet, light) in rays.packets().iter().zip(radiances) {
             let tint = |lane: usize, light: DVec3| match &packet.tint {
-                Some(tint) => DMat3::from_cols_array(&tint.map(|all| all[lane])) * light,
+                Some(tint) => DMat3::from_cols_array(&tint.each_ref().map(|all| all[lane])) * light,
                 None => light,
             };
             for lane in bits(packet.rays.mask) {

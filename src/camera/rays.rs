@@ -185,7 +185,8 @@ impl CameraRays {
         for lane in bits(live) {
             let from = &self.packets[filled];
             let (ray, weight) = (from.ray(lane), from.weights[lane]);
-            let tint = from.tint.as_ref().map(|tint| tint.map(|all| all[lane]));
+            let tint = from.tint.as_ref();
+            let tint = tint.map(|tint| tint.each_ref().map(|all| all[lane]));
             self.put(sample(lane), ray, weight);
             if let Some(tint) = tint {
                 let last = self.len - 1;

@@ -7,7 +7,7 @@
 //! in the plane of incidence each product is divided by the square of its index. Numerators and
 //! denominators are multiplied over all surfaces, so that a ray takes one quotient.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::PI;
 
 use crate::lens::lanes::step::Step;
 use crate::math::lanes::{LANES, Lane, fused};
@@ -162,10 +162,10 @@ fn airy<const FUSED: bool>(a: f64, b: f64, f: f64) -> Airy {
 }
 
 /// The coefficients of Taylor's series of the cosine, by the powers of the negative square.
-const COSINE: [f64; 14] = {
-    let mut all = [1.0; 14];
+const COSINE: [f64; 10] = {
+    let mut all = [1.0; 10];
     let mut k = 1;
-    while k < 14 {
+    while k < 10 {
         all[k] = all[k - 1] / ((2 * k - 1) * 2 * k) as f64;
         k += 1;
     }
@@ -177,14 +177,17 @@ const COSINE: [f64; 14] = {
 fn cosine<const FUSED: bool>(angle: f64) -> f64 {
     // Adding this number rounds to the nearest integer.
     const SHIFT: f64 = 6_755_399_441_055_744.0;
-    let turns = (angle * (1.0 / TAU) + SHIFT) - SHIFT;
-    let rest = fused::<FUSED>(-TAU, turns, angle);
+    let halves = (angle * (1.0 / PI) + SHIFT) - SHIFT;
+    let pairs = (halves * 0.5 + SHIFT) - SHIFT;
+    let odd = fused::<FUSED>(-2.0, pairs, halves);
+    let rest = fused::<FUSED>(-PI, halves, angle);
     let square = -rest * rest;
-    let mut sum = COSINE[13];
-    for term in COSINE[..13].iter().rev() {
+    let mut sum = COSINE[9];
+    for term in COSINE[..9].iter().rev() {
         sum = fused::<FUSED>(sum, square, *term);
     }
-    sum
+    // The sign changes with every half turn.
+    sum * fused::<FUSED>(-2.0, odd * odd, 1.0)
 }
 
 #[cfg(test)]
