@@ -123,6 +123,15 @@ impl Lens {
         edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
     }
 
+    /// Whether the stop's hole is round or a convex polygon around the axis.
+    pub(crate) fn is_iris_convex(&self) -> bool {
+        let is_convex = |element: &Element| match &element.hole {
+            Some(corners) => corners.len() == element.edges.len(),
+            None => true,
+        };
+        self.elements.iter().all(is_convex)
+    }
+
     /// Whether the lens is symmetric about its axis.
     pub(crate) fn is_rotational(&self) -> bool {
         let mut surfaces = self.prescription.surfaces.iter();

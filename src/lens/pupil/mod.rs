@@ -12,6 +12,7 @@ mod polar;
 mod polygon;
 mod radial;
 pub(crate) mod rear_element;
+mod rim_shares;
 mod sampler;
 pub(crate) mod search;
 mod sides;

@@ -7,7 +7,7 @@
 use glam::DVec2;
 
 use crate::lens::pupil::sides::{Outline, SIDES, Support, TriangleTable, share};
-use crate::lens::pupil::symmetry::Copy;
+use crate::lens::pupil::symmetry::WedgeCopy;
 use crate::math::lanes::fused;
 
 /// The coefficients of 1, u, v and uv.
@@ -34,8 +34,8 @@ pub(super) struct Patch {
     /// Twice the area of the triangles before each corner.
     before: [Biquadratic; SIDES + 1],
     triangles: TriangleTable,
-    /// The open share of the area; 0 if it is not known.
-    pub open_share: Biquadratic,
+    /// The open share of the area for each lens of the table; 0 if it is not known.
+    open_shares: Vec<Biquadratic>,
 }
 
 /// The position in a patch, 0 to 1 from its least place to its greatest.
@@ -83,6 +83,18 @@ fn cross(p: &Bilinear, q: &Bilinear) -> Biquadratic {
     all
 }
 
+/// The coefficients of the biquadratic through its values at the positions 0, 1/2 and 1 of u and v,
+/// in the order of the coefficients.
+pub(super) fn through(values: Biquadratic) -> Biquadratic {
+    let along = |[low, middle, high]: [f64; 3]| {
+        let bend = 2.0 * (low + high) - 4.0 * middle;
+        [low, high - low - bend, bend]
+    };
+    let rows: [[f64; 3]; 3] = [0, 3, 6].map(|k| along([0, 1, 2].map(|i| values[k + i])));
+    let columns = [0, 1, 2].map(|i| along(rows.map(|row| row[i])));
+    std::array::from_fn(|k| columns[k % 3][k / 3])
+}
+
 impl Patch {
     /// The patch between `low` and `high` whose figures have the given centers and supports, at
     /// (0, 0), (1, 0), (0, 1) and (1, 1), and sides with the normals `sides`. The open share is not
@@ -121,8 +133,35 @@ impl Patch {
             middle: bilinear(outlines.each_ref().map(Outline::center)),
             center: bilinear(figures.map(|(center, _)| center)),
             before,
-            open_share: [0.0; 9],
+            open_shares: Vec::new(),
         }
+    }
+
+    /// The patch with the open shares that `measure` returns.
+    pub(super) fn with_open_shares(self, measure: impl Fn(&Self) -> Vec<Biquadratic>) -> Self {
+        let open_shares = measure(&self);
+        Self {
+            open_shares,
+            ..self
+        }
+    }
+
+    /// The open share of the area, with the given weights of the lenses; 0 if it is not known.
+    #[inline(always)]
+    pub(super) fn open_share<const FUSED: bool>(&self, at: Position, weights: &[f64]) -> f64 {
+        let (mut sum, mut is_known) = (0.0, !weights.is_empty());
+        for (share, weight) in self.open_shares.iter().zip(weights) {
+            let share = at.quadratic::<FUSED>(share);
+            sum = fused::<FUSED>(*weight, share, sum);
+            is_known &= share > 0.0;
+        }
+        if is_known { sum } else { 0.0 }
+    }
+
+    /// The place of a position.
+    pub(super) fn place(&self, at: Position) -> [f64; 2] {
+        let [u, v] = [0, 1].map(|k| self.inverse[k].recip());
+        [self.low[0] + at.u * u, self.low[1] + at.v * v]
     }
 
     /// Whether a place is in the patch.
@@ -143,6 +182,12 @@ impl Patch {
     #[inline(always)]
     pub(super) fn area<const FUSED: bool>(&self, at: Position) -> f64 {
         0.5 * at.quadratic::<FUSED>(&self.before[SIDES])
+    }
+
+    /// The share of the area before a corner.
+    pub(super) fn share_before(&self, corner: usize, at: Position) -> f64 {
+        let of = |j: usize| at.quadratic::<false>(&self.before[j]);
+        of(corner) / of(SIDES)
     }
 
     /// The polygon from a film point in a direction.
@@ -195,7 +240,7 @@ pub(super) struct Located<'a> {
     pub at: Position,
     /// The direction of the film point in the first wedge.
     pub direction: DVec2,
-    pub copy: Copy,
+    pub copy: WedgeCopy,
 }
 
 impl Located<'_> {

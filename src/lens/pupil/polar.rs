@@ -16,21 +16,22 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::Aims;
 use crate::lens::pupil::patch::{Located, Patch};
 use crate::lens::pupil::radial::support_around;
+use crate::lens::pupil::rim_shares::open_share_over;
 use crate::lens::pupil::sampler::PupilSampler;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::pupil::sides::{SIDES, Support};
 use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
-use crate::lens::pupil::symmetry::{Copy, Symmetry, inverse};
+use crate::lens::pupil::symmetry::{Symmetry, WedgeCopy, inverse};
 use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// A cell is halved until interpolation between its corners cuts off less than this share of the
 /// half width at its middle and at the middles of its sides. What is cut off is added to its
 /// margin, so that the value bounds the lost rays and not the error. It was chosen by trial.
-const MAX_CUT: f64 = 0.01;
+const MAX_CUT: f64 = 0.015;
 /// A cell is also halved until interpolation adds less than this share of the half width. What is
 /// added costs rays that are lost. It was chosen by trial.
-const MAX_ADDED: f64 = 0.025;
+const MAX_ADDED: f64 = 0.035;
 /// The margin of a cell that is too small to be halved and in which the light ends, as a share of
 /// the half width. Such a cell takes the hull of all its figures. It was chosen by trial.
 const END_MARGIN: f64 = 0.02;
@@ -56,7 +57,7 @@ pub(super) struct Cells {
     /// The number of cells around the axis at the start.
     around: u32,
     /// The rotations and signs that map the first wedge to the others.
-    copies: Vec<Copy>,
+    copies: Vec<WedgeCopy>,
     /// The lens at one wavelength, or at the shortest, its own and the longest.
     lenses: Vec<Lens>,
     sides: [DVec2; SIDES],
@@ -137,23 +138,6 @@ impl CenteredFigure {
 /// The support of a figure that is moved.
 fn shifted(support: &Support, by: DVec2, sides: &[DVec2; SIDES]) -> Support {
     std::array::from_fn(|j| support[j] + by.dot(sides[j]))
-}
-
-impl Cell {
-    /// The quarter of the cell that contains a place.
-    fn patch(&self, place: [f64; 2], sides: &[DVec2; SIDES]) -> &Patch {
-        let [i, j] = [0, 1].map(|k| usize::from(place[k] >= self.low[k] + self.half[k]));
-        self.quarters[2 * j + i].get_or_init(|| {
-            let corners = [0, 1, 3, 4].map(|k| &self.figures[3 * j + i + k]);
-            let low = |k: usize, half: usize| self.low[k] + half as f64 * self.half[k];
-            Box::new(Patch::new(
-                [low(0, i), low(1, j)],
-                self.half,
-                corners.map(|figure| (figure.center, &figure.support)),
-                sides,
-            ))
-        })
-    }
 }
 
 impl Cells {
@@ -282,7 +266,13 @@ impl Cells {
     ) -> Located<'a> {
         let (direction, copy) = if self.meridian {
             let turn = direction;
-            (DVec2::X, Copy { turn, ..Copy::NONE })
+            (
+                DVec2::X,
+                WedgeCopy {
+                    turn,
+                    ..WedgeCopy::NONE
+                },
+            )
         } else {
             let copy = self.copies[copy as usize];
             (copy.unfold(direction), copy)
@@ -308,10 +298,50 @@ impl Cells {
                 Branch::Split { axis, at, next } => {
                     branch = next[usize::from(place[*axis] >= *at)];
                 }
-                Branch::Cell(cell) => return Some(cell.patch(place, &self.sides)),
+                Branch::Cell(cell) => return Some(self.quarter(cell, place)),
                 Branch::Dark => return None,
             }
         }
+    }
+
+    /// The quarter of a cell that contains a place.
+    fn quarter<'a>(&self, cell: &'a Cell, place: [f64; 2]) -> &'a Patch {
+        let [i, j] = [0, 1].map(|k| usize::from(place[k] >= cell.low[k] + cell.half[k]));
+        cell.quarters[2 * j + i].get_or_init(|| {
+            let corners = [0, 1, 3, 4].map(|k| &cell.figures[3 * j + i + k]);
+            let low = |k: usize, half: usize| cell.low[k] + half as f64 * cell.half[k];
+            let patch = Patch::new(
+                [low(0, i), low(1, j)],
+                cell.half,
+                corners.map(|figure| (figure.center, &figure.support)),
+                &self.sides,
+            );
+            let shares = |patch: &Patch| {
+                let film = |at| {
+                    let place = patch.place(at);
+                    Some((self.point(place)?, self.direction(place)))
+                };
+                let lenses = self.lenses.iter().filter(|lens| lens.is_iris_convex());
+                lenses
+                    .map(|lens| open_share_over(patch, lens, film))
+                    .collect()
+            };
+            Box::new(patch.with_open_shares(shares))
+        })
+    }
+
+    /// The weights of the lenses' open shares for a wavelength in nanometers. The pupil is regarded
+    /// as a quadratic of the square of the wavenumber, as by Cauchy's formula the index is nearly.
+    pub(super) fn weights_at(&self, wavelength_nm: f64) -> Vec<f64> {
+        let square = |nm: f64| 1.0 / (nm * nm);
+        let at: Vec<f64> = self.lenses.iter().map(|l| square(l.wavelength())).collect();
+        let weight = |k: usize| {
+            let others = (0..at.len()).filter(|j| *j != k);
+            others
+                .map(|j| (square(wavelength_nm) - at[j]) / (at[k] - at[j]))
+                .product()
+        };
+        (0..at.len()).map(weight).collect()
     }
 
     /// The direction from the axis for which the figure of a place is stored.
@@ -564,6 +594,8 @@ impl MixtureError {
 /// over film positions.
 pub(super) struct CellAims<'a> {
     pub cells: &'a Cells,
+    /// The weights of the open shares of the table's lenses; none if they are not needed.
+    pub weights: &'a [f64],
     /// The film points, in millimeters from the film's middle.
     pub film: &'a [Lane; 2],
     /// Points of the unit square.
@@ -601,7 +633,7 @@ impl SimdKernel for CellAims<'_> {
             let direction = DVec2::new(dx[i], dy[i]);
             let located = self.cells.located(patch, place, direction, copies[i]);
             aims.area[i] = patch.area::<FUSED>(located.at).max(0.0);
-            aims.open_share[i] = located.at.quadratic::<FUSED>(&patch.open_share);
+            aims.open_share[i] = patch.open_share::<FUSED>(located.at, self.weights);
             [aims.x[i], aims.y[i]] = located.point::<FUSED>(u[i], out[i]).to_array();
         }
     }

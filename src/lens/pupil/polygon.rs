@@ -114,7 +114,7 @@ mod tests {
 
     use super::*;
     use crate::lens::pupil::sides::{Support, directions};
-    use crate::lens::pupil::symmetry::Copy;
+    use crate::lens::pupil::symmetry::WedgeCopy;
 
     /// The mean of x² over a polygon, from the integrals over its triangles.
     fn mean_square(polygon: &Polygon<'_>) -> f64 {
@@ -167,7 +167,7 @@ mod tests {
         let place = [0.3125, 0.625];
         assert!(patch.contains(place) && !patch.contains([0.375, 0.625]));
         for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
-            let copy = Copy { turn, mirror };
+            let copy = WedgeCopy { turn, mirror };
             let at = patch.position(place);
             for angle in [0.0, 1.0] {
                 let direction = DVec2::from_angle(angle);

@@ -61,18 +61,18 @@ impl Symmetry {
     }
 
     /// The rotations and signs that map the first wedge to the others.
-    pub(super) fn copies(&self) -> Vec<Copy> {
+    pub(super) fn copies(&self) -> Vec<WedgeCopy> {
         let part = TAU / f64::from(self.turns);
         let turned = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);
             DVec2::new(cos, sin)
         };
         let copies = (0..self.turns).flat_map(|number| {
-            let plain = Copy {
+            let plain = WedgeCopy {
                 turn: turned(f64::from(number) * part),
                 mirror: DVec2::ONE,
             };
-            let mirrored = Copy {
+            let mirrored = WedgeCopy {
                 turn: turned(-2.0 * self.base - f64::from(number + 1) * part),
                 mirror: DVec2::new(1.0, -1.0),
             };
@@ -108,14 +108,14 @@ impl Symmetry {
 
 /// A rotation and a reflection of a wedge.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Copy {
+pub(super) struct WedgeCopy {
     /// The wedge is rotated so that +x becomes this unit vector.
     pub turn: DVec2,
     /// The coordinates of the rotated wedge are multiplied by these signs.
     pub mirror: DVec2,
 }
 
-impl Copy {
+impl WedgeCopy {
     /// The wedge itself.
     pub(super) const NONE: Self = Self {
         turn: DVec2::X,

@@ -81,6 +81,7 @@ impl PupilTarget {
                 }),
                 Table::Cells(cells) => dispatch(CellAims {
                     cells,
+                    weights: transmission.weights(),
                     film,
                     pupil,
                     aims,
@@ -94,12 +95,15 @@ impl PupilTarget {
     }
 
     /// Measures the open share of the aimed area, for the lens and film that this target was made
-    /// for. It is known if both have rotational symmetry and there are no secondary openings.
+    /// for. It is known if the iris is convex and there are no secondary openings. Without
+    /// rotational symmetry it is measured as film points are asked for.
     pub(crate) fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
         match self {
             Self::ExitPupil(pupil) if pupil.stray_region.is_none() => match &pupil.table {
                 Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),
-                _ => PupilTransmission::default(),
+                Table::Cells(cells) => {
+                    PupilTransmission::mixed(cells.weights_at(lens.wavelength()))
+                }
             },
             _ => PupilTransmission::default(),
         }

@@ -7,37 +7,24 @@
 
 use glam::DVec2;
 
-use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::rim_shares::{fills, open_share};
 use crate::lens::pupil::sides::SIDES;
-use crate::lens::pupil::span::Span;
 use crate::lens::pupil::spans::Spans;
-use crate::lens::trace::ray::LensRay;
-use crate::math::lanes::LANES;
 
 /// The open share of a span's figure, as the coefficients of a quadratic of the mixing parameter;
 /// none if it is not known.
 type Share = Option<[f64; 3]>;
 
-/// The open share of the area at which rays are aimed, by film radius.
+/// The open share of the area at which rays are aimed, by film radius or film position.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct PupilTransmission {
     /// The open shares of all spans of a table; empty if they are not known.
     shares: Vec<Share>,
+    /// The weights of the open shares for the lenses of a table over film positions.
+    weights: Vec<f64>,
 }
-
-/// Every aim in this share of the area, from the center outward, must get through; otherwise the
-/// open share is left unknown, and lost rays stay lost. The open share of a figure is .95 or more
-/// in all but a few cases (docs/accuracy.md), so that .8 leaves room for its variation around the
-/// rim. A smaller value costs one more bisection for the same error.
-const INNER_SHARE: f64 = 0.8;
-/// The shares of the area at which that is tested, besides [`INNER_SHARE`] itself. They detect a
-/// pupil that is not open in one piece, and were chosen by trial.
-const TESTED_SHARES: [f64; 3] = [0.05, 0.3, 0.6];
-/// The number of times that the remaining area is bisected. In each of 32 directions the error is
-/// at most 0.2/2^9, or 1/2,560, and has no bias.
-const BISECTIONS: usize = 8;
 
 impl PupilTransmission {
     /// Measures the open shares for a film with rotational symmetry, at both ends and the middle of
@@ -45,15 +32,14 @@ impl PupilTransmission {
     pub(super) fn of(spans: &Spans, lens: &Lens, place: &FilmPlace) -> Self {
         let share = |number: usize, t: f64| {
             let (start, end) = (spans.start(number), spans.ends[number]);
-            let film = DVec2::new(start + t * (end - start), 0.0);
-            ShareProbe {
-                span: &spans.spans[number],
-                t,
-                lens,
-                place,
-                film,
-            }
-            .share()
+            let film = place.point(DVec2::new(start + t * (end - start), 0.0));
+            let span = &spans.spans[number];
+            let point = |around: f64, out: f64| span.point(t, around, out);
+            let all = Some(span.twice_area_before(SIDES, t)).filter(|all| *all > 0.0)?;
+            open_share(
+                |corner| span.twice_area_before(corner, t) / all,
+                |around, shares| fills(lens, film, around, shares, &point),
+            )
         };
         let quadratic = |number: usize| {
             let (low, middle, high) = (
@@ -66,6 +52,7 @@ impl PupilTransmission {
         };
         Self {
             shares: (0..spans.spans.len()).map(quadratic).collect(),
+            weights: Vec::new(),
         }
     }
 
@@ -76,18 +63,34 @@ impl PupilTransmission {
             let others = (0..3).filter(|j| *j != k).map(|j| measured[j].0);
             others.map(|at| (nm - at) / (measured[k].0 - at)).product()
         });
-        let spans = 0..measured[0].1.shares.len();
+        let all = || std::iter::zip(weights, measured);
         let share = |span: usize| {
             let mut sum = [0.0; 3];
-            for (weight, (_, measured)) in std::iter::zip(weights, measured) {
+            for (weight, (_, measured)) in all() {
                 let share = measured.shares[span]?;
                 sum = std::array::from_fn(|k| sum[k] + weight * share[k]);
             }
             Some(sum)
         };
+        let weight = |lens: usize| all().map(|(w, (_, m))| w * m.weights[lens]).sum();
+        let first = &measured[0].1;
         Self {
-            shares: spans.map(share).collect(),
+            shares: (0..first.shares.len()).map(share).collect(),
+            weights: (0..first.weights.len()).map(weight).collect(),
         }
+    }
+
+    /// The open shares of a table over film positions, with the given weights of its lenses.
+    pub(super) fn mixed(weights: Vec<f64>) -> Self {
+        Self {
+            shares: Vec::new(),
+            weights,
+        }
+    }
+
+    /// The weights of the open shares for the lenses of a table over film positions.
+    pub(super) fn weights(&self) -> &[f64] {
+        &self.weights
     }
 
     /// The coefficients of the open share in a span, constant first; 0 if it is not known.
@@ -98,101 +101,13 @@ impl PupilTransmission {
     }
 }
 
-/// Measures the open share from one film point on the +x axis.
-struct ShareProbe<'a> {
-    span: &'a Span,
-    /// The mixing parameter in the span.
-    t: f64,
-    lens: &'a Lens,
-    place: &'a FilmPlace,
-    /// The film point, in millimeters from the film's middle.
-    film: DVec2,
-}
-
-impl ShareProbe<'_> {
-    /// The directions in which the rim is searched, as shares of the area around the center, with
-    /// their weights.
-    ///
-    /// Over a side of the polygon the rim is an arc, so there are two directions in each triangle,
-    /// at the points of Gauss's rule. The pupil of a film point on the +x axis is symmetric about
-    /// that axis, so that half of the triangles are enough, and one direction in each of the two
-    /// that the axis cuts.
-    fn directions(&self) -> [(f64, f64); LANES] {
-        const { assert!(LANES == SIDES) }
-        let all = self.span.twice_area_before(SIDES, self.t);
-        let at = |j: usize, s: f64| {
-            let (from, to) = (
-                self.span.twice_area_before(j, self.t),
-                self.span.twice_area_before(j + 1, self.t),
-            );
-            ((from + s * (to - from)) / all, (to - from) / all)
-        };
-        let gauss = 0.5 - 0.5 / 3.0f64.sqrt();
-        std::array::from_fn(|i| match i {
-            0 => at(SIDES - 1, gauss),
-            1 => at(SIDES / 2 - 1, gauss),
-            _ if i % 2 == 0 => at(i / 2 - 1, gauss),
-            _ => at(i / 2 - 1, 1.0 - gauss),
-        })
-    }
-
-    /// The open share of the figure; none if the figure is not open in one piece.
-    fn share(&self) -> Option<f64> {
-        if !(self.span.area(self.t) > 0.0) {
-            return None;
-        }
-        let directions = self.directions();
-        let mut bundle = Bundle::default();
-        for out in TESTED_SHARES.into_iter().chain([INNER_SHARE]) {
-            if self.through(&directions, &[out; LANES], &mut bundle) != u32::MAX {
-                return None;
-            }
-        }
-        let (mut near, mut far) = ([INNER_SHARE; LANES], [1.0; LANES]);
-        for _ in 0..BISECTIONS {
-            let half = std::array::from_fn(|i| 0.5 * (near[i] + far[i]));
-            let through = self.through(&directions, &half, &mut bundle);
-            for (i, half) in half.into_iter().enumerate() {
-                match through >> i & 1 {
-                    1 => near[i] = half,
-                    _ => far[i] = half,
-                }
-            }
-        }
-        // A triangle above the axis also represents its mirror image below.
-        let (mut sum, mut weights) = (0.0, 0.0);
-        for (i, (_, weight)) in directions.iter().enumerate() {
-            sum += weight * 0.5 * (near[i] + far[i]);
-            weights += weight;
-        }
-        Some(sum / weights)
-    }
-
-    /// Traces a ray in each direction, at the shares `out` of the area, and returns a mask of the
-    /// rays that get through.
-    fn through(
-        &self,
-        directions: &[(f64, f64); LANES],
-        out: &[f64; LANES],
-        bundle: &mut Bundle,
-    ) -> u32 {
-        let origin = self.place.point(self.film);
-        for (lane, ((around, _), out)) in directions.iter().zip(out).enumerate() {
-            let aim = self.span.point(self.t, *around, out.sqrt());
-            let direction = (aim.extend(self.lens.length()) - origin).normalize();
-            bundle.set(lane, &LensRay { origin, direction });
-        }
-        self.lens.trace_bundle_from_film(bundle);
-        bundle.through()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::lens::FocusMethod;
     use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
     use crate::lens::pupil::target::PupilTarget;
+    use crate::lens::trace::ray::LensRay;
     use crate::math::Meters;
     use crate::sampling::mix;
 
@@ -272,8 +187,8 @@ mod tests {
         );
     }
 
-    /// A share that is measured has an error of at most 0.2/2^9 in each of 32 directions, which is
-    /// 4e-5 for all; 3e-4 is far more than the errors of four.
+    /// A share that is measured has an error of about 1e-5, and 3e-4 is far more than the errors of
+    /// four.
     #[test]
     fn open_shares_between_three_wavelengths_are_interpolated() {
         let lens = Lens::named("takumar-50").unwrap();
