@@ -106,8 +106,8 @@ impl Camera {
     /// The number of samples in a batch: enough for resampled rays to fill lanes.
     pub(crate) fn batch(&self) -> usize {
         match self {
-            Self::Lens(_) if self.is_spectral() => 4 * SETS * LANES,
-            Self::Lens(_) => 16 * LANES,
+            Self::Lens(_) if self.is_spectral() => 8 * SETS * LANES,
+            Self::Lens(_) => 32 * LANES,
             _ => 4 * LANES,
         }
     }

@@ -6,10 +6,11 @@ use glam::DVec3;
 
 use crate::lens::lanes::asphere::asphere;
 use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::iris::{block_at_iris, note_iris_fill};
 use crate::lens::lanes::quadric::quadric;
-use crate::lens::lanes::scalar::{block_at_iris, note_iris_fill, toroid};
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
 use crate::lens::lanes::step::{LARGE_STEP, SAME_INDEX, SLIGHT_STEP, Step, kind_of};
+use crate::lens::lanes::toroid::toroid;
 use crate::lens::lanes::transmittances::Transmittances;
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
@@ -160,10 +161,9 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         if let Some(transmittances) = &mut transmittances {
             transmittances.cross::<FUSED>(&step, &terms.cos);
         }
-        if STOPS && element.hole.is_some() {
-            block_at_iris(&step, bundle);
-        } else if !STOPS && !element.edges.is_empty() {
-            note_iris_fill(&step, bundle);
+        match STOPS {
+            true => block_at_iris(&step, bundle),
+            false => note_iris_fill(&step, bundle),
         }
     }
     vertex_z

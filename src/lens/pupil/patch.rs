@@ -4,11 +4,13 @@
 //! all polygons have the same directions. Areas are then biquadratic. Their coefficients are
 //! computed once, and an aim from any film point of the quarter costs one search among triangles.
 
+use std::ops::Range;
+
 use glam::DVec2;
 
 use crate::lens::pupil::sides::{Outline, SIDES, Support, TriangleTable, share};
 use crate::lens::pupil::symmetry::WedgeCopy;
-use crate::math::lanes::fused;
+use crate::math::lanes::{LANES, Lane, fused};
 
 /// The coefficients of 1, u, v and uv.
 type Bilinear = [DVec2; 4];
@@ -146,16 +148,32 @@ impl Patch {
         }
     }
 
-    /// The open share of the area, with the given weights of the lenses; 0 if it is not known.
+    /// The open shares of the area at the positions of some lanes, with the given weights of the
+    /// lenses; 0 if one is not known.
     #[inline(always)]
-    pub(super) fn open_share<const FUSED: bool>(&self, at: Position, weights: &[f64]) -> f64 {
-        let (mut sum, mut is_known) = (0.0, !weights.is_empty());
+    pub(super) fn open_shares<const FUSED: bool>(
+        &self,
+        at: &[Lane; 2],
+        lanes: Range<usize>,
+        weights: &[f64],
+        shares: &mut Lane,
+    ) {
+        shares[lanes.clone()].fill(0.0);
+        let mut is_known = [true; LANES];
         for (share, weight) in self.open_shares.iter().zip(weights) {
-            let share = at.quadratic::<FUSED>(share);
-            sum = fused::<FUSED>(*weight, share, sum);
-            is_known &= share > 0.0;
+            for i in lanes.clone() {
+                let at = Position {
+                    u: at[0][i],
+                    v: at[1][i],
+                };
+                let share = at.quadratic::<FUSED>(share);
+                shares[i] = fused::<FUSED>(*weight, share, shares[i]);
+                is_known[i] &= share > 0.0;
+            }
         }
-        if is_known { sum } else { 0.0 }
+        for i in lanes {
+            shares[i] = if is_known[i] { shares[i] } else { 0.0 };
+        }
     }
 
     /// The place of a position.
@@ -192,8 +210,7 @@ impl Patch {
 
     /// The polygon from a film point in a direction.
     pub(super) fn outline(&self, at: Position, direction: DVec2) -> Outline {
-        let center = direction.rotate(at.bilinear::<false>(&self.center));
-        let center = center + at.bilinear::<false>(&self.middle);
+        let center = self.middle::<false>(at, direction);
         Outline {
             center,
             corners: self
@@ -203,18 +220,19 @@ impl Patch {
         }
     }
 
-    /// The point at the share `around` of the area, counted around the middle, and at the share
-    /// `out` of the distance from the middle to the rim. `direction` is that of the film point.
+    /// The middle of the polygon from a film point in a direction.
     #[inline(always)]
-    pub(super) fn point<const FUSED: bool>(
-        &self,
-        at: Position,
-        direction: DVec2,
-        around: f64,
-        out: f64,
-    ) -> DVec2 {
+    pub(super) fn middle<const FUSED: bool>(&self, at: Position, direction: DVec2) -> DVec2 {
+        let center = direction.rotate(at.bilinear::<FUSED>(&self.center));
+        center + at.bilinear::<FUSED>(&self.middle)
+    }
+
+    /// The point of the rim, relative to the middle, at the share `around` of the area, counted
+    /// around the middle. `area` is [`Self::area`].
+    #[inline(always)]
+    pub(super) fn rim<const FUSED: bool>(&self, at: Position, area: f64, around: f64) -> DVec2 {
         let before = |j: usize| at.quadratic::<FUSED>(&self.before[j]);
-        let place = around * before(SIDES);
+        let place = 2.0 * around * area;
         let mut j = self.triangles.lookup(around);
         let (mut from, mut to) = (before(j), before(j + 1));
         // The tabulated triangle nearly always contains the point.
@@ -227,9 +245,14 @@ impl Patch {
             (from, to) = (to, before(j + 1));
         }
         let [p, q] = [j, j + 1].map(|j| at.bilinear::<FUSED>(&self.corners[j]));
-        let rim = p + share(place, from, to) * (q - p);
-        let center = direction.rotate(at.bilinear::<FUSED>(&self.center));
-        center + at.bilinear::<FUSED>(&self.middle) + out * rim
+        p + share(place, from, to) * (q - p)
+    }
+
+    /// The point at the share `around` of the area, counted around the middle, and at the share
+    /// `out` of the distance from the middle to the rim. `direction` is that of the film point.
+    pub(super) fn point(&self, at: Position, direction: DVec2, around: f64, out: f64) -> DVec2 {
+        let area = self.area::<false>(at);
+        self.middle::<false>(at, direction) + out * self.rim::<false>(at, area, around)
     }
 }
 
@@ -241,15 +264,4 @@ pub(super) struct Located<'a> {
     /// The direction of the film point in the first wedge.
     pub direction: DVec2,
     pub copy: WedgeCopy,
-}
-
-impl Located<'_> {
-    /// The point at which a ray is aimed, by the shares of [`Patch::point`].
-    #[inline(always)]
-    pub(super) fn point<const FUSED: bool>(&self, around: f64, out: f64) -> DVec2 {
-        let point = self
-            .patch
-            .point::<FUSED>(self.at, self.direction, around, out);
-        self.copy.mirror * self.copy.turn.rotate(point)
-    }
 }

@@ -14,7 +14,7 @@ use glam::{DVec2, DVec3};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::Aims;
-use crate::lens::pupil::patch::{Located, Patch};
+use crate::lens::pupil::patch::{Located, Patch, Position};
 use crate::lens::pupil::radial::support_around;
 use crate::lens::pupil::rim_shares::open_share_over;
 use crate::lens::pupil::sampler::PupilSampler;
@@ -252,37 +252,28 @@ impl Cells {
     pub(super) fn locate(&self, film: DVec2) -> Option<Located<'_>> {
         let (place, direction, copy) = self.place_of::<false>(film);
         let patch = self.patch(place)?;
-        Some(self.located(patch, place, direction, copy))
-    }
-
-    /// A film point of a patch.
-    #[inline(always)]
-    fn located<'a>(
-        &self,
-        patch: &'a Patch,
-        place: [f64; 2],
-        direction: DVec2,
-        copy: f64,
-    ) -> Located<'a> {
-        let (direction, copy) = if self.meridian {
-            let turn = direction;
-            (
-                DVec2::X,
-                WedgeCopy {
-                    turn,
-                    ..WedgeCopy::NONE
-                },
-            )
-        } else {
-            let copy = self.copies[copy as usize];
-            (copy.unfold(direction), copy)
-        };
-        Located {
+        let (direction, copy) = self.unfolded(direction, copy);
+        Some(Located {
             patch,
             at: patch.position(place),
             direction,
             copy,
+        })
+    }
+
+    /// The direction of a film point in the first wedge, and the copy that maps it to its own.
+    #[inline(always)]
+    fn unfolded(&self, direction: DVec2, copy: f64) -> (DVec2, WedgeCopy) {
+        if self.meridian {
+            let turn = direction;
+            let copy = WedgeCopy {
+                turn,
+                ..WedgeCopy::NONE
+            };
+            return (DVec2::X, copy);
         }
+        let copy = self.copies[copy as usize];
+        (copy.unfold(direction), copy)
     }
 
     /// The patch of a place; none if no light reaches it. The tree of the place is measured if it
@@ -612,29 +603,54 @@ impl SimdKernel for CellAims<'_> {
         let [[fx, fy], [u, v]] = [self.film, self.pupil];
         let aims = self.aims;
         let mut places = [[0.0; LANES]; 2];
-        let [mut dx, mut dy, mut copies, mut out] = [[0.0; LANES]; 4];
+        let [mut dx, mut dy, mut numbers, mut out] = [[0.0; LANES]; 4];
         for i in 0..LANES {
-            let (place, direction, copy) = self.cells.place_of::<FUSED>(DVec2::new(fx[i], fy[i]));
+            let (place, direction, number) = self.cells.place_of::<FUSED>(DVec2::new(fx[i], fy[i]));
             [places[0][i], places[1][i]] = place;
             [dx[i], dy[i]] = [direction.x, direction.y];
-            (copies[i], out[i]) = (copy, v[i].sqrt());
+            (numbers[i], out[i]) = (number, v[i].sqrt());
         }
+        let (mut copies, mut patches) = ([WedgeCopy::NONE; LANES], [None; LANES]);
         let mut last: Option<&Patch> = None;
         for i in 0..LANES {
             let place = [places[0][i], places[1][i]];
-            // Mostly the film points of one pixel lie in one patch.
-            let patch = match last.filter(|patch| patch.contains(place)) {
+            let (direction, copy) = self.cells.unfolded(DVec2::new(dx[i], dy[i]), numbers[i]);
+            ([dx[i], dy[i]], copies[i]) = (direction.to_array(), copy);
+            patches[i] = match last.filter(|patch| patch.contains(place)) {
                 None => self.cells.patch(place),
                 same => same,
             };
-            [aims.area[i], aims.open_share[i]] = [0.0; 2];
-            let Some(patch) = patch else { continue };
-            last = Some(patch);
-            let direction = DVec2::new(dx[i], dy[i]);
-            let located = self.cells.located(patch, place, direction, copies[i]);
-            aims.area[i] = patch.area::<FUSED>(located.at).max(0.0);
-            aims.open_share[i] = patch.open_share::<FUSED>(located.at, self.weights);
-            [aims.x[i], aims.y[i]] = located.point::<FUSED>(u[i], out[i]).to_array();
+            last = patches[i];
+        }
+        let mut first = 0;
+        // Mostly the film points of one pixel lie in one patch.
+        for run in patches.chunk_by(|a, b| a.map(std::ptr::from_ref) == b.map(std::ptr::from_ref)) {
+            let lanes = first..first + run.len();
+            first = lanes.end;
+            let Some(patch) = run[0] else {
+                aims.area[lanes.clone()].fill(0.0);
+                aims.open_share[lanes].fill(0.0);
+                continue;
+            };
+            let (mut at, mut middles) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+            for i in lanes.clone() {
+                let position = patch.position([places[0][i], places[1][i]]);
+                [at[0][i], at[1][i]] = [position.u, position.v];
+                aims.area[i] = patch.area::<FUSED>(position).max(0.0);
+                let middle = patch.middle::<FUSED>(position, DVec2::new(dx[i], dy[i]));
+                [middles[0][i], middles[1][i]] = middle.to_array();
+            }
+            let shares = &mut aims.open_share;
+            patch.open_shares::<FUSED>(&at, lanes.clone(), self.weights, shares);
+            for i in lanes {
+                let position = Position {
+                    u: at[0][i],
+                    v: at[1][i],
+                };
+                let rim = patch.rim::<FUSED>(position, aims.area[i], u[i]);
+                let point = DVec2::new(middles[0][i], middles[1][i]) + out[i] * rim;
+                [aims.x[i], aims.y[i]] = copies[i].placed(point).to_array();
+            }
         }
     }
 }

@@ -5,15 +5,14 @@ use glam::DVec2;
 use crate::lens::pupil::patch::{Located, Patch, Position};
 use crate::lens::pupil::sides::{Outline, SIDES};
 use crate::lens::pupil::span::Span;
+use crate::lens::pupil::symmetry::WedgeCopy;
 
 /// The polygon at which rays from one film point are aimed.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon<'a> {
     figure: Figure<'a>,
-    /// The figure is rotated so that +x becomes this unit vector.
-    turn: DVec2,
-    /// The coordinates of the rotated figure are multiplied by these signs.
-    mirror: DVec2,
+    /// The rotation and reflection of the figure.
+    copy: WedgeCopy,
     /// The area in square millimeters.
     area: f64,
 }
@@ -34,8 +33,10 @@ impl<'a> Polygon<'a> {
         let area = span.area(t);
         (area > 0.0).then_some(Self {
             figure: Figure::Between(span, t),
-            turn,
-            mirror: DVec2::ONE,
+            copy: WedgeCopy {
+                turn,
+                ..WedgeCopy::NONE
+            },
             area,
         })
     }
@@ -45,8 +46,7 @@ impl<'a> Polygon<'a> {
         let area = film.patch.area::<false>(film.at);
         (area > 0.0).then_some(Self {
             figure: Figure::Within(film.patch, film.at, film.direction),
-            turn: film.copy.turn,
-            mirror: film.copy.mirror,
+            copy: film.copy,
             area,
         })
     }
@@ -64,19 +64,17 @@ impl<'a> Polygon<'a> {
         }
     }
 
-    /// Rotates and mirrors a point of the outline.
-    fn placed(&self, point: DVec2) -> DVec2 {
-        self.mirror * self.turn.rotate(point)
-    }
-
     /// The mean of the corners, around which the polygon is divided into triangles.
     pub fn center(&self) -> DVec2 {
-        self.placed(self.outline().center)
+        self.copy.placed(self.outline().center)
     }
 
     /// The corners, for drawing.
     pub fn corners(&self) -> impl Iterator<Item = DVec2> {
-        let corners = self.outline().corners.map(|corner| self.placed(corner));
+        let corners = self
+            .outline()
+            .corners
+            .map(|corner| self.copy.placed(corner));
         corners.into_iter().take(SIDES)
     }
 
@@ -87,18 +85,15 @@ impl<'a> Polygon<'a> {
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.figure {
             Figure::Between(span, t) => span.point(*t, u, v.sqrt()),
-            Figure::Within(patch, at, direction) => {
-                patch.point::<false>(*at, *direction, u, v.sqrt())
-            }
+            Figure::Within(patch, at, direction) => patch.point(*at, *direction, u, v.sqrt()),
         };
-        self.placed(point)
+        self.copy.placed(point)
     }
 
     /// Whether a point of the rear vertex plane lies in the polygon.
     pub fn contains(&self, point: DVec2) -> bool {
         let outline = self.outline();
-        let back = DVec2::new(self.turn.x, -self.turn.y);
-        let p = back.rotate(self.mirror * point);
+        let p = self.copy.unfold(point);
         let size = self.area.sqrt();
         (0..SIDES).all(|j| {
             let (a, b) = (outline.corners[j], outline.corners[j + 1]);
@@ -114,7 +109,6 @@ mod tests {
 
     use super::*;
     use crate::lens::pupil::sides::{Support, directions};
-    use crate::lens::pupil::symmetry::WedgeCopy;
 
     /// The mean of x² over a polygon, from the integrals over its triangles.
     fn mean_square(polygon: &Polygon<'_>) -> f64 {
@@ -186,7 +180,7 @@ mod tests {
                 Figure::Between(..) => DVec2::X,
                 Figure::Within(_, _, direction) => direction,
             };
-            let center = polygon.mirror * turn.rotate(direction);
+            let center = polygon.copy.mirror * turn.rotate(direction);
             assert!((polygon.center() - center).length() < 1e-12);
             check(&polygon);
         }

@@ -97,7 +97,7 @@ pub(super) fn open_share_over(
             v: 0.5 * (k / 3) as f64,
         };
         let (film, direction) = film(at).filter(|_| patch.area::<false>(at) > 0.0)?;
-        let point = |around: f64, out: f64| patch.point::<false>(at, direction, around, out);
+        let point = |around: f64, out: f64| patch.point(at, direction, around, out);
         open_share(
             |corner| patch.share_before(corner, at),
             |around, shares| fills(lens, film, around, shares, &point),
@@ -174,16 +174,12 @@ mod tests {
         let [mut passed, mut expected, mut variance, mut count] = [0.0; 4];
         let (mut aims, mut bundle) = (Aims::default(), Bundle::default());
         for _ in 0..PACKETS {
-            let mut film = [[0.0; LANES]; 2];
-            let mut pupil = [[0.0; LANES]; 2];
-            for lane in 0..LANES {
-                film[0][lane] = 36.0 * (unit() - 0.5);
-                film[1][lane] = 24.0 * (unit() - 0.5);
-                (pupil[0][lane], pupil[1][lane]) = (unit(), unit());
-            }
+            let mut places = |size: f64| [(); LANES].map(|()| size * (unit() - 0.5));
+            let film = [places(36.0), places(24.0)];
+            let pupil = [(); 2].map(|()| [(); LANES].map(|()| unit()));
             target.aims(&film, &pupil, &transmission, &mut aims);
-            for lane in 0..LANES {
-                let origin = place.point(DVec2::new(film[0][lane], film[1][lane]));
+            for (lane, (x, y)) in film[0].iter().zip(film[1]).enumerate() {
+                let origin = place.point(DVec2::new(*x, y));
                 let aim = DVec3::new(aims.x[lane], aims.y[lane], lens.length());
                 let direction = (aim - origin).normalize();
                 bundle.set(lane, &LensRay { origin, direction });

@@ -127,6 +127,12 @@ impl WedgeCopy {
     pub(super) fn unfold(&self, direction: DVec2) -> DVec2 {
         inverse(self.turn).rotate(self.mirror * direction)
     }
+
+    /// Maps a point of the first wedge to this one.
+    #[inline(always)]
+    pub(super) fn placed(&self, point: DVec2) -> DVec2 {
+        self.mirror * self.turn.rotate(point)
+    }
 }
 
 /// The angle of a vector as a share of a full turn, from −1/2 to 1/2, with an error below 1e-12. It

@@ -189,13 +189,17 @@ fn edges_around(corners: &[DVec2]) -> Box<[DVec2]> {
 
 /// Whether a point is inside a polygon, by counting the edges to its right.
 fn is_inside(corners: &[DVec2], p: DVec2) -> bool {
-    let mut inside = false;
-    let mut a = corners[corners.len() - 1];
-    for &b in corners {
-        if (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x) {
-            inside = !inside;
-        }
-        a = b;
-    }
-    inside
+    edges_of(corners).fold(false, |inside, edge| inside != is_left_of(edge, [p.x, p.y]))
+}
+
+/// The edges of a polygon, from corner to corner.
+pub(crate) fn edges_of(corners: &[DVec2]) -> impl Iterator<Item = [DVec2; 2]> {
+    let starts = corners.iter().cycle().skip(corners.len().saturating_sub(1));
+    std::iter::zip(starts, corners).map(|(a, b)| [*a, *b])
+}
+
+/// Whether a point is to the left of an edge of a polygon, at a height that the edge crosses.
+#[inline(always)]
+pub(crate) fn is_left_of([a, b]: [DVec2; 2], [x, y]: [f64; 2]) -> bool {
+    ((a.y > y) != (b.y > y)) & (x < a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x))
 }

@@ -1,30 +1,9 @@
-//! What is computed for one ray after another: toroids, and holes that are not round.
-
-use glam::DVec3;
+//! Toroids, which are computed for one ray after another.
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::Step;
 use crate::lens::trace::refraction::refract;
-use crate::math::lanes::{LANES, Lane};
-
-/// Blocks the rays that are outside a hole that is not round.
-pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
-    for i in 0..LANES {
-        if b.lost[i] == 0.0 && !step.element.is_open_at(DVec3::new(b.x[i], b.y[i], b.z[i])) {
-            b.lost[i] = step.outcome(true, false, true);
-        }
-    }
-}
-
-/// Notes the fill at a hole that is not round. Every edge has a number of its own.
-pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
-    for i in 0..LANES {
-        for (edge, number) in step.element.edges.iter().zip(1u64..) {
-            let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);
-            b.note_fill(i, share * share, step.number | number << 32);
-        }
-    }
-}
+use crate::math::lanes::Lane;
 
 /// Crosses a toroid. `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
