@@ -54,11 +54,12 @@ pub struct CompileOptions {
     /// The point of world space that becomes the origin, in meters. For pictures it is the camera.
     /// Default: zero.
     pub origin: DVec3,
-    /// The camera that levels of detail, billboards and sizes in pixels depend on. Default: none.
+    /// The camera that levels of detail, billboards, sizes in pixels and the cuts of NURBS depend
+    /// on. Default: none.
     pub camera: Option<CameraPose>,
     /// The parts of the scene to compile. Default: all.
     pub(crate) needs: Needs,
-    /// The height of the picture in pixels, for lines and points. Default: 240.
+    /// The height of the picture in pixels, for lines, points and NURBS. Default: 240.
     pub pixel_rows: u32,
     /// The largest number of primitives; the rest is left out. Default: 16 million, below 3 GB.
     pub max_primitives: usize,

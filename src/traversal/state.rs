@@ -502,8 +502,8 @@ pub(crate) enum ProfileCoordinates<'a> {
 pub(crate) struct Complexity {
     /// The complexity from 0 to 1.
     pub value: f32,
-    /// One of `complexity::TYPE_…`.
-    pub kind: i32,
+    /// One of `complexity::TYPE_…`, or `None` if no node states it.
+    pub kind: Option<i32>,
     /// The texture quality from 0 to 1; 0 turns textures off.
     pub texture_quality: f32,
 }
@@ -644,7 +644,7 @@ impl State<'_> {
             texture_unit: 0,
             complexity: Complexity {
                 value: 0.5,
-                kind: 0,
+                kind: None,
                 texture_quality: 0.5,
             },
             font: FontElement {

@@ -10,7 +10,7 @@ pub(super) struct Basis {
     pub(super) order: usize,
     /// The number of control points.
     pub(super) count: usize,
-    knots: Vec<f64>,
+    pub(super) knots: Vec<f64>,
 }
 
 impl Basis {

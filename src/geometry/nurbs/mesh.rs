@@ -4,7 +4,10 @@ use glam::{DVec2, DVec3, Vec2};
 
 use super::basis::BasisFunctions;
 use super::control::{MAX_CELLS, at_infinity};
+use super::detail::Detail;
+use super::edges::Edges;
 use super::surface::{Surface, SurfacePoint};
+use super::surface_cuts::merged;
 use super::trim::{fill, slice};
 use crate::geometry::mesh::Mesh;
 
@@ -22,23 +25,33 @@ impl Surface {
     /// cannot be filled.
     pub(crate) fn tessellate(
         &self,
-        complexity: f32,
+        detail: &Detail<'_>,
         trims: &[Vec<DVec2>],
         texture: Option<&Self>,
     ) -> Result<Mesh, String> {
-        let (along_u, along_v) = self.density(complexity);
-        let us = self.u.cuts(along_u);
-        let vs = self.v.cuts(along_v);
+        let (mut us, mut vs, edges) = self.cuts(detail);
+        if let Some(map) = texture.filter(|_| edges.is_some()) {
+            // The picture on a flat surface may bend.
+            let (along_s, along_t) = map.density(detail.complexity);
+            let moved = |cuts: Vec<f64>, from, to| -> Vec<f64> {
+                let cuts = cuts.into_iter().map(|t| rescaled(t, from, to));
+                cuts.collect()
+            };
+            let s_cuts = moved(map.u.cuts(along_s), map.u_domain(), self.u_domain());
+            let t_cuts = moved(map.v.cuts(along_t), map.v_domain(), self.v_domain());
+            (us, vs) = (merged(&[&us, &s_cuts]), merged(&[&vs, &t_cuts]));
+        }
         if us.len().saturating_mul(vs.len()) > 4 * MAX_CELLS {
             return Err(format!("{} by {} points are too many", us.len(), vs.len()));
         }
         let mut mesher = SurfaceMesher {
             surface: self,
             texture,
+            edges,
             mesh: Mesh::default(),
         };
         if trims.is_empty() {
-            mesher.grid(&us, &vs)?;
+            mesher.whole(&us, &vs)?;
         } else {
             mesher.trimmed(&us, &vs, trims)?;
         }
@@ -46,10 +59,15 @@ impl Surface {
     }
 }
 
+/// Vertices in a line, each with its parameter along the line.
+type Line = Vec<(f64, u32)>;
+
 /// A surface being cut into triangles.
 struct SurfaceMesher<'a> {
     surface: &'a Surface,
     texture: Option<&'a Surface>,
+    /// The edges that the vertices on them are moved to.
+    edges: Option<Edges>,
     mesh: Mesh,
 }
 
@@ -61,24 +79,50 @@ impl SurfaceMesher<'_> {
 
     fn add(&mut self, u: f64, v: f64, at: &SurfacePoint) -> u32 {
         let normal = self.surface.normal(u, v, at).as_vec3();
-        let share = |t: f64, (lo, hi): (f64, f64)| (t - lo) / (hi - lo);
-        let s = share(u, self.surface.u_domain());
-        let t = share(v, self.surface.v_domain());
+        let s = rescaled(u, self.surface.u_domain(), (0.0, 1.0));
+        let t = rescaled(v, self.surface.v_domain(), (0.0, 1.0));
         let texcoord = match self.texture {
             None => DVec2::new(s, t),
             Some(map) => {
-                let across = |x: f64, (lo, hi): (f64, f64)| lo + x * (hi - lo);
-                let (u, v) = (across(s, map.u_domain()), across(t, map.v_domain()));
+                let u = rescaled(s, (0.0, 1.0), map.u_domain());
+                let v = rescaled(t, (0.0, 1.0), map.v_domain());
                 let p = map.point(u, v).map_or(DVec3::ZERO, |p| p.position);
                 p.truncate()
             }
         };
         let texcoord: Vec2 = texcoord.as_vec2();
-        self.mesh.vertex(at.position.as_vec3(), normal, texcoord)
+        let on_edge = self.edges.as_ref().and_then(|edges| edges.point(u, v));
+        let position = on_edge.unwrap_or(at.position).as_vec3();
+        self.mesh.vertex(position, normal, texcoord)
     }
 
     /// Adds the whole surface.
-    fn grid(&mut self, us: &[f64], vs: &[f64]) -> Result<(), String> {
+    fn whole(&mut self, us: &[f64], vs: &[f64]) -> Result<(), String> {
+        match self.edges.take() {
+            None => self.grid(us, vs).map(|_| ())?,
+            Some(edges) => {
+                // An edge may bend more than a single cell beside it, by rounding.
+                let inside = |cuts: &[f64], [low, high]: [&[f64]; 2]| match cuts.len() {
+                    0..3 => merged(&[cuts, low, high]),
+                    _ => cuts.to_vec(),
+                };
+                let (on_u, on_v) = (edges.u_cuts(), edges.v_cuts());
+                let (us, vs) = (inside(us, on_u), inside(vs, on_v));
+                let along_u = on_u.map(|cuts| merged(&[&us, cuts]));
+                let along_v = on_v.map(|cuts| merged(&[&vs, cuts]));
+                self.edges = Some(edges);
+                self.framed(&us, &vs, [along_u, along_v])?;
+            }
+        }
+        self.mesh
+            .triangles
+            .retain(|&t| has_area(&self.mesh.positions, t));
+        Ok(())
+    }
+
+    /// Adds a grid of vertices with its cells, and returns the number of its first vertex.
+    fn grid(&mut self, us: &[f64], vs: &[f64]) -> Result<u32, String> {
+        let first = self.mesh.positions.len() as u32;
         let functions = us.iter().map(|&u| {
             let mut f = BasisFunctions::default();
             self.surface.u.functions(u, &mut f);
@@ -95,25 +139,92 @@ impl SurfaceMesher<'_> {
         let n = us.len() as u32;
         for j in 0..vs.len() as u32 - 1 {
             for i in 0..n - 1 {
-                let [a, b] = [j * n + i, j * n + i + 1];
+                let [a, b] = [first + j * n + i, first + j * n + i + 1];
                 self.mesh
                     .triangles
                     .extend([[a, b, b + n], [a, b + n, a + n]]);
             }
         }
-        self.mesh
-            .triangles
-            .retain(|&t| has_area(&self.mesh.positions, t));
+        Ok(first)
+    }
+
+    /// Adds the whole surface, with other cuts on its edges than inside. `edges` are the parameters
+    /// of the vertices on the edges along u and along v, from the smaller of the other parameter.
+    fn framed(
+        &mut self,
+        us: &[f64],
+        vs: &[f64],
+        [along_u, along_v]: [[Vec<f64>; 2]; 2],
+    ) -> Result<(), String> {
+        let (u, v) = (self.surface.u_domain(), self.surface.v_domain());
+        let mut line = |cuts: &[f64], at: &dyn Fn(f64) -> (f64, f64)| -> Result<Line, String> {
+            cuts.iter()
+                .map(|&t| Ok((t, self.vertex(at(t).0, at(t).1)?)))
+                .collect()
+        };
+        let bottom = line(&along_u[0], &|t| (t, v.0))?;
+        let top = line(&along_u[1], &|t| (t, v.1))?;
+        let left = line(&along_v[0], &|t| (u.0, t))?;
+        let right = line(&along_v[1], &|t| (u.1, t))?;
+        // Lines run along u or along v. The second line of a strip is at the left of the first.
+        if vs.len() < 3 {
+            self.strip(&bottom, &top);
+        } else if us.len() < 3 {
+            self.strip(&right, &left);
+        } else {
+            let (us, vs) = (&us[1..us.len() - 1], &vs[1..vs.len() - 1]);
+            let first = self.grid(us, vs)?;
+            let (n, rows) = (us.len() as u32, vs.len() as u32);
+            let row = |j: u32| -> Line { us.iter().copied().zip(first + j * n..).collect() };
+            let column = |i: u32| -> Line {
+                let numbers = (0..rows).map(|j| first + j * n + i);
+                vs.iter().copied().zip(numbers).collect()
+            };
+            self.strip(&bottom, &row(0));
+            self.strip(&row(rows - 1), &top);
+            self.strip(&column(0), &left);
+            self.strip(&right, &column(n - 1));
+        }
         Ok(())
     }
 
-    /// Fills the loops in the parameter plane, then cuts the triangles along the lines of the grid.
+    /// Adds the triangles between two lines of vertices that run in the same direction, with the
+    /// second at the left of the first.
+    fn strip(&mut self, right: &Line, left: &Line) {
+        let (mut i, mut j) = (0, 0);
+        while let (a, b) = (right.get(i + 1), left.get(j + 1))
+            && (a.is_some() || b.is_some())
+        {
+            let [before_right, before_left] = [right[i].1, left[j].1];
+            let triangle = match (a, b) {
+                (Some(a), b) if b.is_none_or(|b| a.0 <= b.0) => {
+                    i += 1;
+                    [before_right, a.1, before_left]
+                }
+                (_, Some(b)) => {
+                    j += 1;
+                    [before_right, b.1, before_left]
+                }
+                _ => break,
+            };
+            self.mesh.triangles.push(triangle);
+        }
+    }
+
+    /// Fills the loops in the parameter plane, then cuts the triangles along the lines of the grid,
+    /// which continue those of the edges.
     fn trimmed(&mut self, us: &[f64], vs: &[f64], trims: &[Vec<DVec2>]) -> Result<(), String> {
+        let (mut us, mut vs) = (vec![us], vec![vs]);
+        if let Some(edges) = &self.edges {
+            us.extend(edges.u_cuts());
+            vs.extend(edges.v_cuts());
+        }
+        let (us, vs) = (merged(&us), merged(&vs));
         let filling = fill(self.surface.u_domain(), self.surface.v_domain(), trims)?;
         let mut budget = 4 * MAX_CELLS;
         for triangle in filling {
-            for strip in slice(&triangle, 0, us) {
-                for piece in slice(&strip, 1, vs) {
+            for strip in slice(&triangle, 0, &us) {
+                for piece in slice(&strip, 1, &vs) {
                     budget = budget
                         .checked_sub(piece.len())
                         .ok_or("trimming cuts the surface into too many pieces")?;
@@ -137,6 +248,11 @@ impl SurfaceMesher<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns a number of one interval at the same place of another one.
+fn rescaled(t: f64, from: (f64, f64), to: (f64, f64)) -> f64 {
+    to.0 + (t - from.0) / (from.1 - from.0) * (to.1 - to.0)
 }
 
 /// Whether the corners of a triangle are three different points.

@@ -3,14 +3,15 @@
 use glam::{DVec3, DVec4};
 
 use super::basis::{Basis, BasisFunctions};
-use super::control::{MAX_CELLS, bend, check_points, pieces, project, size_of};
+use super::control::{MAX_CELLS, bend, check_points, largest, pieces, project, size_of};
+use super::curve::Curve;
 
 /// A rational B-spline surface. Consecutive control points are neighbors along u, as in Inventor.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Surface {
     pub(super) u: Basis,
     pub(super) v: Basis,
-    points: Vec<DVec4>,
+    pub(super) points: Vec<DVec4>,
 }
 
 /// A point of a surface and its derivatives.
@@ -146,14 +147,31 @@ impl Surface {
             .unwrap_or(DVec3::Z)
     }
 
+    /// Returns the curve of u at one v.
+    pub(super) fn curve_at(&self, v: f64) -> Curve {
+        let points = self.row(v).into_iter().map(|(p, _)| p);
+        Curve::over(self.u.clone(), points.collect())
+    }
+
+    /// Returns the surface with u and v exchanged.
+    pub(super) fn transposed(&self) -> Self {
+        let (nu, nv) = (self.u.count, self.v.count);
+        let points = (0..nu * nv).map(|k| self.points[(k % nv) * nu + k / nv]);
+        Self {
+            u: self.v.clone(),
+            v: self.u.clone(),
+            points: points.collect(),
+        }
+    }
+
     /// Returns the number of pieces of each knot span along u and along v.
     pub(super) fn density(&self, complexity: f32) -> (usize, usize) {
         let size = size_of(&self.points);
         let (nu, nv) = (self.u.count, self.v.count);
         let row = |j: usize| self.points[j * nu..(j + 1) * nu].iter().copied();
         let column = |i: usize| (0..nv).map(move |j| self.points[j * nu + i]);
-        let bend_u = (0..nv).map(|j| bend(row(j))).fold(0.0, f64::max);
-        let bend_v = (0..nu).map(|i| bend(column(i))).fold(0.0, f64::max);
+        let bend_u = largest((0..nv).map(|j| bend(row(j))));
+        let bend_v = largest((0..nu).map(|i| bend(column(i))));
         // A bilinear patch may be twisted, so only a flat net is not divided.
         let twist = self.twist();
         let mut along_u = pieces(complexity, self.u.order - 1, bend_u.max(twist), size);

@@ -2,6 +2,14 @@ use glam::{DVec2, DVec4, Vec2};
 
 use super::*;
 
+/// The detail of a complexity without a picture.
+fn by_complexity(complexity: f32) -> Detail<'static> {
+    Detail {
+        complexity,
+        tolerance: None,
+    }
+}
+
 /// A quarter of the unit circle is exactly a rational curve of order 3.
 fn quarter(z: f64, radius: f64) -> [DVec4; 3] {
     let h = 0.5_f64.sqrt();
@@ -17,7 +25,7 @@ const QUADRATIC: [f32; 6] = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
 #[test]
 fn a_rational_quadratic_is_a_circle_to_the_last_bits() {
     let curve = Curve::new(quarter(0.0, 1.0).to_vec(), &QUADRATIC).unwrap();
-    for p in curve.polyline(1.0).unwrap() {
+    for p in curve.polyline(&by_complexity(1.0)).unwrap() {
         assert!((p.length() - 1.0).abs() < 4e-16, "{}", p.length() - 1.0);
     }
 }
@@ -27,7 +35,7 @@ fn a_cylinders_normals_point_away_from_its_axis() {
     let mut points = quarter(0.0, 2.0).to_vec();
     points.extend(quarter(3.0, 2.0));
     let cylinder = Surface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
-    let mesh = cylinder.tessellate(0.5, &[], None).unwrap();
+    let mesh = cylinder.tessellate(&by_complexity(0.5), &[], None).unwrap();
     assert!(mesh.is_sound());
     for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
         let outward = p.truncate() / 2.0;
@@ -51,7 +59,7 @@ fn a_sphere_has_correct_normals_at_its_pole() {
         points.extend(quarter(0.0, r).map(|p| DVec4::new(p.x * w, p.y * w, p.w * w * z, p.w * w)));
     }
     let octant = Surface::new(3, 3, &QUADRATIC, &QUADRATIC, points).unwrap();
-    let mesh = octant.tessellate(0.5, &[], None).unwrap();
+    let mesh = octant.tessellate(&by_complexity(0.5), &[], None).unwrap();
     for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
         assert!((p.length() - 1.0).abs() < 1e-6);
         assert!(n.dot(*p) > 1.0 - 1e-4, "{p} {n}");
@@ -103,7 +111,9 @@ fn a_counterclockwise_loop_keeps_its_inside_and_a_clockwise_one_cuts_a_hole() {
         (vec![hole], 6.75),
         (vec![outer], 9.0),
     ] {
-        let mesh = square().tessellate(0.5, &trims, None).unwrap();
+        let mesh = square()
+            .tessellate(&by_complexity(0.5), &trims, None)
+            .unwrap();
         assert!((mesh.area() - area).abs() < 1e-5, "{} {area}", mesh.area());
         assert!(mesh.normals.iter().all(|n| n.z == 1.0));
     }
@@ -111,7 +121,7 @@ fn a_counterclockwise_loop_keeps_its_inside_and_a_clockwise_one_cuts_a_hole() {
 
 #[test]
 fn a_flat_patch_is_two_triangles() {
-    let mesh = square().tessellate(1.0, &[], None).unwrap();
+    let mesh = square().tessellate(&by_complexity(1.0), &[], None).unwrap();
     assert_eq!(mesh.triangles.len(), 2);
     assert_eq!(mesh.texcoords[3], Vec2::ONE);
 }
@@ -122,7 +132,9 @@ fn a_round_trim_on_a_curved_surface_has_the_right_area() {
     points.extend(quarter(1.0, 1.0));
     let cylinder = Surface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
     let half = vec![ring([0.0, 0.0, 0.5, 1.0])];
-    let mesh = cylinder.tessellate(0.5, &half, None).unwrap();
+    let mesh = cylinder
+        .tessellate(&by_complexity(0.5), &half, None)
+        .unwrap();
     // By symmetry the middle of the parameters is the middle of the arc.
     let area = std::f64::consts::FRAC_PI_4;
     assert!((mesh.area() / area - 1.0).abs() < 2e-3, "{}", mesh.area());
@@ -138,7 +150,9 @@ fn texture_coordinates_may_be_a_surface_of_their_own() {
         corner(1.0, 2.0),
     ];
     let map = Surface::new(2, 2, &[0.0, 0.0, 9.0, 9.0], &[0.0, 0.0, 9.0, 9.0], map).unwrap();
-    let mesh = square().tessellate(0.5, &[], Some(&map)).unwrap();
+    let mesh = square()
+        .tessellate(&by_complexity(0.5), &[], Some(&map))
+        .unwrap();
     assert_eq!(
         mesh.texcoords,
         [(0.5, 0.0), (1.0, 0.0), (0.5, 2.0), (1.0, 2.0)].map(Vec2::from)
@@ -170,7 +184,12 @@ fn curves_that_cannot_be_drawn_give_a_sentence() {
         assert!(error.contains(part), "{error}");
     }
     let infinite = Curve::new(p(0.0), &cubic).unwrap();
-    assert!(infinite.polyline(0.5).unwrap_err().contains("infinity"));
+    assert!(
+        infinite
+            .polyline(&by_complexity(0.5))
+            .unwrap_err()
+            .contains("infinity")
+    );
     let huge = Surface::new(usize::MAX, 2, &cubic, &cubic, p(1.0)).unwrap_err();
     assert!(huge.contains("the surface needs"));
 }
@@ -196,7 +215,7 @@ proptest::proptest! {
         let trims: Vec<Vec<DVec2>> =
             trims.into_iter().map(|l| l.into_iter().map(DVec2::from).collect()).collect();
         let made = Surface::new(u, v, &u_knots, &v_knots, points)
-            .and_then(|s| s.tessellate(0.2, &trims, None));
+            .and_then(|s| s.tessellate(&by_complexity(0.2), &trims, None));
         match made {
             Ok(mesh) => proptest::prop_assert!(mesh.is_sound()),
             Err(sentence) => proptest::prop_assert!(!sentence.is_empty()),

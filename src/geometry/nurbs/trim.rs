@@ -8,22 +8,25 @@ use lyon_tessellation::{
 
 use super::control::MAX_CELLS;
 use super::curve::Curve;
+use super::detail::Detail;
 
 /// Returns a trimming curve with control points `(u, v, w)` as a polyline of the surface's
-/// parameters.
+/// parameters. `detail` is that of [`Surface::detail_of_trims`].
+///
+/// [`Surface::detail_of_trims`]: super::surface::Surface::detail_of_trims
 ///
 /// # Errors
 /// See [`Curve::new`] and [`Curve::polyline`].
 pub(crate) fn trim_curve(
     points: &[DVec3],
     knots: &[f32],
-    complexity: f32,
+    detail: &Detail<'_>,
 ) -> Result<Vec<DVec2>, String> {
     let points = points
         .iter()
         .map(|p| DVec4::new(p.x, p.y, 0.0, p.z))
         .collect();
-    let line = Curve::new(points, knots)?.polyline(complexity)?;
+    let line = Curve::new(points, knots)?.polyline(detail)?;
     Ok(line.iter().map(|p| p.truncate()).collect())
 }
 

@@ -73,6 +73,12 @@ pub(crate) trait Canvas {
     /// The picture that sizes in pixels refer to.
     fn picture(&self) -> &PictureView;
 
+    /// The picture whose pixels decide how finely curves and curved surfaces are cut, or `None` if
+    /// their complexity decides.
+    fn resolved_picture(&self) -> Option<&PictureView> {
+        None
+    }
+
     /// Whether `DrawStyle` and the boxes of `Complexity` are ignored, so that all shapes are drawn.
     fn ignores_draw_style(&self) -> bool;
 

@@ -301,6 +301,12 @@ impl Canvas for SceneBuilder {
         &self.picture
     }
 
+    fn resolved_picture(&self) -> Option<&PictureView> {
+        // What is recorded is seen from several distances. Light that is interpolated between
+        // corners depends on the corners of the file's complexity.
+        (!self.is_recording && !self.options.needs.facets).then_some(&self.picture)
+    }
+
     fn ignores_draw_style(&self) -> bool {
         self.options.ignore_draw_style
     }

@@ -80,7 +80,7 @@ fn draw_whole<'a>(
     state: &State<'a>,
     out: &mut dyn Canvas,
 ) -> bool {
-    if state.complexity.kind == complexity::TYPE_BOUNDING_BOX
+    if state.complexity.kind == Some(complexity::TYPE_BOUNDING_BOX)
         && !out.ignores_draw_style()
         && draw_box(node, state, out)
     {

@@ -3,8 +3,6 @@
 //! Their coordinates, colors and normals are nodes in fields of the shape. These are copied to the
 //! state, so that the functions for Inventor's shapes can draw them.
 
-use glam::DVec2;
-
 use super::faces::{Indices, indexed_faces};
 use super::{lines, nurbs, solids, text};
 use crate::geometry::{self, ElevationGrid, Extrusion};
@@ -136,11 +134,10 @@ pub(super) fn draw<'a>(
         class::ELEVATION_GRID => elevation_grid(node, state, out),
         class::TEXT => text::text97(node, state, out),
         class::VRML97_NURBS_CURVE => nurbs::curve97(node, state, out),
-        class::VRML97_NURBS_SURFACE => nurbs_surface(node, &[], state, out),
+        class::VRML97_NURBS_SURFACE => nurbs_surface(node, None, state, out),
         class::TRIMMED_SURFACE => {
-            let trims = nurbs::contours97(node, state);
             if let Some(surface) = node.get_node(trimmed_surface::SURFACE) {
-                nurbs_surface(surface, &trims, state, out);
+                nurbs_surface(surface, Some(node), state, out);
             }
         }
         _ => return false,
@@ -148,17 +145,17 @@ pub(super) fn draw<'a>(
     true
 }
 
-/// Draws a `NurbsSurface`, with trimming loops.
+/// Draws a `NurbsSurface`, with the loops of a `TrimmedSurface` if there is one.
 fn nurbs_surface<'a>(
     node: NodeRef<'a>,
-    trims: &[Vec<DVec2>],
+    trimmed: Option<NodeRef<'a>>,
     state: &State<'a>,
     out: &mut dyn Canvas,
 ) {
     let solid = node.get(vrml97_nurbs_surface::SOLID);
     let counterclockwise = node.get(vrml97_nurbs_surface::CCW);
     out.set_sides(Sides::of_solid(solid, counterclockwise));
-    nurbs::surface97(node, trims, state, out);
+    nurbs::surface97(node, trimmed, state, out);
 }
 
 /// Draws an `Extrusion`.

@@ -101,7 +101,7 @@ pub(super) fn complexity<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let quality = node.acting(complexity::TEXTURE_QUALITY);
     state.complexity = Complexity {
         value: node.acting(complexity::VALUE).unwrap_or(old.value),
-        kind: node.acting(complexity::TYPE).unwrap_or(old.kind),
+        kind: node.acting(complexity::TYPE).or(old.kind),
         texture_quality: quality.unwrap_or(old.texture_quality),
     };
 }
