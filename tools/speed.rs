@@ -6,7 +6,7 @@
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
 //! `--large` adds a mesh of ten million triangles; `--room` replaces the room that is photographed
 //! through real lenses and an ideal one (`shared/room_scene.rs`); `--peer` adds a program that does
-//! the same (`shared/room.rs`); `--rays` a mesh and rays that another program has traced
+//! the same (`shared/room.rs`, `shared/lights.rs`); `--rays` a mesh and rays that another program has traced
 //! (`shared/files.rs`). Times are processor times, so other load on the machine affects them only
 //! through its caches.
 
@@ -22,7 +22,7 @@ use super::left_out::{self, LIT};
 use super::shared::pictures::{
     ball_nodes, living_room, one_thread, remove_saved, render, thread_seconds, written,
 };
-use super::shared::{files, mesh, room, room_scene, sheets, slow, variants};
+use super::shared::{files, lights, mesh, room, room_scene, sheets, slow, variants};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -55,7 +55,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         None => eprintln!("cannot write to the temporary folder"),
     };
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 13] = [
+    let parts: [Part; 14] = [
         ("lenses", &lenses),
         ("sheets", &|report| {
             one_thread(|| sheets::table(report, &thread_seconds));
@@ -73,6 +73,9 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
             in_room(&mut |scene| variants::table(report, scene, &thread_seconds));
         }),
         ("slow", &slow::table),
+        ("lights", &|report| {
+            one_thread(|| lights::table(report, peer, &thread_seconds));
+        }),
         ("pictures", &pictures),
         ("left-out", &left_out::by_shading),
         ("not-needed", &left_out::by_scene),

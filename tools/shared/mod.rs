@@ -1,6 +1,7 @@
 //! Code that several measuring programs share.
 
 pub(super) mod files;
+pub(super) mod lights;
 pub(super) mod mesh;
 pub(super) mod pictures;
 pub(super) mod room;

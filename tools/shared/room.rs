@@ -11,15 +11,15 @@ use crate::render::Stop;
 use crate::render::report::deviation::Deviation;
 use crate::sampling::Sampler;
 
-/// Samples per pixel of the references.
+/// Samples per pixel of the reference.
 const REFERENCE: u32 = 2048;
 
 /// The time and error of one picture.
-struct Made {
-    name: String,
-    samples: u32,
-    seconds: f64,
-    error: f64,
+pub(super) struct Made {
+    pub name: String,
+    pub samples: u32,
+    pub seconds: f64,
+    pub error: f64,
 }
 
 /// Returns a plan for the room.
@@ -65,7 +65,7 @@ pub(crate) fn table(
                 Err(error) => return eprintln!("{}", error.message),
             };
             if truth.is_empty() {
-                truth = reference(&session);
+                truth = reference(&session, REFERENCE);
                 let own = session.seconds;
                 triangles = session.scene.primitives().0;
                 let _ = writeln!(
@@ -118,17 +118,18 @@ pub(crate) fn seconds_to(error: f64, points: &[[f64; 2]]) -> f64 {
 }
 
 /// Returns levels of the same plan with many independent, evenly distributed samples.
-fn reference(session: &Session) -> Vec<[f64; 3]> {
+pub(super) fn reference(session: &Session, samples: u32) -> Vec<[f64; 3]> {
     let sampler = Sampler {
         seed: 0x5eed,
-        samples: REFERENCE,
+        samples,
         ..session.plan.sampler
     };
-    let made = session.expose_with(sampler, Stop::after(REFERENCE), &|_| ());
+    let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
     made.film.pixels.iter().map(|p| p.mean.to_array()).collect()
 }
 
-fn made(
+/// Takes a picture. Its time is the least of three, of one at 256 samples.
+pub(super) fn made(
     session: &Session,
     samples: u32,
     truth: &[[f64; 3]],
@@ -157,7 +158,8 @@ fn made(
     }
 }
 
-fn peers(command: &str, scene: &Path) -> Vec<Made> {
+/// Runs the command of a peer.
+pub(super) fn peers(command: &str, scene: &Path) -> Vec<Made> {
     let mut shell = Command::new("sh");
     let output = shell.args(["-c", command]).env("ROOM", scene).output();
     let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
