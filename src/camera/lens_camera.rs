@@ -255,8 +255,7 @@ pub(crate) fn half_field(lens: &Lens, format: FilmFormat) -> Option<f64> {
     });
     let angle = real.unwrap_or_else(|| libm::atan(height / focal.efl.abs()));
     // A fish-eye may have a half field of 90° or more, for which no view would contain the scene.
-    // With
-    // 1.2 radians the distance is 1.07 times the scene's radius.
+    // With 1.2 radians the distance is 1.07 times the scene's radius.
     Some(angle.min(1.2)).filter(|a| *a > 0.0)
 }
 

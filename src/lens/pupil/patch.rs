@@ -85,15 +85,17 @@ fn cross(p: &Bilinear, q: &Bilinear) -> Biquadratic {
     all
 }
 
+/// The coefficients of the quadratic through its values at 0, 1/2 and 1, constant first.
+pub(super) fn quadratic_through([low, middle, high]: [f64; 3]) -> [f64; 3] {
+    let bend = 2.0 * (low + high) - 4.0 * middle;
+    [low, high - low - bend, bend]
+}
+
 /// The coefficients of the biquadratic through its values at the positions 0, 1/2 and 1 of u and v,
 /// in the order of the coefficients.
-pub(super) fn through(values: Biquadratic) -> Biquadratic {
-    let along = |[low, middle, high]: [f64; 3]| {
-        let bend = 2.0 * (low + high) - 4.0 * middle;
-        [low, high - low - bend, bend]
-    };
-    let rows: [[f64; 3]; 3] = [0, 3, 6].map(|k| along([0, 1, 2].map(|i| values[k + i])));
-    let columns = [0, 1, 2].map(|i| along(rows.map(|row| row[i])));
+pub(super) fn biquadratic_through(values: Biquadratic) -> Biquadratic {
+    let rows = [0, 3, 6].map(|k| quadratic_through([0, 1, 2].map(|i| values[k + i])));
+    let columns = [0, 1, 2].map(|i| quadratic_through(rows.map(|row| row[i])));
     std::array::from_fn(|k| columns[k % 3][k / 3])
 }
 

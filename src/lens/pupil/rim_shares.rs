@@ -4,7 +4,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
-use crate::lens::pupil::patch::{Biquadratic, Patch, Position, through};
+use crate::lens::pupil::patch::{Biquadratic, Patch, Position, biquadratic_through};
 use crate::lens::pupil::sides::SIDES;
 use crate::math::lanes::{LANES, Lane};
 
@@ -20,6 +20,9 @@ const TESTED_SHARES: [f64; 3] = [0.05, 0.3, 0.6];
 /// The number of times that the rim is searched by the rule of false position. The fill is nearly
 /// linear in the share of the area, so that the error is about 1e-5.
 const SEARCHES: usize = 2;
+/// The largest number of searches, for directions in which rays beyond the rim miss a surface or
+/// are totally reflected: they have no fill, and the remaining area is bisected.
+const MOST_SEARCHES: usize = 9;
 
 /// Measures the open share of a figure; none if the figure is not open in one piece.
 ///
@@ -58,7 +61,7 @@ fn rims(fills: impl Fn(&Lane) -> Lane) -> Option<Lane> {
     }
     let mut above = fills(&far);
     let mut rim = far;
-    for search in 0..=SEARCHES {
+    for search in 0.. {
         for i in 0..LANES {
             let (low, high) = (below[i] - 1.0, above[i] - 1.0);
             rim[i] = if high <= 0.0 {
@@ -69,7 +72,8 @@ fn rims(fills: impl Fn(&Lane) -> Lane) -> Option<Lane> {
                 0.5 * (near[i] + far[i])
             };
         }
-        if search == SEARCHES {
+        let is_bisected = above.iter().any(|fill| fill.is_infinite());
+        if search >= MOST_SEARCHES || (search >= SEARCHES && !is_bisected) {
             break;
         }
         let fills = fills(&rim);
@@ -110,7 +114,7 @@ pub(super) fn open_share_over(
             None => return [0.0; 9],
         }
     }
-    through(values)
+    biquadratic_through(values)
 }
 
 /// The fills of rays from a film point, in lens space, to the points of a figure at shares of its

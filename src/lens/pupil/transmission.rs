@@ -9,6 +9,7 @@ use glam::DVec2;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
+use crate::lens::pupil::patch::quadratic_through;
 use crate::lens::pupil::rim_shares::{fills, open_share};
 use crate::lens::pupil::sides::SIDES;
 use crate::lens::pupil::spans::Spans;
@@ -42,13 +43,12 @@ impl PupilTransmission {
             )
         };
         let quadratic = |number: usize| {
-            let (low, middle, high) = (
+            let values = [
                 share(number, 0.0)?,
                 share(number, 0.5)?,
                 share(number, 1.0)?,
-            );
-            let bend = 2.0 * (low + high) - 4.0 * middle;
-            Some([low, high - low - bend, bend])
+            ];
+            Some(quadratic_through(values))
         };
         Self {
             shares: (0..spans.spans.len()).map(quadratic).collect(),
