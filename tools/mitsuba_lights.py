@@ -10,13 +10,13 @@ compiles the kernels.
 """
 
 import math
-import os
 import re
 import sys
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from mitsuba_room import render
 
 
 def scene(text):
@@ -48,13 +48,6 @@ def scene(text):
         position = [float(word) for word in found]
         parts[f"light{k}"] = {"type": "point", "position": position, "intensity": intensity}
     return mi.load_dict(parts)
-
-
-def render(of, samples, seed):
-    """Returns processor seconds and the picture."""
-    start = sum(os.times()[:2])
-    picture = np.array(mi.render(of, spp=samples, seed=seed), dtype=np.float64)
-    return sum(os.times()[:2]) - start, picture
 
 
 def main():
