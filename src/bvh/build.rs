@@ -34,8 +34,8 @@ const PART_PARAMS: BvhBuildParams = BvhBuildParams {
 };
 
 /// The largest number of boxes to give to obvhs at once.
-fn part_size(boxes: &[Box3]) -> usize {
-    if boxes.len() <= PART || boxes.len() <= WHOLE && !repeats(boxes) {
+fn part_size(items: &[Item]) -> usize {
+    if items.len() <= PART || items.len() <= WHOLE && !repeats(items) {
         WHOLE
     } else {
         PART
@@ -47,12 +47,13 @@ fn part_size(boxes: &[Box3]) -> usize {
 /// PLOC joins pairs of boxes that are each other's nearest. Among such boxes it finds only one pair
 /// in each round, so its time grows with the square of their number. Rays through its tree of a
 /// grid take up to a third more time.
-fn repeats(boxes: &[Box3]) -> bool {
+fn repeats(items: &[Item]) -> bool {
     const SAMPLE: usize = 1024;
-    let step = boxes.len().div_ceil(SAMPLE);
+    let step = items.len().div_ceil(SAMPLE);
+    let sample = || items.iter().step_by(step).map(Item::around);
     // Sizes without their lowest 12 bits, so that equal boxes in different places compare as equal.
-    let size = |(min, max): &Box3| (*max - *min).to_array().map(|x| x.to_bits() >> 12);
-    let mut sizes: Vec<[u32; 3]> = boxes.iter().step_by(step).map(size).collect();
+    let size = |(min, max): Box3| (max - min).to_array().map(|x| x.to_bits() >> 12);
+    let mut sizes: Vec<[u32; 3]> = sample().map(size).collect();
     let sampled = sizes.len();
     sizes.sort_unstable();
     let shared = |of_one: &[[u32; 3]]| if of_one.len() > 8 { of_one.len() } else { 0 };
@@ -61,18 +62,14 @@ fn repeats(boxes: &[Box3]) -> bool {
         let d = (max - min).as_dvec3();
         d.x * d.y + d.y * d.z + d.z * d.x
     };
-    let all = boxes.iter().fold(boxes[0], |(min, max), of_one| {
-        (min.min(of_one.0), max.max(of_one.1))
+    let all = items.iter().fold(items[0].around(), |(min, max), of_one| {
+        let (low, high) = of_one.around();
+        (min.min(low), max.max(high))
     });
-    let mean = boxes
-        .iter()
-        .step_by(step)
-        .map(|of_one| area(*of_one))
-        .sum::<f64>()
-        / sampled as f64;
+    let mean = sample().map(area).sum::<f64>() / sampled as f64;
     // PLOC computes areas in f32.
     let overflows = area(all) >= f64::from(f32::MAX);
-    2 * alike > sampled || 16.0 * mean > area(all) && boxes.len() > SAMPLE || overflows
+    2 * alike > sampled || 16.0 * mean > area(all) && items.len() > SAMPLE || overflows
 }
 
 impl Boundable for Item {
@@ -84,19 +81,18 @@ impl Boundable for Item {
 
 impl BinaryBvh {
     /// Builds a tree over boxes, one for each primitive.
-    pub(super) fn build(boxes: &[Box3]) -> Self {
-        if boxes.is_empty() {
+    pub(super) fn build(boxes: impl Iterator<Item = Box3>) -> Self {
+        let mut items: Vec<Item> = boxes.zip(0..).map(|(of, i)| Item::new(of, i)).collect();
+        if items.is_empty() {
             return Self::default();
         }
-        let item = |(i, around): (usize, &Box3)| Item::new(*around, i as u32);
-        let mut items: Vec<Item> = boxes.iter().enumerate().map(item).collect();
-        let part = part_size(boxes);
+        let part = part_size(&items);
         let above = sah::split_by_sah(&mut items, part);
         let params = if part == WHOLE { PARAMS } else { PART_PARAMS };
         let mut tree = Grafted {
             nodes: Vec::with_capacity(2 * items.len()),
-            order: Vec::with_capacity(boxes.len()),
-            pad: padding(boxes),
+            order: Vec::with_capacity(items.len()),
+            pad: padding(&items),
         };
         tree.nodes.resize(above.len(), BinaryNode::NONE);
         for (at, node) in above.iter().enumerate() {
@@ -178,8 +174,9 @@ impl Grafted {
 /// A ray along an axis may run exactly in the face of a box: for example, that of an on-axis film
 /// point in a scene with an edge at 0. Its distance to the face would then be 0 · 2^64 = 0, so that
 /// it would leave the box at once. 1e-9 · 2^64 is beyond any distance.
-fn padding(boxes: &[Box3]) -> Vec3 {
-    let size = boxes.iter().fold(0.0f32, |a, (min, max)| {
+fn padding(items: &[Item]) -> Vec3 {
+    let size = items.iter().fold(0.0f32, |a, item| {
+        let (min, max) = item.around();
         a.max(min.abs().max_element()).max(max.abs().max_element())
     });
     Vec3::splat(size * 1e-9)
@@ -193,7 +190,7 @@ mod tests {
     /// Checks that every box is in exactly one leaf, and that every node's box contains those below
     /// it.
     fn check(boxes: &[Box3]) {
-        let BinaryBvh { nodes, order } = BinaryBvh::build(boxes);
+        let BinaryBvh { nodes, order } = BinaryBvh::build(boxes.iter().copied());
         let mut held = vec![false; boxes.len()];
         let mut ahead = vec![(0, Vec3::NEG_INFINITY, Vec3::INFINITY)];
         while let Some((at, min, max)) = ahead.pop() {
@@ -241,10 +238,17 @@ mod tests {
     /// For boxes in one place, inside each other or in a row, PLOC takes one round for each box.
     #[test]
     fn obvhs_builds_ordinary_scenes_whole_and_repeating_boxes_in_small_parts() {
+        let part = |boxes: Vec<Box3>| {
+            let items: Vec<Item> = boxes
+                .into_iter()
+                .map(|of_one| Item::new(of_one, 0))
+                .collect();
+            part_size(&items)
+        };
         for boxes in hard(40_000) {
-            assert_eq!(part_size(&boxes), PART);
+            assert_eq!(part(boxes), PART);
         }
-        assert_eq!(part_size(&ordinary(40_000)), WHOLE);
-        assert_eq!(part_size(&ordinary(WHOLE as u64 + 1)), PART);
+        assert_eq!(part(ordinary(40_000)), WHOLE);
+        assert_eq!(part(ordinary(WHOLE as u64 + 1)), PART);
     }
 }

@@ -292,13 +292,11 @@ mod tests {
             (state >> 40) as f32 / (1u64 << 24) as f32
         };
         for count in [5, 9, 30, 200, 5000] {
-            let boxes: Vec<(Vec3, Vec3)> = (0..count)
-                .map(|_| {
-                    let at = Vec3::new(unit(), unit(), unit() * unit());
-                    (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
-                })
-                .collect();
-            let binary = BinaryBvh::build(&boxes);
+            let boxes = (0..count).map(|_| {
+                let at = Vec3::new(unit(), unit(), unit() * unit());
+                (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
+            });
+            let binary = BinaryBvh::build(boxes);
             let tree = Bvh::collapse(&binary, |_| Some([Vec3::ZERO; 3]));
             let (_, root) = plans(&binary);
             let around = &binary.nodes[0];

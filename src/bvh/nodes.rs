@@ -52,16 +52,17 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// The memory in bytes that building a tree takes at most, for each primitive: its box twice,
-    /// its binary nodes and then its part of blocks and wide nodes.
+    /// The memory in bytes that building a tree takes at most, for each primitive: two binary nodes
+    /// with their plans, its place in their order, and its part of blocks and wide nodes.
     pub(crate) const BYTES_OF_PRIMITIVE: u64 = 140;
 
     /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
     /// `None` if it is not a triangle.
-    pub(crate) fn build(boxes: Vec<Box3>, triangle: impl Fn(u32) -> Option<[Vec3; 3]>) -> Self {
-        let binary = BinaryBvh::build(&boxes);
-        drop(boxes);
-        Self::collapse(&binary, triangle)
+    pub(crate) fn build(
+        boxes: impl Iterator<Item = Box3>,
+        triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
+    ) -> Self {
+        Self::collapse(&BinaryBvh::build(boxes), triangle)
     }
 
     /// The memory of nodes and blocks, in bytes.
@@ -127,10 +128,9 @@ mod tests {
     }
 
     fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
-        let boxes: Vec<(Vec3, Vec3)> = triangles
+        let boxes = triangles
             .iter()
-            .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
-            .collect();
+            .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
         Bvh::build(boxes, |p| Some(triangles[p as usize]))
     }
 

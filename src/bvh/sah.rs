@@ -5,37 +5,43 @@
 
 use std::ops::Range;
 
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 
 use super::binary::Box3;
 
 /// A box with its primitive. They are stored together, so that a part is read sequentially.
 #[derive(Clone, Copy)]
 pub(super) struct Item {
-    /// The smallest corner; w is unused.
-    low: Vec4,
-    /// The largest corner; w is unused.
-    high: Vec4,
+    low: Vec3,
+    high: Vec3,
     /// The primitive's number.
     pub primitive: u32,
 }
 
 impl Item {
-    pub(super) fn new((min, max): Box3, primitive: u32) -> Self {
+    pub(super) fn new((low, high): Box3, primitive: u32) -> Self {
         Self {
-            low: min.extend(0.0),
-            high: max.extend(0.0),
+            low,
+            high,
             primitive,
         }
     }
 
     pub(super) fn around(&self) -> Box3 {
-        (self.low.truncate(), self.high.truncate())
+        (self.low, self.high)
     }
 
-    /// Twice the center of the box.
+    /// The smallest and the largest corner; w is 0.
+    #[inline(always)]
+    fn corners(&self) -> [Vec4; 2] {
+        [self.low.extend(0.0), self.high.extend(0.0)]
+    }
+
+    /// Twice the center of the box; w is 0.
+    #[inline(always)]
     fn middle(&self) -> Vec4 {
-        self.low + self.high
+        let [low, high] = self.corners();
+        low + high
     }
 }
 
@@ -60,9 +66,10 @@ impl Extent {
 
     #[inline(always)]
     fn add(&mut self, item: &Item) {
-        let middle = item.middle();
-        self.low = self.low.min(item.low);
-        self.high = self.high.max(item.high);
+        let [low, high] = item.corners();
+        let middle = low + high;
+        self.low = self.low.min(low);
+        self.high = self.high.max(high);
         self.first = self.first.min(middle);
         self.last = self.last.max(middle);
     }
@@ -91,7 +98,6 @@ pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     }
     // Below this depth parts are cut in half, so that no branch becomes much deeper.
     let deep = 2 * items.len().max(1).ilog2() + 8;
-    let mut cutter = Cutter::default();
     let mut ahead = vec![(0, 0, Extent::of(items))];
     while let Some((at, depth, extent)) = ahead.pop() {
         let Above::Part(range) = &above[at] else {
@@ -101,7 +107,7 @@ pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
         if end - start <= most || is_one_box(&items[start..end], &extent) {
             continue;
         }
-        let (left, extents) = cutter.cut(&mut items[start..end], &extent, depth > deep);
+        let (left, extents) = cut(&mut items[start..end], &extent, depth > deep);
         let middle = start + left;
         let first = above.len();
         above.push(Above::Part(start..middle));
@@ -184,62 +190,47 @@ impl Places {
     }
 }
 
-/// Cuts parts in two. It keeps its buffer for the next cut.
-#[derive(Default)]
-struct Cutter {
-    behind: Vec<Item>,
-}
-
-impl Cutter {
-    /// Cuts between two of [`BINS`] bins along the axis for which the sum of area times count is
-    /// smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*). It
-    /// cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items
-    /// in the first part and the bounds of both parts; neither is empty.
-    fn cut(
-        &mut self,
-        items: &mut [Item],
-        extent: &Extent,
-        in_halves: bool,
-    ) -> (usize, [Extent; 2]) {
-        let places = Places::of(extent);
-        let best = if in_halves {
-            None
-        } else {
-            best(items, &places)
-        };
-        let Some((axis, k)) = best else {
-            let left = items.len() / 2;
-            return (
-                left,
-                [Extent::of(&items[..left]), Extent::of(&items[left..])],
-            );
-        };
-        self.behind.resize(items.len(), items[0]);
-        let mut extents = [Extent::NONE; 2];
-        let mut counts = [0; 2];
-        // A branch would be mispredicted. Instead the item is written to both parts, and only one
-        // count advances.
-        for i in 0..items.len() {
-            let item = items[i];
-            let side = usize::from(places.bins(&item)[axis] >= k);
-            items[counts[0]] = item;
-            self.behind[counts[1]] = item;
-            counts[side] += 1;
-            extents[side].add(&item);
-        }
-        let [left, right] = counts;
-        items[left..].copy_from_slice(&self.behind[..right]);
-        (left, extents)
+/// Cuts a part in two between two of [`BINS`] bins along the axis for which the sum of area times
+/// count is smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*).
+/// It cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items in
+/// the first part and the bounds of both parts; neither is empty.
+fn cut(items: &mut [Item], extent: &Extent, in_halves: bool) -> (usize, [Extent; 2]) {
+    let places = Places::of(extent);
+    let best = if in_halves {
+        None
+    } else {
+        best(items, &places)
+    };
+    let Some((axis, k)) = best else {
+        let left = items.len() / 2;
+        return (
+            left,
+            [Extent::of(&items[..left]), Extent::of(&items[left..])],
+        );
+    };
+    let mut extents = [Extent::NONE; 2];
+    let mut left = 0;
+    // A branch would be mispredicted. Instead every item is exchanged with the first one of the
+    // second part, and the first part grows by it or not.
+    for i in 0..items.len() {
+        let item = items[i];
+        let side = usize::from(places.bins(&item)[axis] >= k);
+        items[i] = items[left];
+        items[left] = item;
+        left += 1 - side;
+        extents[side].add(&item);
     }
+    (left, extents)
 }
 
 /// The best axis, and the bin before which to cut.
 fn best(items: &[Item], places: &Places) -> Option<(usize, usize)> {
     let mut bins = [[Bin::EMPTY; BINS]; 3];
     for item in items {
+        let [low, high] = item.corners();
         let bin = Bin {
-            low: item.low,
-            high: item.high,
+            low,
+            high,
             count: 1,
         };
         for (bins, at) in bins.iter_mut().zip(places.bins(item)) {
@@ -268,8 +259,6 @@ fn best(items: &[Item], places: &Places) -> Option<(usize, usize)> {
 
 #[cfg(test)]
 mod tests {
-    use glam::Vec3;
-
     use super::*;
 
     fn items(boxes: &[Box3]) -> Vec<Item> {

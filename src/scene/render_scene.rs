@@ -135,7 +135,7 @@ impl RenderScene {
     pub(super) fn tree(&self) -> &Bvh {
         self.tree.get_or_init(|| {
             let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-            Bvh::build(self.boxes().collect(), corners)
+            Bvh::build(self.boxes(), corners)
         })
     }
 

@@ -42,10 +42,9 @@ pub(crate) fn ball(count: usize) -> Vec<[Vec3; 3]> {
 }
 
 pub(crate) fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
-    let boxes: Vec<(Vec3, Vec3)> = triangles
+    let boxes = triangles
         .iter()
-        .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)))
-        .collect();
+        .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
     Bvh::build(boxes, |p| Some(triangles[p as usize]))
 }
 
