@@ -22,7 +22,7 @@ pub(crate) struct MadePicture {
 /// Returns an error if the scene cannot be read, the lens cannot focus, or the picture cannot be
 /// written or would replace a file that the scene uses.
 pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<MadePicture> {
-    let session = Session::open(plan)?;
+    let session = Session::open_once(plan)?;
     let is_problem = |d: &&Diagnostic| d.severity >= Severity::Warning;
     let items = session.sink.items().iter();
     let mut made = MadePicture {

@@ -308,7 +308,7 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
         true => None,
     };
     options.keeping.check(&plan)?;
-    let mut session = Session::open(plan)?;
+    let mut session = Session::open_once(plan)?;
     if options.layers.is_some() || options.denoiser.is_some() {
         session.take_layers()?;
     }

@@ -151,6 +151,14 @@ impl Document {
         loader.map_or_else(Vec::new, |loader| loader.opened_files())
     }
 
+    /// Frees everything except the list of the files that were opened.
+    pub(crate) fn free_nodes(&mut self) {
+        *self = Self {
+            loader: self.loader.take(),
+            ..Self::default()
+        };
+    }
+
     /// Returns the top-level nodes of the main file.
     pub fn roots(&self) -> impl Iterator<Item = NodeRef<'_>> {
         self.roots.iter().map(|&id| self.node(id))

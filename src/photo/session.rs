@@ -50,7 +50,7 @@ pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
 pub struct Session {
     /// The choices of the photograph.
     pub plan: Plan,
-    /// The scene file.
+    /// The scene file. It has no nodes if they were freed ([`Session::open_once`]).
     pub document: Arc<Document>,
     /// The compiled scene.
     pub scene: Arc<RenderScene>,
@@ -78,6 +78,13 @@ pub struct Session {
     pub described: IndexMap<String, String>,
 }
 
+/// What a session does with the nodes of its document after compiling them.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Nodes {
+    Kept,
+    Freed,
+}
+
 impl Session {
     /// Reads and compiles the scene, and focuses the lens.
     ///
@@ -89,6 +96,16 @@ impl Session {
         Self::open_framed(plan, &framing)
     }
 
+    /// Opens a plan like [`Session::open`], for a scene that is compiled only once. The file's nodes
+    /// and text are freed before the tree over the primitives is built.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Session::open`].
+    pub(crate) fn open_once(plan: Plan) -> Result<Self> {
+        let framing = plan.clone();
+        Self::read(plan, &framing, Nodes::Freed)
+    }
+
     /// Opens a plan with the camera pose of another plan for the same scene. The window opens a
     /// scene with a pinhole, but frames it for the lens that the pinhole replaces.
     ///
@@ -96,6 +113,10 @@ impl Session {
     /// Returns an error if a file cannot be read, if a camera file has no camera, or if the lens
     /// cannot focus at the distance.
     pub(crate) fn open_framed(plan: Plan, framing: &Plan) -> Result<Self> {
+        Self::read(plan, framing, Nodes::Kept)
+    }
+
+    fn read(plan: Plan, framing: &Plan, nodes: Nodes) -> Result<Self> {
         check_region(&plan)?;
         memory_beside_film(&plan)?;
         let clock = Instant::now();
@@ -107,7 +128,7 @@ impl Session {
             None => Environment::default(),
         };
         let read = clock.elapsed().as_secs_f64();
-        let mut session = Self::from_document(plan, framing, document, &environment)?;
+        let mut session = Self::from_document(plan, framing, (document, nodes), &environment)?;
         session.seconds.read = read;
         Ok(session)
     }
@@ -119,14 +140,19 @@ impl Session {
     pub(crate) fn with_document(plan: Plan, document: Document) -> Result<Self> {
         check_region(&plan)?;
         let framing = plan.clone();
-        Self::from_document(plan, &framing, document, &Environment::default())
+        Self::from_document(
+            plan,
+            &framing,
+            (document, Nodes::Kept),
+            &Environment::default(),
+        )
     }
 
     /// Compiles a document that has been read, and focuses the lens.
     fn from_document(
         plan: Plan,
         framing: &Plan,
-        mut document: Document,
+        (mut document, nodes): (Document, Nodes),
         environment: &Environment,
     ) -> Result<Self> {
         let memory = memory_beside_film(&plan)?;
@@ -169,6 +195,9 @@ impl Session {
             &options(&plan, plan.shading.needs(), &pose, projection),
         )?;
         drop(snapshot);
+        if nodes == Nodes::Freed {
+            document.free_nodes();
+        }
         scene.prepare();
         // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
