@@ -8,17 +8,33 @@ use crate::traversal::state::Coordinates;
 /// The corners of a face or a strip, as positions. A position is an index into the shape's index,
 /// or counts from the first coordinate if there is no index.
 #[derive(Clone, Debug)]
-pub(crate) struct Run(pub Range<usize>);
+pub(crate) struct Run {
+    start: u32,
+    end: u32,
+}
 
 impl Run {
+    /// Makes a run of positions, which are less than 2^32 like the numbers of triangles.
+    fn new(positions: Range<usize>) -> Self {
+        Self {
+            start: positions.start as u32,
+            end: positions.end as u32,
+        }
+    }
+
+    /// The positions.
+    pub(crate) fn positions(&self) -> Range<usize> {
+        self.start as usize..self.end as usize
+    }
+
     /// The number of corners.
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.positions().len()
     }
 
     /// The first position.
     pub(crate) fn start(&self) -> usize {
-        self.0.start
+        self.start as usize
     }
 }
 
@@ -72,7 +88,7 @@ impl<'a> Runs<'a> {
             out.bound_all(corners.filter_map(|c| coordinates.get(c)));
             if len >= 3 {
                 let whole = bad_here == 0 || broken == Broken::Kept;
-                runs.push(Run(start..if whole { start + len } else { start }));
+                runs.push(Run::new(start..if whole { start + len } else { start }));
             }
             bad += bad_here;
             start += len + 1;
@@ -92,7 +108,7 @@ impl<'a> Runs<'a> {
         Self {
             index: None,
             first,
-            runs: vec![Run(0..count)],
+            runs: vec![Run::new(0..count)],
             used: 0..0,
             missing: false,
         }
@@ -106,7 +122,7 @@ impl<'a> Runs<'a> {
             first,
             runs: runs
                 .filter(|(_, n)| *n >= 3)
-                .map(|(at, n)| Run(at - first..at - first + n))
+                .map(|(at, n)| Run::new(at - first..at - first + n))
                 .collect(),
             used: 0..0,
             missing: false,
@@ -141,7 +157,7 @@ impl<'a> Runs<'a> {
 
     /// The coordinates of a run.
     pub(crate) fn coordinates(&self, run: &Run) -> impl ExactSizeIterator<Item = usize> + '_ {
-        run.0.clone().map(|position| self.coordinate(position))
+        run.positions().map(|position| self.coordinate(position))
     }
 
     /// The coordinates of all runs.
@@ -153,7 +169,7 @@ impl<'a> Runs<'a> {
     pub(crate) fn positions(&self) -> usize {
         match self.index {
             Some(index) => index.len(),
-            None => self.runs.last().map_or(0, |run| run.0.end),
+            None => self.runs.last().map_or(0, |run| run.positions().end),
         }
     }
 
@@ -162,7 +178,7 @@ impl<'a> Runs<'a> {
         let mut counts = vec![0; self.positions()];
         let mut count = 0;
         for run in &self.runs {
-            for place in &mut counts[run.0.clone()] {
+            for place in &mut counts[run.positions()] {
                 *place = count;
                 count += 1;
             }

@@ -364,7 +364,7 @@ fn normals<'v>(
     let (positions, last) = (runs.positions(), list.len() - 1);
     let used = match numbers {
         Numbers::Listed(index) => {
-            let all = runs.runs.iter().flat_map(|run| run.0.clone());
+            let all = runs.runs.iter().flat_map(|run| run.positions());
             let all = all.map(|p| (listed(index, p as u32) as usize).min(last));
             let (lowest, highest) = all.fold((last, 0), |(l, h), n| (l.min(n), h.max(n)));
             lowest.min(highest)..highest + 1

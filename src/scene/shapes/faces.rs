@@ -139,7 +139,7 @@ fn normals<'a>(
     let around = all.around(state.hints.crease_angle);
     let mut made = vec![Vec3::ZERO; faces.positions()];
     let mut corners = all.corners.iter();
-    for position in faces.runs.iter().flat_map(|face| face.0.clone()) {
+    for position in faces.runs.iter().flat_map(|face| face.positions()) {
         if let Some(&(vertex, face)) = corners.next() {
             made[position] = around.normal(vertex, face);
         }
@@ -189,7 +189,7 @@ fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut dyn Canvas)
     let mut corners: Vec<Corner> = Vec::new();
     for (number, face) in faces.runs.iter().enumerate() {
         corners.clear();
-        for (i, position) in face.0.clone().enumerate() {
+        for (i, position) in face.positions().enumerate() {
             corners.extend(vertices.corner(Place {
                 coordinate: faces.coordinate(position),
                 position,

@@ -112,7 +112,7 @@ fn normals<'a>(strips: &Runs<'_>, vertices: &Vertices<'a, '_>, by_position: bool
     let mut owners: Vec<(usize, u32, u32)> = Vec::new();
     let mut face = 0u32;
     for (part, strip) in strips.runs.iter().enumerate() {
-        for (i, position) in strip.0.clone().enumerate() {
+        for (i, position) in strip.positions().enumerate() {
             owners.push((position, face + i.saturating_sub(2) as u32, part as u32));
         }
         face += strip.len() as u32 - 2;
