@@ -96,7 +96,11 @@ fn one(file: &Path) -> ExitCode {
     let open = || Document::open_with(file, &[], &Limits::default()).ok();
     let compile =
         |d: Document| RenderScene::compile(&Snapshot::at(&d, 0.0), &CompileOptions::default()).ok();
-    let ready = || open().and_then(compile).inspect(|scene| scene.prepare());
+    let ready = || {
+        open()
+            .and_then(compile)
+            .inspect(|scene| scene.prepare(u64::MAX))
+    };
     if ready().is_none() {
         return ExitCode::from(1);
     }

@@ -19,17 +19,18 @@ const WHOLE: usize = 1 << 17;
 /// The largest number of boxes in a part that obvhs builds below the tree split by `sah`.
 const PART: usize = 64;
 
-/// Parameters for whole trees. Reinsertion takes a third of the build time and saves up to a tenth
-/// of a ray's time.
-const PARAMS: BvhBuildParams = BvhBuildParams {
-    reinsertion_batch_ratio: 0.1,
-    post_collapse_reinsertion_batch_ratio_multiplier: 1.0,
+/// Parameters for a tree that is built fast, and for parts, which are too small for reinsertion to
+/// matter.
+const FAST: BvhBuildParams = BvhBuildParams {
+    reinsertion_batch_ratio: 0.0,
     ..BvhBuildParams::fast_build()
 };
 
-/// Parameters for parts, which are too small for reinsertion to matter.
-const PART_PARAMS: BvhBuildParams = BvhBuildParams {
-    reinsertion_batch_ratio: 0.0,
+/// Parameters for a whole tree for many rays. Reinsertion takes a third of the build time and saves
+/// up to a tenth of a ray's time.
+const REFINED: BvhBuildParams = BvhBuildParams {
+    reinsertion_batch_ratio: 0.1,
+    post_collapse_reinsertion_batch_ratio_multiplier: 1.0,
     ..BvhBuildParams::fast_build()
 };
 
@@ -80,15 +81,20 @@ impl Boundable for Item {
 }
 
 impl BinaryBvh {
-    /// Builds a tree over boxes, one for each primitive.
-    pub(super) fn build(boxes: impl Iterator<Item = Box3>) -> Self {
+    /// Builds a tree over boxes, one for each primitive. A refined tree takes more time to build
+    /// and less for each ray.
+    pub(super) fn build(boxes: impl Iterator<Item = Box3>, refined: bool) -> Self {
         let mut items: Vec<Item> = boxes.zip(0..).map(|(of, i)| Item::new(of, i)).collect();
         if items.is_empty() {
             return Self::default();
         }
         let part = part_size(&items);
         let above = sah::split_by_sah(&mut items, part);
-        let params = if part == WHOLE { PARAMS } else { PART_PARAMS };
+        let params = if refined && part == WHOLE {
+            REFINED
+        } else {
+            FAST
+        };
         let mut tree = Grafted {
             nodes: Vec::with_capacity(2 * items.len()),
             order: Vec::with_capacity(items.len()),
@@ -190,7 +196,7 @@ mod tests {
     /// Checks that every box is in exactly one leaf, and that every node's box contains those below
     /// it.
     fn check(boxes: &[Box3]) {
-        let BinaryBvh { nodes, order } = BinaryBvh::build(boxes.iter().copied());
+        let BinaryBvh { nodes, order } = BinaryBvh::build(boxes.iter().copied(), true);
         let mut held = vec![false; boxes.len()];
         let mut ahead = vec![(0, Vec3::NEG_INFINITY, Vec3::INFINITY)];
         while let Some((at, min, max)) = ahead.pop() {

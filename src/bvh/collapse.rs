@@ -296,7 +296,7 @@ mod tests {
                 let at = Vec3::new(unit(), unit(), unit() * unit());
                 (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
             });
-            let binary = BinaryBvh::build(boxes);
+            let binary = BinaryBvh::build(boxes, true);
             let tree = Bvh::collapse(&binary, |_| Some([Vec3::ZERO; 3]));
             let (_, root) = plans(&binary);
             let around = &binary.nodes[0];

@@ -44,6 +44,10 @@ pub struct RenderScene {
     pub(super) bounds: Option<(Vec3, Vec3)>,
 }
 
+/// The number of rays for each primitive from which a refined tree saves more time than it takes to
+/// build. Measurements are in docs/decisions/0005-who-builds-the-tree.md.
+const RAYS_TO_REFINE: u64 = 64;
+
 /// A triangle in world space, with the values that Coin's triangle callback gives.
 #[cfg(feature = "tools")]
 #[derive(Clone, Copy, Debug)]
@@ -133,15 +137,19 @@ impl RenderScene {
     /// Returns the tree, which is built at the first call. Bounds and counts are available without
     /// it.
     pub(super) fn tree(&self) -> &Bvh {
-        self.tree.get_or_init(|| {
-            let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-            Bvh::build(self.boxes(), corners)
-        })
+        self.tree.get_or_init(|| self.build_tree(true))
     }
 
-    /// Builds the tree now, so that the first ray does not wait.
-    pub(crate) fn prepare(&self) {
-        self.tree();
+    /// Builds the tree now, so that the first ray does not wait. It is refined if the expected
+    /// number of rays pays for that.
+    pub(crate) fn prepare(&self, rays: u64) {
+        let refined = rays / RAYS_TO_REFINE >= self.owners.len() as u64;
+        self.tree.get_or_init(|| self.build_tree(refined));
+    }
+
+    fn build_tree(&self, refined: bool) -> Bvh {
+        let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
+        Bvh::build(self.boxes(), refined, corners)
     }
 
     /// Computes the center of the bounding box of each surface.

@@ -45,7 +45,7 @@ pub(crate) fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
     let boxes = triangles
         .iter()
         .map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
-    Bvh::build(boxes, |p| Some(triangles[p as usize]))
+    Bvh::build(boxes, true, |p| Some(triangles[p as usize]))
 }
 
 /// Rays of one kind, and whether any hit ends a ray.

@@ -67,7 +67,7 @@ impl PrototypeTree {
             }
         }
         Self {
-            tree: Bvh::build(all.into_iter(), |_| None),
+            tree: Bvh::build(all.into_iter(), true, |_| None),
             items,
             boxes: inner,
         }
