@@ -192,8 +192,8 @@ impl Places {
 
 /// Cuts a part in two between two of [`BINS`] bins along the axis for which the sum of area times
 /// count is smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*).
-/// It cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items in
-/// the first part and the bounds of both parts; neither is empty.
+/// It cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items
+/// in the first part and the bounds of both parts; neither is empty.
 fn cut(items: &mut [Item], extent: &Extent, in_halves: bool) -> (usize, [Extent; 2]) {
     let places = Places::of(extent);
     let best = if in_halves {

@@ -78,7 +78,7 @@ pub struct Session {
     pub described: IndexMap<String, String>,
 }
 
-/// The number of rays from the camera and toward lights for a whole picture of 16 samples, the usual
+/// The number of rays from the camera and toward lights for a picture of 16 samples, the usual
 /// number. It does not depend on the plan's samples or region: a ray may hit another triangle in
 /// another tree (12 of 460,800 values of a picture differed by up to 1e-4), and a picture that is
 /// continued or made in parts has to have the same bits.
@@ -88,7 +88,7 @@ fn usual_rays(plan: &Plan, scene: &RenderScene) -> u64 {
         Shading::Recursive => scene.lights().len() as u64,
         _ => 0,
     };
-    16 * pixels * (1 + lights)
+    pixels.saturating_mul(16 * (1 + lights))
 }
 
 /// What a session does with the nodes of its document after compiling them.
@@ -109,8 +109,8 @@ impl Session {
         Self::open_framed(plan, &framing)
     }
 
-    /// Opens a plan like [`Session::open`], for a scene that is compiled only once. The file's nodes
-    /// and text are freed before the tree over the primitives is built.
+    /// Opens a plan like [`Session::open`], for a scene that is compiled only once. The nodes and
+    /// the text of the file are freed before the tree over the primitives is built.
     ///
     /// # Errors
     /// Returns the errors of [`Session::open`].
