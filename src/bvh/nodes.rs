@@ -58,7 +58,7 @@ impl Bvh {
 
     /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
     /// `None` if it is not a triangle. A refined tree takes more time to build and less for each
-    /// ray; its hits are the same.
+    /// ray. Very few rays hit another triangle in it.
     pub(crate) fn build(
         boxes: impl Iterator<Item = Box3>,
         refined: bool,

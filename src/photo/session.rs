@@ -50,7 +50,7 @@ pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
 pub struct Session {
     /// The choices of the photograph.
     pub plan: Plan,
-    /// The scene file. It has no nodes if they were freed ([`Session::open_once`]).
+    /// The scene file. [`Session::open`] keeps its nodes; the command line frees them.
     pub document: Arc<Document>,
     /// The compiled scene.
     pub scene: Arc<RenderScene>,
