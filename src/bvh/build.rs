@@ -1,6 +1,6 @@
 //! Builds the binary tree over the boxes of primitives.
 //!
-//! obvhs builds the whole tree of an ordinary scene by PLOC and reinsertion. If there are very many
+//! obvhs builds the whole tree of an ordinary chunk by PLOC and reinsertion. If there are very many
 //! boxes, or if boxes repeat, `sah` splits the upper tree and obvhs builds small parts below it.
 //! Reasons and measurements are in docs/decisions/0005-who-builds-the-tree.md.
 
@@ -34,7 +34,47 @@ const REFINED: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::fast_build()
 };
 
-/// The largest number of boxes to give to obvhs at once.
+/// How the trees of a scene's chunks are built.
+pub(super) struct Method {
+    /// The largest number of boxes to give to obvhs at once.
+    part: usize,
+    params: BvhBuildParams,
+    /// The distance by which every box is enlarged: see [`padding`].
+    pad: Vec3,
+}
+
+impl Method {
+    /// The method for all boxes of a scene.
+    pub(super) fn of(items: &[Item], refined: bool) -> Self {
+        let part = part_size(items);
+        Self {
+            part,
+            params: if refined && part == WHOLE {
+                REFINED
+            } else {
+                FAST
+            },
+            pad: padding(items),
+        }
+    }
+
+    /// Whether one tree is built over all boxes, because reinsertion moves nodes anywhere in it.
+    pub(super) fn is_whole(&self) -> bool {
+        self.params.reinsertion_batch_ratio > 0.0
+    }
+
+    /// Returns a node with an enlarged box.
+    pub(super) fn node(&self, (min, max): Box3, first: u32, count: u32) -> BinaryNode {
+        BinaryNode {
+            min: (min - self.pad).map(f32::next_down),
+            first,
+            max: (max + self.pad).map(f32::next_up),
+            count,
+        }
+    }
+}
+
+/// Returns the method's `part` for these boxes.
 fn part_size(items: &[Item]) -> usize {
     if items.len() <= PART || items.len() <= WHOLE && !repeats(items) {
         WHOLE
@@ -81,35 +121,24 @@ impl Boundable for Item {
 }
 
 impl BinaryBvh {
-    /// Builds a tree over boxes, one for each primitive. A refined tree takes more time to build
-    /// and less for each ray.
-    pub(super) fn build(boxes: impl Iterator<Item = Box3>, refined: bool) -> Self {
-        let mut items: Vec<Item> = boxes.zip(0..).map(|(of, i)| Item::new(of, i)).collect();
-        if items.is_empty() {
-            return Self::default();
-        }
-        let part = part_size(&items);
-        let above = sah::split_by_sah(&mut items, part);
-        let params = if refined && part == WHOLE {
-            REFINED
-        } else {
-            FAST
-        };
+    /// Builds the tree over the boxes of a chunk, of which there is at least one. Reorders them.
+    pub(super) fn build(items: &mut [Item], method: &Method) -> Self {
+        let above = sah::split_by_sah(items, method.part);
         let mut tree = Grafted {
             nodes: Vec::with_capacity(2 * items.len()),
             order: Vec::with_capacity(items.len()),
-            pad: padding(&items),
+            method,
         };
         tree.nodes.resize(above.len(), BinaryNode::NONE);
         for (at, node) in above.iter().enumerate() {
             match node {
                 sah::Above::Inner { first, around } => {
-                    tree.nodes[at] = tree.node(*around, *first as u32, 0);
+                    tree.nodes[at] = method.node(*around, *first as u32, 0);
                 }
                 sah::Above::Part(range) => {
                     let items = &items[range.clone()];
-                    if items.len() <= part {
-                        tree.graft(at, items, params);
+                    if items.len() <= method.part {
+                        tree.graft(at, items);
                     } else {
                         tree.nodes[at] = tree.leaf(items);
                     }
@@ -124,35 +153,26 @@ impl BinaryBvh {
 }
 
 /// A tree under construction, to which the trees of parts are added.
-struct Grafted {
+struct Grafted<'a> {
     nodes: Vec<BinaryNode>,
     order: Vec<u32>,
-    /// The distance by which every box is enlarged: see [`padding`].
-    pad: Vec3,
+    method: &'a Method,
 }
 
-impl Grafted {
-    fn node(&self, (min, max): Box3, first: u32, count: u32) -> BinaryNode {
-        BinaryNode {
-            min: (min - self.pad).map(f32::next_down),
-            first,
-            max: (max + self.pad).map(f32::next_up),
-            count,
-        }
-    }
-
+impl Grafted<'_> {
     /// Makes a leaf of items that have the same box.
     fn leaf(&mut self, items: &[Item]) -> BinaryNode {
         let first = self.order.len() as u32;
         self.order.extend(items.iter().map(|item| item.primitive));
-        self.node(items[0].around(), first, items.len() as u32)
+        self.method
+            .node(items[0].around(), first, items.len() as u32)
     }
 
     /// Builds a tree over some items with obvhs. Its root becomes the node `root`, and its other
     /// nodes are appended.
-    fn graft(&mut self, root: usize, items: &[Item], params: BvhBuildParams) {
+    fn graft(&mut self, root: usize, items: &[Item]) {
         let mut time = std::time::Duration::ZERO;
-        let built = build_bvh2(items, params, &mut time);
+        let built = build_bvh2(items, self.method.params, &mut time);
         let base = self.nodes.len() as u32;
         for (i, n) in built.nodes.iter().enumerate() {
             let around = (Vec3::from(n.aabb.min), Vec3::from(n.aabb.max));
@@ -162,10 +182,11 @@ impl Grafted {
                 let places = built.primitive_indices[held].iter();
                 self.order
                     .extend(places.map(|&at| items[at as usize].primitive));
-                self.node(around, first as u32, (self.order.len() - first) as u32)
+                let count = self.order.len() - first;
+                self.method.node(around, first as u32, count as u32)
             } else {
                 // The root is not among the appended nodes.
-                self.node(around, base + n.first_index - 1, 0)
+                self.method.node(around, base + n.first_index - 1, 0)
             };
             match i {
                 0 => self.nodes[root] = node,
@@ -196,7 +217,10 @@ mod tests {
     /// Checks that every box is in exactly one leaf, and that every node's box contains those below
     /// it.
     fn check(boxes: &[Box3]) {
-        let BinaryBvh { nodes, order } = BinaryBvh::build(boxes.iter().copied(), true);
+        let numbered = boxes.iter().zip(0..);
+        let mut items: Vec<Item> = numbered.map(|(of, i)| Item::new(*of, i)).collect();
+        let method = Method::of(&items, true);
+        let BinaryBvh { nodes, order } = BinaryBvh::build(&mut items, &method);
         let mut held = vec![false; boxes.len()];
         let mut ahead = vec![(0, Vec3::NEG_INFINITY, Vec3::INFINITY)];
         while let Some((at, min, max)) = ahead.pop() {

@@ -17,31 +17,67 @@ impl Bvh {
         binary: &BinaryBvh,
         triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
     ) -> Self {
-        let mut this = Self::default();
-        if binary.nodes.is_empty() {
-            return this;
-        }
-        let (plans, _) = plans(binary);
         let mut held = Vec::new();
+        Self::default().collapse_with(binary, |this, leaf, _| {
+            held.clear();
+            primitives(binary, leaf, &mut held);
+            this.add_blocks(&held, &triangle)
+        })
+    }
+
+    /// Collapses a binary tree over trees, whose leaves are single entries of `trees`.
+    pub(super) fn collapse_over(binary: &BinaryBvh, mut trees: Vec<Self>) -> Self {
+        let count = |of: fn(&Self) -> usize| trees.iter().map(of).sum();
+        let this = Self {
+            nodes: Vec::with_capacity(binary.nodes.len() + count(|t| t.nodes.len())),
+            blocks: Vec::with_capacity(count(|t| t.blocks.len())),
+            stack_size: 0,
+        };
+        this.collapse_with(binary, |this, leaf, stacked| {
+            let tree = std::mem::take(&mut trees[binary.nodes[leaf as usize].first as usize]);
+            this.append(tree, stacked)
+        })
+    }
+
+    /// Appends a tree, of which this tree has `stacked` boxes on the traversal stack.
+    fn append(&mut self, tree: Self, stacked: usize) -> Child {
+        let (nodes, blocks) = (self.nodes.len() as u32, self.blocks.len() as u32);
+        self.stack_size = self.stack_size.max(stacked + tree.stack_size - 1);
+        self.blocks.extend(tree.blocks);
+        self.nodes.extend(tree.nodes.into_iter().map(|mut node| {
+            for child in &mut node.children {
+                child.0 += if child.is_leaf() { blocks } else { nodes };
+            }
+            node
+        }));
+        Child(nodes)
+    }
+
+    /// Collapses a binary tree, for which `add` adds a leaf. It receives the leaf's node, and the
+    /// largest number of boxes on the traversal stack at the node above.
+    fn collapse_with(
+        mut self,
+        binary: &BinaryBvh,
+        mut add: impl FnMut(&mut Self, u32, usize) -> Child,
+    ) -> Self {
+        let (plans, _) = plans(binary);
         // The binary nodes to open, the index of the wide node of each, and the largest number of
         // boxes on the traversal stack at that node.
-        let mut ahead = vec![(0u32, this.new_node(), WIDTH)];
+        let mut ahead = vec![(0u32, self.new_node(), WIDTH)];
         while let Some((from, to, stacked)) = ahead.pop() {
-            this.stack_size = this.stack_size.max(stacked);
+            self.stack_size = self.stack_size.max(stacked);
             let mut children = [0; WIDTH];
             let count = gather(binary, &plans, from, &mut children);
             for (i, &child) in children[..count].iter().enumerate() {
                 let node = &binary.nodes[child as usize];
                 let behind = if plans[child as usize].is_leaf() {
-                    held.clear();
-                    primitives(binary, child, &mut held);
-                    this.add_blocks(&held, &triangle)
+                    add(&mut self, child, stacked)
                 } else {
-                    let place = this.new_node();
+                    let place = self.new_node();
                     ahead.push((child, place, stacked + WIDTH - 1));
                     Child(place)
                 };
-                let wide = &mut this.nodes[to as usize];
+                let wide = &mut self.nodes[to as usize];
                 for axis in 0..3 {
                     wide.planes[axis][i] = node.min[axis];
                     wide.planes[axis + 3][i] = node.max[axis];
@@ -49,7 +85,7 @@ impl Bvh {
                 wide.children[i] = behind;
             }
         }
-        this
+        self
     }
 
     fn new_node(&mut self) -> u32 {
@@ -254,6 +290,8 @@ fn primitives(binary: &BinaryBvh, from: u32, held: &mut Vec<u32>) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::build::Method;
+    use crate::bvh::sah::Item;
     use crate::sampling::mix;
 
     fn surface(min: Vec3, max: Vec3) -> f64 {
@@ -296,7 +334,9 @@ mod tests {
                 let at = Vec3::new(unit(), unit(), unit() * unit());
                 (at, at + Vec3::new(unit(), unit(), unit()) * 0.1)
             });
-            let binary = BinaryBvh::build(boxes, true);
+            let mut items: Vec<Item> = boxes.zip(0..).map(|(of, i)| Item::new(of, i)).collect();
+            let method = Method::of(&items, true);
+            let binary = BinaryBvh::build(&mut items, &method);
             let tree = Bvh::collapse(&binary, |_| Some([Vec3::ZERO; 3]));
             let (_, root) = plans(&binary);
             let around = &binary.nodes[0];

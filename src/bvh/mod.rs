@@ -16,6 +16,7 @@
 mod binary;
 mod block;
 mod build;
+mod chunks;
 mod collapse;
 mod hit;
 mod nodes;

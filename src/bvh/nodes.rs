@@ -1,8 +1,5 @@
 //! The tree: nodes of eight boxes, and leaves of blocks of four primitives.
 
-use glam::Vec3;
-
-use super::binary::{BinaryBvh, Box3};
 use super::block::Block;
 
 /// Boxes in a node.
@@ -52,20 +49,10 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    /// The memory in bytes that building a tree takes at most, for each primitive: two binary nodes
-    /// with their plans, its place in their order, and its part of blocks and wide nodes.
+    /// The memory in bytes that building a tree takes at most, for each primitive, which it does in
+    /// one chunk: two binary nodes with their plans, its place in their order, and its part of
+    /// blocks and wide nodes.
     pub(crate) const BYTES_OF_PRIMITIVE: u64 = 140;
-
-    /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
-    /// `None` if it is not a triangle. A refined tree takes more time to build and less for each
-    /// ray. Very few rays hit another triangle in it.
-    pub(crate) fn build(
-        boxes: impl Iterator<Item = Box3>,
-        refined: bool,
-        triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
-    ) -> Self {
-        Self::collapse(&BinaryBvh::build(boxes, refined), triangle)
-    }
 
     /// The memory of nodes and blocks, in bytes.
     #[cfg(feature = "tools")]
@@ -76,6 +63,8 @@ impl Bvh {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
     use crate::bvh::block::BlockHits;
     use crate::bvh::ray::Ray;

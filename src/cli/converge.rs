@@ -85,7 +85,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .collect::<Result<_>>()?;
     let across = axis(m)?;
     let peers = text(m, "peers").map(|file| Peer::open(Path::new(file)));
-    let base = Session::open(plan.clone())?;
+    let base = options.on_threads(|| Session::open(plan.clone()))??;
     print_warnings(&base.sink);
     print_headlight_notice(&base, options.quiet);
 
@@ -123,7 +123,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     drop(base);
 
     for method in &methods {
-        let session = Session::open(method.of(&plan))?;
+        let session = options.on_threads(|| Session::open(method.of(&plan)))??;
         let mut samples = from;
         while samples <= most {
             let sampler = Sampler {

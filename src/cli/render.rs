@@ -308,7 +308,7 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
         true => None,
     };
     options.keeping.check(&plan)?;
-    let mut session = Session::open_once(plan)?;
+    let mut session = options.on_threads(|| Session::open_once(plan))??;
     if options.layers.is_some() || options.denoiser.is_some() {
         session.take_layers()?;
     }
