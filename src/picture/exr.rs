@@ -2,10 +2,12 @@
 
 use std::io::{Cursor, Write};
 
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
+use ::exr::block::write as write_blocks;
 use ::exr::block::writer::ChunksWriter as _;
-use ::exr::block::{BlockIndex, UncompressedBlock, chunk::Chunk, write as write_blocks};
 use ::exr::meta::{MetaData, header::Header, header::LayerAttributes};
 use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
+use flate2::{Compression, write::ZlibEncoder};
 use indexmap::IndexMap;
 use rayon::prelude::*;
 
@@ -79,17 +81,16 @@ pub(super) fn write_rows(
     // The file begins with eight bytes that are not of the header.
     let mut head = vec![0; 8];
     Header::write_all(std::slice::from_ref(&header), &mut head, false).map_err(io_error)?;
-    write_blocks(&mut *file, vec![header].into(), true, |meta, chunks| {
+    write_blocks(&mut *file, vec![header].into(), true, |_, chunks| {
         let mut number = 0;
         let width = heading.resolution.width as usize;
         while let Some(pixels) = rows.next_rows()? {
             for some in pixels.chunks(BLOCKS_AT_ONCE * ROWS as usize * width) {
                 let blocks = some.par_chunks(ROWS as usize * width).enumerate();
                 let compress = |(i, part): (usize, &[[f32; 3]])| {
-                    let block = block(part, width, (number + i) * ROWS as usize);
-                    block.compress_to_chunk(&meta.headers)
+                    compressed(part, width, (number + i) * ROWS as usize)
                 };
-                let made: exr::Result<Vec<Chunk>> = blocks.map(compress).collect();
+                let made: std::io::Result<Vec<Chunk>> = blocks.map(compress).collect();
                 for chunk in made? {
                     chunks.write_chunk(number, chunk)?;
                     number += 1;
@@ -147,23 +148,40 @@ fn rgb_header(heading: &Heading) -> Header {
         .with_attributes(attributes)
 }
 
-/// Returns a block of rows: for each row, its blue, its green and its red.
-fn block(pixels: &[[f32; 3]], width: usize, row: usize) -> UncompressedBlock {
+/// Compresses a block of rows by OpenEXR's method ZIP: deflates the differences between the bytes
+/// at even places, followed by those at odd ones. The library's own takes four times as long, since
+/// it looks for long matches. Samples of a render have none, and its files are 1 to 4% smaller.
+fn compressed(pixels: &[[f32; 3]], width: usize, row: usize) -> std::io::Result<Chunk> {
     let mut data = Vec::with_capacity(12 * pixels.len());
     for row in pixels.chunks_exact(width) {
         for channel in [2, 1, 0] {
-            data.extend(row.iter().flat_map(|pixel| pixel[channel].to_ne_bytes()));
+            data.extend(row.iter().flat_map(|pixel| pixel[channel].to_le_bytes()));
         }
     }
-    UncompressedBlock {
-        index: BlockIndex {
-            layer: 0,
-            pixel_position: exr::Vec2(0, row),
-            pixel_size: exr::Vec2(width, pixels.len() / width),
-            level: exr::Vec2(0, 0),
-        },
-        data,
-    }
+    let apart = data.iter().step_by(2).chain(data.iter().skip(1).step_by(2));
+    let mut before = 128;
+    let differences: Vec<u8> = apart
+        .map(|&byte| {
+            byte.wrapping_sub(std::mem::replace(&mut before, byte))
+                .wrapping_add(128)
+        })
+        .collect();
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(data.len()), Compression::fast());
+    encoder.write_all(&differences)?;
+    let deflated = encoder.finish()?;
+    // A reader takes a block of the full size as not compressed.
+    let bytes = if deflated.len() < data.len() {
+        deflated
+    } else {
+        data
+    };
+    Ok(Chunk {
+        layer_index: 0,
+        compressed_block: CompressedBlock::ScanLine(CompressedScanLineBlock {
+            y_coordinate: row as i32,
+            compressed_pixels_le: bytes,
+        }),
+    })
 }
 
 /// Returns a provenance as attributes.
