@@ -34,7 +34,7 @@ const REFINED: BvhBuildParams = BvhBuildParams {
     ..BvhBuildParams::fast_build()
 };
 
-/// How the trees of a scene's chunks are built.
+/// How the binary trees of a scene's chunks are built.
 pub(super) struct Method {
     /// The largest number of boxes to give to obvhs at once.
     part: usize,

@@ -25,7 +25,8 @@ impl Bvh {
         })
     }
 
-    /// Collapses a binary tree over trees, whose leaves are single entries of `trees`.
+    /// Collapses a binary tree in which each leaf stands for one of `trees`: a leaf's `first` is its
+    /// index.
     pub(super) fn collapse_over(binary: &BinaryBvh, mut trees: Vec<Self>) -> Self {
         let count = |of: fn(&Self) -> usize| trees.iter().map(of).sum();
         let this = Self {
@@ -39,7 +40,7 @@ impl Bvh {
         })
     }
 
-    /// Appends a tree, of which this tree has `stacked` boxes on the traversal stack.
+    /// Appends a tree below a node at which at most `stacked` boxes are on the traversal stack.
     fn append(&mut self, tree: Self, stacked: usize) -> Child {
         let (nodes, blocks) = (self.nodes.len() as u32, self.blocks.len() as u32);
         self.stack_size = self.stack_size.max(stacked + tree.stack_size - 1);
