@@ -25,8 +25,8 @@ impl Bvh {
         })
     }
 
-    /// Collapses a binary tree in which each leaf stands for one of `trees`: a leaf's `first` is its
-    /// index.
+    /// Collapses a binary tree in which each leaf stands for one of `trees`: a leaf's `first` is
+    /// its index.
     pub(super) fn collapse_over(binary: &BinaryBvh, mut trees: Vec<Self>) -> Self {
         let count = |of: fn(&Self) -> usize| trees.iter().map(of).sum();
         let this = Self {
