@@ -60,7 +60,7 @@ const TOOLS: &[Tool] = &[
     ("scaling", "", scaling::run),
     (
         "speed",
-        "[--only PART] [--large] [--room FILE] [--peer COMMAND]",
+        "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
         speed::run,
     ),
 ];

@@ -1,14 +1,14 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
 //! `cargo run --release --features tools --bin measure -- speed -- [--out FILE.md] [--only NAME]
-//! [--large] [--room SCENE.iv] [--peer COMMAND] [--rays MESH.tri PREFIX]`
+//! [--large] [--room SCENE.iv] [--peer COMMAND] [--embree LIBRARY]`
 //!
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
 //! `--large` adds a mesh of ten million triangles; `--room` replaces the room that is photographed
 //! through real lenses and an ideal one (`shared/room_scene.rs`); `--peer` adds a program that does
-//! the same (`shared/room.rs`, `shared/lights.rs`); `--rays` a mesh and rays that another program
-//! has traced (`shared/files.rs`). Times are processor times, so other load on the machine affects
-//! them only through its caches.
+//! the same (`shared/room.rs`, `shared/lights.rs`); `--embree` the shared library of Embree 4, which
+//! traces the rays of `rays` too (`shared/rays.rs`). Times are processor times, so other load on the
+//! machine affects them only through its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -22,7 +22,7 @@ use super::left_out::{self, LIT};
 use super::shared::pictures::{
     ball_nodes, living_room, one_thread, remove_saved, render, thread_seconds, written,
 };
-use super::shared::{files, lights, mesh, room, room_scene, sheets, slow, variants};
+use super::shared::{lights, mesh, rays, room, room_scene, sheets, slow, variants};
 use crate::bvh::Bvh;
 use crate::camera::Aim;
 use crate::film::Resolution;
@@ -62,9 +62,8 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         }),
         ("meshes", &|report| meshes(report, large)),
         ("rays", &|report| {
-            if let Some((mesh, rays)) = after(&words, "--rays", 1).zip(after(&words, "--rays", 2)) {
-                others_rays(report, mesh, rays);
-            }
+            let library = after(&words, "--embree", 1);
+            in_room(&mut |scene| rays::tables(report, scene, library, &thread_seconds));
         }),
         ("room", &|report| {
             in_room(&mut |scene| room::table(report, scene, peer, &thread_seconds));
@@ -315,40 +314,13 @@ fn meshes(report: &mut String, large: bool) {
     );
 }
 
-/// Measures a mesh and rays that another program traces too.
-fn others_rays(report: &mut String, file: &str, prefix: &str) {
-    let (Ok(triangles), Ok(sets)) = (files::read(Path::new(file)), files::read_rays(prefix)) else {
-        return eprintln!("{file} or {prefix}.*.rays can't be read");
-    };
-    let start = thread_seconds();
-    let tree = one_thread(|| mesh::tree(&triangles));
-    let _ = writeln!(
-        report,
-        "## Rays that another program traces\n\n{} triangles, built in {:.0} ms, {:.0} MB. Millions \
-         of rays per second, one thread.\n\n| rays | one by one | packets of 32 |\n|---|---|---|",
-        triangles.len(),
-        1e3 * (thread_seconds() - start),
-        tree.bytes() as f64 / 1e6
-    );
-    for set in &sets {
-        let [single, packets] = rates(&tree, set).map(|rate| 1e-6 * rate);
-        let _ = writeln!(report, "| {} | {single:.2} | {packets:.2} |", set.name);
-    }
-    report.push('\n');
-}
-
 /// Returns rays per second, one by one and in packets.
 fn rates(tree: &Bvh, rays: &mesh::Rays) -> [f64; 2] {
-    let rate = |work: &dyn Fn() -> usize| {
-        let mut found = 0;
-        let seconds = time(|| found += work());
-        black_box(found);
+    let mut distances = vec![0.0; rays.rays.len()];
+    [mesh::one_by_one, mesh::in_packets].map(|trace| {
+        let seconds = time(|| trace(tree, rays, black_box(&mut distances)));
         rays.rays.len() as f64 / seconds
-    };
-    [
-        rate(&|| mesh::one_by_one(tree, rays)),
-        rate(&|| mesh::in_packets(tree, rays)),
-    ]
+    })
 }
 
 fn pictures(report: &mut String) {

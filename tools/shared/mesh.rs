@@ -48,9 +48,10 @@ pub(crate) fn tree(triangles: &[[Vec3; 3]]) -> Bvh {
     Bvh::build(boxes, true, |p| Some(triangles[p as usize]))
 }
 
-/// Rays of one kind, and whether any hit ends a ray.
+/// Rays of one kind.
 pub(crate) struct Rays {
     pub name: &'static str,
+    /// Whether any hit ends a ray.
     pub any: bool,
     pub rays: Vec<Ray>,
 }
@@ -100,7 +101,7 @@ pub(crate) fn rays(tree: &Bvh) -> [Rays; 3] {
 
 /// Returns the distance, the weights of the second and third corner, and the number of the nearest
 /// triangle.
-fn nearest(tree: &Bvh, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
+pub(super) fn nearest(tree: &Bvh, ray: &Ray) -> Option<(f32, [f32; 2], u32)> {
     let prepared = PreparedRay::new(ray);
     let mut best = None;
     let visit = |block: &Block, hits: &BlockHits, mut t_max| {
@@ -145,20 +146,23 @@ impl NonTriangles for TrianglesOnly {
     }
 }
 
-/// Counts the rays that hit, traced one by one.
-pub(crate) fn one_by_one(tree: &Bvh, rays: &Rays) -> usize {
-    let meets = |ray: &&Ray| match rays.any {
-        true => is_blocked(tree, ray),
-        false => black_box(nearest(tree, ray)).is_some(),
-    };
-    rays.rays.iter().filter(meets).count()
+/// Traces rays one by one, and stores their distances: ∞ without a hit. A ray that any hit ends
+/// gets −∞, or its greatest distance if nothing blocks it.
+pub(crate) fn one_by_one(tree: &Bvh, rays: &Rays, distances: &mut [f32]) {
+    for (ray, distance) in rays.rays.iter().zip(distances) {
+        *distance = match rays.any {
+            true if is_blocked(tree, ray) => f32::NEG_INFINITY,
+            true => ray.t_max,
+            false => black_box(nearest(tree, ray)).map_or(f32::INFINITY, |hit| hit.0),
+        };
+    }
 }
 
-/// Counts the rays that hit, traced in packets.
-pub(crate) fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
+/// Traces rays in packets, and stores their distances as [`one_by_one`] does.
+pub(crate) fn in_packets(tree: &Bvh, rays: &Rays, distances: &mut [f32]) {
     let mut hits = PacketHits::default();
-    let mut found = 0;
-    for some in rays.rays.chunks(LANES) {
+    let parts = rays.rays.chunks(LANES).zip(distances.chunks_mut(LANES));
+    for (some, distances) in parts {
         let mut packet = RayPacket::default();
         for (lane, ray) in some.iter().enumerate() {
             packet.set(lane, ray);
@@ -168,7 +172,12 @@ pub(crate) fn in_packets(tree: &Bvh, rays: &Rays) -> usize {
         } else {
             black_box(tree.nearest_hits(&packet, &TrianglesOnly, &mut hits));
         }
-        found += hits.mask.count_ones() as usize;
+        for (lane, distance) in distances.iter_mut().enumerate() {
+            *distance = match (hits.mask >> lane & 1 == 1, rays.any) {
+                (true, true) => f32::NEG_INFINITY,
+                (true, false) => hits.t[lane],
+                (false, _) => packet.t_max[lane],
+            };
+        }
     }
-    found
 }

@@ -1,9 +1,10 @@
 //! Code that several measuring programs share.
 
-pub(super) mod files;
+pub(super) mod embree;
 pub(super) mod lights;
 pub(super) mod mesh;
 pub(super) mod pictures;
+pub(super) mod rays;
 pub(super) mod room;
 pub(super) mod room_scene;
 pub(super) mod scenes;
