@@ -7,12 +7,15 @@ It needs the Python package `mitsuba` and a library of LLVM. Each line of the ou
 pixel, processor seconds and the relative RMSE against a reference of 2048 samples, separated by tabs. One
 thread renders through a thin lens of 50 mm at f/2, focused at 1.35 m. The least time of three counts, of one
 at 256 samples, after a picture that compiles the kernels.
+
+With `--pinhole` it renders the scene's own camera. It prints the names of its samplers; then, for each line of
+a name, samples per pixel and a seed that it reads, it prints processor seconds and the relative RMSE.
 """
 
 import math
-import os
 import re
 import sys
+import time
 
 import drjit as dr
 import mitsuba as mi
@@ -20,6 +23,9 @@ import numpy as np
 
 FOCAL, F_NUMBER, DISTANCE = 0.05, 2.0, 1.35
 HALF_FILM = 0.012
+# The height angle of a camera of Inventor that gives none.
+DEFAULT_ANGLE = 0.785398
+SAMPLERS = ("multijitter", "ldsampler")
 
 
 def numbers(text):
@@ -40,7 +46,7 @@ def mesh(name, points, faces, color):
     return made
 
 
-def scene(text):
+def scene(text, pinhole):
     camera = re.search(r"position (\S+ \S+ \S+) orientation (\S+ \S+ \S+) (\S+)", text)
     axis, degrees = numbers(camera[2]), math.degrees(float(camera[3]))
     # A camera of Inventor looks along -z, and one of Mitsuba along +z with x to the left.
@@ -66,11 +72,15 @@ def scene(text):
         faces = [int(word) for word in re.findall(r"-?\d+", index) if word != "-1"]
         all_parts[f"part{k}"] = mesh(f"part{k}", points, faces, color)
 
+    thin_lens = {
+        "type": "thinlens", "fov": 2 * math.degrees(math.atan(HALF_FILM / film_distance)),
+        "aperture_radius": FOCAL / F_NUMBER / 2, "focus_distance": DISTANCE,
+    }
+    perspective = {"type": "perspective", "fov": math.degrees(DEFAULT_ANGLE)}
+
     def with_sampler(kind):
         sensor = {
-            "type": "thinlens", "fov_axis": "smaller",
-            "fov": 2 * math.degrees(math.atan(HALF_FILM / film_distance)),
-            "aperture_radius": FOCAL / F_NUMBER / 2, "focus_distance": DISTANCE,
+            **(perspective if pinhole else thin_lens), "fov_axis": "smaller",
             "to_world": place.rotate([0, 1, 0], 180),
             "film": film, "sampler": {"type": kind, "sample_count": 16},
         }
@@ -81,30 +91,49 @@ def scene(text):
 
 def render(of, samples, seed):
     """Returns processor seconds and the picture."""
-    start = sum(os.times()[:2])
+    start = time.process_time()
     picture = np.array(mi.render(of, spp=samples, seed=seed), dtype=np.float64)
-    return sum(os.times()[:2]) - start, picture
+    return time.process_time() - start, picture
+
+
+def relative_error(picture, reference):
+    return np.sqrt(np.mean((picture - reference) ** 2)) / reference.mean()
+
+
+def answer(with_sampler, reference):
+    """Renders what the lines of the input ask for."""
+    names = {f"Mitsuba {mi.__version__} llvm, perspective, {kind}": kind for kind in SAMPLERS}
+    rooms = {name: with_sampler(kind) for name, kind in names.items()}
+    print(*names, sep="\t", flush=True)
+    for line in sys.stdin:
+        name, samples, seed = line.rstrip("\n").split("\t")
+        seconds, picture = render(rooms[name], int(samples), int(seed))
+        print(f"{seconds:.6f}", f"{relative_error(picture, reference):.6f}", sep="\t", flush=True)
 
 
 def main():
     mi.set_variant("llvm_ad_rgb")
     dr.set_thread_count(1)
-    with open(sys.argv[1], encoding="ascii") as file:
-        with_sampler = scene(file.read())
+    pinhole = "--pinhole" in sys.argv
+    words = [word for word in sys.argv[1:] if word != "--pinhole"]
+    with open(words[0], encoding="ascii") as file:
+        with_sampler = scene(file.read(), pinhole)
     room = with_sampler("independent")
     reference = sum(render(room, 256, 1000 + k)[1] for k in range(8)) / 8
-    for kind in ("multijitter", "ldsampler"):
+    if len(words) > 1:
+        mi.util.write_bitmap(words[1], mi.TensorXf(reference.astype(np.float32)))
+    if pinhole:
+        return answer(with_sampler, reference)
+    for kind in SAMPLERS:
         room = with_sampler(kind)
         for samples in (4, 16, 64, 256):
             render(room, samples, 0)
             rounds = 3 if samples < 256 else 1
             made = [render(room, samples, 1 + k) for k in range(rounds)]
-            error = np.sqrt(np.mean((made[0][1] - reference) ** 2)) / reference.mean()
-            seconds = min(time for time, _ in made)
+            error = relative_error(made[0][1], reference)
+            seconds = min(seconds for seconds, _ in made)
             name = f"Mitsuba {mi.__version__} llvm, thin lens, {kind}"
             print(name, samples, f"{seconds:.3f}", f"{error:.4f}", sep="\t", flush=True)
-    if len(sys.argv) > 2:
-        mi.util.write_bitmap(sys.argv[2], mi.TensorXf(reference.astype(np.float32)))
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         None => eprintln!("cannot write to the temporary folder"),
     };
     let peer = after(&words, "--peer", 1);
-    let parts: [Part; 14] = [
+    let parts: [Part; 15] = [
         ("lenses", &lenses),
         ("sheets", &|report| {
             one_thread(|| sheets::table(report, &thread_seconds));
@@ -67,6 +67,14 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         }),
         ("room", &|report| {
             in_room(&mut |scene| room::table(report, scene, peer, &thread_seconds));
+        }),
+        ("pinhole", &|report| {
+            let Some(peer) = peer else { return };
+            in_room(&mut |scene| {
+                if room::pinholes(report, scene, peer, &thread_seconds).is_none() {
+                    eprintln!("{peer}: no pictures of a pinhole");
+                }
+            });
         }),
         ("variants", &|report| {
             in_room(&mut |scene| variants::table(report, scene, &thread_seconds));

@@ -1,10 +1,12 @@
 //! Measures one scene of many triangles through a real lens and an ideal one, and prints another
-//! program's figures beside them.
+//! program's figures beside them. Through a pinhole both programs take turns.
 
 use std::fmt::Write as _;
+use std::io::{BufRead, BufReader, Write as _};
 use std::path::Path;
-use std::process::Command;
+use std::process::{Command, Stdio};
 
+use super::rays::{median, ratio};
 use crate::math::{Meters, Mm};
 use crate::photo::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
 use crate::render::Stop;
@@ -13,6 +15,9 @@ use crate::sampling::Sampler;
 
 /// Samples per pixel of the reference.
 const REFERENCE: u32 = 2048;
+
+/// The rounds in which the pinholes of both programs take turns, after one that does not count.
+const ROUNDS: usize = 7;
 
 /// The time and error of one picture.
 pub(super) struct Made {
@@ -108,6 +113,70 @@ pub(crate) fn table(
     report.push('\n');
 }
 
+/// Appends the table of the scene's own camera, at which both programs take turns. The command of
+/// the peer with ` --pinhole` behind it prints the names of its samplers in one line. For each line
+/// that it reads, of a sampler, samples per pixel and a seed, it prints seconds and the error.
+/// Returns nothing if the command does not do so.
+pub(crate) fn pinholes(
+    report: &mut String,
+    scene: &Path,
+    command: &str,
+    seconds: &dyn Fn() -> f64,
+) -> Option<()> {
+    let session = Session::open(plan(scene, Optics::Pinhole)).ok()?;
+    let truth = reference(&session, REFERENCE);
+    let mut shell = Command::new("sh");
+    let shell = shell.args(["-c", &format!("{command} --pinhole")]);
+    let streams = shell.stdin(Stdio::piped()).stdout(Stdio::piped());
+    let mut peer = streams.env("ROOM", scene).spawn().ok()?;
+    let (mut questions, answers) = (peer.stdin.take()?, peer.stdout.take()?);
+    let mut answers = BufReader::new(answers).lines().map_while(Result::ok);
+    let samplers = answers.next()?;
+    let pixels = session.plan.resolution.width * session.plan.resolution.height;
+    let _ = writeln!(
+        report,
+        "## A pinhole in the room\n\nThe scene's own camera at 360x240, one thread. Nanoseconds per \
+         sample of rendering alone, medians of {ROUNDS} rounds in which the programs take turns, and \
+         the ratio of the other program's time to ivcam's with the least and the greatest of a \
+         round. Errors are relative RMSE against each program's own reference of other samples.\n\n\
+         | other program | samples | ns, ivcam | ns, other | other / ivcam | relRMSE, ivcam | \
+         relRMSE, other |\n|---|---|---|---|---|---|---|"
+    );
+    for sampler in samplers.split('\t') {
+        for samples in [4, 16, 64, 256] {
+            let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+            let mut errors = [0.0; 2];
+            for round in 0..=ROUNDS {
+                let own = taken(&session, samples, round as u64, &truth, seconds);
+                writeln!(questions, "{sampler}\t{samples}\t{round}").ok()?;
+                let answer = answers.next()?;
+                let mut numbers = answer
+                    .split('\t')
+                    .map_while(|word| word.parse::<f64>().ok());
+                let other = (numbers.next()?, numbers.next()?);
+                if round > 0 {
+                    ours.push(own.0);
+                    theirs.push(other.0);
+                    errors = [own.1, other.1];
+                }
+            }
+            let each = |s: &[f64]| 1e9 * median(s) / f64::from(pixels * samples);
+            let _ = writeln!(
+                report,
+                "| {sampler} | {samples} | {:.1} | {:.1} | {} | {:.4} | {:.4} |",
+                each(&ours),
+                each(&theirs),
+                ratio(&theirs, &ours),
+                errors[0],
+                errors[1]
+            );
+        }
+    }
+    report.push('\n');
+    drop(questions);
+    peer.wait().ok().map(|_| ())
+}
+
 /// Interpolates the seconds to an error between points of falling errors and their seconds.
 pub(crate) fn seconds_to(error: f64, points: &[[f64; 2]]) -> f64 {
     let behind = points.partition_point(|p| p[0] > error);
@@ -137,17 +206,10 @@ pub(super) fn made(
     adaptive: bool,
     seconds: &dyn Fn() -> f64,
 ) -> Made {
-    let sampler = Sampler {
-        samples,
-        ..session.plan.sampler
-    };
-    let mut least = f64::INFINITY;
-    let mut error = 0.0;
+    let (mut least, mut error) = (f64::INFINITY, 0.0);
     for _ in 0..if samples < 256 { 3 } else { 1 } {
-        let start = seconds();
-        let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
-        least = least.min(seconds() - start);
-        error = Deviation::of(&made.film, truth).rel_mse.sqrt();
+        let (time, deviation) = taken(session, samples, session.plan.sampler.seed, truth, seconds);
+        (least, error) = (least.min(time), deviation);
     }
     let how = if adaptive { ", adaptive" } else { "" };
     Made {
@@ -156,6 +218,25 @@ pub(super) fn made(
         seconds: least + session.seconds.pupil,
         error,
     }
+}
+
+/// Takes one picture, and returns the seconds of rendering and the relative RMSE.
+fn taken(
+    session: &Session,
+    samples: u32,
+    seed: u64,
+    truth: &[[f64; 3]],
+    seconds: &dyn Fn() -> f64,
+) -> (f64, f64) {
+    let sampler = Sampler {
+        samples,
+        seed,
+        ..session.plan.sampler
+    };
+    let start = seconds();
+    let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
+    let time = seconds() - start;
+    (time, Deviation::of(&made.film, truth).rel_mse.sqrt())
 }
 
 /// Runs the command of a peer.
