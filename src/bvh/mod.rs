@@ -19,6 +19,7 @@ mod build;
 mod chunks;
 mod collapse;
 mod hit;
+mod nearest_hit;
 mod nodes;
 mod packet;
 mod prepared_packet;

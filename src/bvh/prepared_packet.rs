@@ -5,8 +5,8 @@
 //! with the operations of a single ray, so a hit has the same bits. When few rays are left they
 //! continue one by one, as all rays do on a processor without AVX-512.
 
-use super::block::{Block, BlockHits};
 use super::hit::{COPLANAR, NonTriangles};
+use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::packet::{PacketHits, RayPacket};
 use super::ray::Ray;
@@ -171,30 +171,24 @@ impl PreparedPacket {
         }
     }
 
-    /// Keeps a hit if it is nearer than the ray's nearest so far, and records whether the two are
-    /// close.
-    pub(super) fn take(&mut self, lane: usize, primitive: u32, (t, u, v): (f32, f32, f32)) {
-        let best = self.hits.t[lane];
-        let apart = (t - best).abs();
-        if self.hits.mask >> lane & 1 == 1 && apart <= best * CLOSE {
-            self.close |= 1 << lane;
-        }
-        if t < best {
-            self.hits.t[lane] = t;
-            (self.hits.u[lane], self.hits.v[lane]) = (u, v);
-            self.hits.primitive[lane] = primitive;
-            self.hits.mask |= 1 << lane;
+    /// The nearest hit so far of the ray in a lane.
+    pub(super) fn nearest(&self, lane: usize) -> NearestHit {
+        NearestHit {
+            t: self.hits.t[lane],
+            weights: [self.hits.u[lane], self.hits.v[lane]],
+            primitive: self.hits.primitive[lane],
+            is_hit: self.hits.mask >> lane & 1 == 1,
+            is_close: self.close >> lane & 1 == 1,
         }
     }
 
-    /// The farthest distance at which a further hit of a ray still matters.
-    pub(super) fn reach(&self, lane: usize) -> f32 {
-        let t = self.hits.t[lane];
-        if self.hits.mask >> lane & 1 == 1 {
-            t + t * CLOSE
-        } else {
-            t
-        }
+    /// Stores the nearest hit of the ray in a lane.
+    pub(super) fn set_nearest(&mut self, lane: usize, hit: &NearestHit) {
+        self.hits.t[lane] = hit.t;
+        [self.hits.u[lane], self.hits.v[lane]] = hit.weights;
+        self.hits.primitive[lane] = hit.primitive;
+        self.hits.mask |= u32::from(hit.is_hit) << lane;
+        self.close |= u32::from(hit.is_close) << lane;
     }
 }
 
@@ -213,7 +207,7 @@ impl Bvh {
         packet: &mut PreparedPacket,
         non_triangles: &impl NonTriangles,
     ) {
-        if self.nodes.is_empty() || packet.live == 0 {
+        if packet.live == 0 {
             return;
         }
         #[cfg(target_arch = "x86_64")]
@@ -230,7 +224,7 @@ impl Bvh {
         }
     }
 
-    /// Traces one ray alone through the subtree `from`.
+    /// Traces the ray of a lane alone through the subtree `from`.
     #[inline(never)]
     pub(super) fn walk_one<const ANY: bool>(
         &self,
@@ -239,40 +233,8 @@ impl Bvh {
         packet: &mut PreparedPacket,
         non_triangles: &impl NonTriangles,
     ) {
-        let ray = packet.ray(lane);
-        let (t_min, t_max) = (0.0, packet.reach(lane));
-        let visit = |block: &Block, hits: &BlockHits, _: f32| {
-            for i in bits(hits.mask) {
-                packet.take(lane, block.primitive(i), (hits.t[i], hits.u[i], hits.v[i]));
-            }
-            for i in bits(block.non_triangles()) {
-                let (primitive, end) = (block.primitive(i), packet.reach(lane));
-                let found = non_triangles.distances(ray.origin, ray.direction, primitive, end);
-                packet.take_distances(lane, primitive, found);
-            }
-            if ANY && packet.hits.mask >> lane & 1 == 1 {
-                f32::NEG_INFINITY
-            } else {
-                packet.reach(lane)
-            }
-        };
-        if ANY {
-            self.walk_from::<false>(from, &ray, t_min, t_max, visit);
-        } else {
-            self.walk_from::<true>(from, &ray, t_min, t_max, visit);
-        }
-    }
-}
-
-impl PreparedPacket {
-    /// Keeps the hits of the ray in a lane on a primitive that is not a triangle.
-    pub(super) fn take_distances(&mut self, lane: usize, primitive: u32, distances: [f32; 2]) {
-        let mut from = 0.0;
-        for t in distances {
-            if t > from && t < self.reach(lane) {
-                self.take(lane, primitive, (t, 0.0, 0.0));
-                from = t;
-            }
-        }
+        let mut nearest = packet.nearest(lane);
+        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, non_triangles);
+        packet.set_nearest(lane, &nearest);
     }
 }

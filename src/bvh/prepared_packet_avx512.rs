@@ -284,7 +284,9 @@ impl PreparedPacket {
         let mut distances = [[0.0; LANES]; 2];
         let may = non_triangles.distances_in_lanes(rays, primitive, lanes, &mut distances);
         for lane in bits(may) {
-            self.take_distances(lane, primitive, [distances[0][lane], distances[1][lane]]);
+            let mut nearest = self.nearest(lane);
+            nearest.take_distances(primitive, [distances[0][lane], distances[1][lane]]);
+            self.set_nearest(lane, &nearest);
         }
     }
 
@@ -362,9 +364,11 @@ impl PreparedPacket {
         }
         for lane in bits(u32::from(exact) << first) {
             let corners = block.triangle(i);
-            let hit = self.ray(lane).triangle(&corners, 0.0, self.reach(lane));
+            let mut nearest = self.nearest(lane);
+            let hit = self.ray(lane).triangle(&corners, 0.0, nearest.reach());
             if let Some(hit) = hit {
-                self.take(lane, block.primitive(i), hit);
+                nearest.take(block.primitive(i), hit);
+                self.set_nearest(lane, &nearest);
             }
         }
     }

@@ -16,28 +16,41 @@ pub(crate) struct PreparedRay {
     pub direction: Vec3,
     /// The inverse of each component of the direction: see [`invert`].
     pub(super) inverse: Vec3,
-    /// The two shorter axes of the direction and, last, its longest one; together right-handed.
+    /// The axes of the direction: see [`axes`].
     pub(super) axes: [usize; 3],
     /// The shear that turns the direction into the third axis, and the scale of that axis.
     pub(super) shear: Vec3,
+}
+
+/// The two shorter axes of a direction and, last, its longest one; together right-handed.
+#[inline]
+pub(super) fn axes(direction: Vec3) -> [usize; 3] {
+    let z = longest_axis(direction.to_array());
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    match direction[z] < 0.0 {
+        true => [y, x, z],
+        false => [x, y, z],
+    }
 }
 
 impl PreparedRay {
     /// Prepares a ray.
     #[inline]
     pub(crate) fn new(ray: &Ray) -> Self {
+        Self::with_axes(ray, axes(ray.direction))
+    }
+
+    /// Prepares a ray by the axes of a ray with the same direction octant. The triangle tests are
+    /// the most exact with its own axes.
+    #[inline]
+    pub(super) fn with_axes(ray: &Ray, axes: [usize; 3]) -> Self {
         let d = ray.direction + Vec3::ZERO; // turns −0.0 into +0.0
-        let inverse = Vec3::new(invert(d.x), invert(d.y), invert(d.z));
-        let z = longest_axis(d.to_array());
-        let (mut x, mut y) = ((z + 1) % 3, (z + 2) % 3);
-        if d[z] < 0.0 {
-            std::mem::swap(&mut x, &mut y);
-        }
+        let [x, y, z] = axes;
         Self {
             origin: ray.origin,
             direction: d,
-            inverse,
-            axes: [x, y, z],
+            inverse: Vec3::new(invert(d.x), invert(d.y), invert(d.z)),
+            axes,
             shear: Vec3::new(d[x] / d[z], d[y] / d[z], 1.0 / d[z]),
         }
     }
