@@ -110,7 +110,7 @@ fn write_picture(
     } else {
         Depth::Eight
     };
-    let mut picture = Picture::develop(&whole.sums.film(), response);
+    let mut picture = Picture::develop_last(whole.sums.film(), response);
     picture.provenance = provenance;
     save_picture(&picture, output, depth)
 }

@@ -399,59 +399,68 @@ fn render_whole(
     }
     let clock = Instant::now();
     let has_picture = options.writes_picture && !exposure.is_blank();
+    let mut report = session.report(&exposure);
+    let counts = exposure.counts;
     if has_picture {
-        write_picture(session, options, &exposure, command)?;
+        write_picture(session, options, exposure, command)?;
     }
     watch.result()?;
-    let mut report = session.report(&exposure);
     if let Some(denoiser) = options.denoiser.as_ref().filter(|_| has_picture) {
         report.plan.insert("denoise".into(), denoiser.name());
         report.set_error(Err(ErrorUnknown::Denoised));
     }
     report.seconds.write = clock.elapsed().as_secs_f64();
-    Ok((report, exposure.counts, code))
+    Ok((report, counts, code))
 }
 
 /// Writes the picture of an exposure, with its layers.
 fn write_picture(
     session: &Session,
     options: &OutputOptions,
-    exposure: &Exposure,
+    exposure: Exposure,
     command: &str,
 ) -> Result<()> {
-    let picture = session.develop(exposure, command);
-    let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
-    if let Some(warning) = warning.filter(|_| exposure.stopped.is_none()) {
-        print_diagnostic(&warning);
+    let (counts, is_finished) = (exposure.counts, exposure.stopped.is_none());
+    let warn = |picture: &Picture| {
+        let warning = session.warn_if_black_or_clipped(&counts, picture);
+        if let Some(warning) = warning.filter(|_| is_finished) {
+            print_diagnostic(&warning);
+        }
+    };
+    if options.layers.is_none() && options.denoiser.is_none() {
+        let picture = session.develop_last(exposure, command);
+        warn(&picture);
+        return options.on_threads(|| save(session, options, &picture))?;
     }
-    options.on_threads(|| write_pictures(session, options, exposure, &picture))?
+    let picture = session.develop(&exposure, command);
+    warn(&picture);
+    options.on_threads(|| write_layers(session, options, &exposure, &picture))?
+}
+
+/// Writes a picture to the output and shows it in tev.
+fn save(session: &Session, options: &OutputOptions, picture: &Picture) -> Result<()> {
+    let saved = save_picture(picture, &options.output, session.plan.depth);
+    if let Some(tev) = &options.tev {
+        tev.show(picture);
+    }
+    saved
 }
 
 /// Writes the picture, denoised if that was asked for, and its layers, which are those of the
 /// picture before. If the denoiser fails, the picture is written without it.
-fn write_pictures(
+fn write_layers(
     session: &Session,
     options: &OutputOptions,
     exposure: &Exposure,
     picture: &Picture,
 ) -> Result<()> {
-    let save = |picture: &Picture| {
-        let saved = save_picture(picture, &options.output, session.plan.depth);
-        if let Some(tev) = &options.tev {
-            tev.show(picture);
-        }
-        saved
-    };
-    let surfaces = match (&options.layers, &options.denoiser) {
-        (None, None) => Vec::new(),
-        _ => session.surfaces_of(exposure),
-    };
+    let surfaces = session.surfaces_of(exposure);
     let denoiser = options.denoiser.as_ref();
     match denoiser.map(|denoiser| session.denoised(picture, &surfaces, denoiser)) {
-        None => save(picture)?,
-        Some(Ok(clean)) => save(&clean)?,
+        None => save(session, options, picture)?,
+        Some(Ok(clean)) => save(session, options, &clean)?,
         Some(Err(error)) => {
-            save(picture)?;
+            save(session, options, picture)?;
             let output = options.output.display();
             return Err(error.with_help(format!("`{output}` is the picture without denoising")));
         }

@@ -139,6 +139,30 @@ impl Film {
         self.pixels[pixel].mean + ghosts
     }
 
+    /// Returns the linear exposure values of all pixels, ghosts included, row by row.
+    pub(crate) fn levels(&self) -> Vec<[f32; 3]> {
+        let level = |i| self.level(i).as_vec3().to_array();
+        (0..self.pixels.len()).map(level).collect()
+    }
+
+    /// Returns what [`Film::levels`] returns. The memory of the film is released from its end while
+    /// the levels are made, so that little more than the film is in memory at any moment.
+    pub(crate) fn into_levels(mut self) -> Vec<[f32; 3]> {
+        const PARTS: usize = 16;
+        let all = self.pixels.len();
+        // Memory of zeros is taken from the system only when it is written.
+        let mut levels = vec![[0.0; 3]; all];
+        for part in (0..PARTS).rev() {
+            let start = all * part / PARTS;
+            for i in start..self.pixels.len() {
+                levels[i] = self.level(i).as_vec3().to_array();
+            }
+            self.pixels.truncate(start);
+            self.pixels.shrink_to_fit();
+        }
+        levels
+    }
+
     /// Returns the number of samples of a pixel.
     pub(crate) fn samples(&self, pixel: usize) -> u32 {
         self.pixels[pixel].count
@@ -187,5 +211,25 @@ mod tests {
         film.pixels[0].add(DVec3::ONE);
         assert_eq!(film.error(), Err(ErrorUnknown::NotMeasured));
         assert_eq!(film.relative_rmse(), None);
+    }
+
+    #[test]
+    fn the_levels_of_a_film_are_those_of_the_film_that_is_released() {
+        for (width, height) in [(1, 1), (5, 3), (23, 16)] {
+            let mut film = Film::new(Resolution { width, height });
+            for (i, pixel) in film.pixels.iter_mut().enumerate() {
+                pixel.add(DVec3::new(i as f64, 0.5, -1.0));
+            }
+            let mut ghosts = GhostImage::new(film.resolution);
+            ghosts
+                .pixels
+                .iter_mut()
+                .for_each(|p| *p = DVec3::splat(0.25));
+            film.ghosts = Some(ghosts);
+            let levels = film.levels();
+            let last = film.pixels.len() - 1;
+            assert_eq!(levels[last], [last as f32 + 0.25, 0.75, -0.75]);
+            assert_eq!(film.into_levels(), levels);
+        }
     }
 }

@@ -26,7 +26,7 @@ use super::error::{ErrorEstimate, ErrorUnknown};
 use super::pixel::Exposed;
 
 /// Two exposures of a pixel that are independent of the picture and of each other.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Pair {
     pub pixel: u32,
     /// The probability with which the pixel was drawn.

@@ -1,6 +1,5 @@
 //! The session: a plan with its scene compiled and its lens focused.
 
-use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -558,24 +557,45 @@ impl Session {
     }
 
     /// Returns the film with diffraction, if the plan has it and the camera has a pupil.
-    fn with_diffraction<'a>(&self, film: &'a Film) -> Cow<'a, Film> {
+    fn diffracted(&self, film: &Film) -> Option<Film> {
         match &self.camera {
-            Camera::Lens(camera) if self.plan.diffraction => Cow::Owned(diffract(film, camera)),
-            _ => Cow::Borrowed(film),
+            Camera::Lens(camera) if self.plan.diffraction => Some(diffract(film, camera)),
+            _ => None,
         }
     }
 
     /// Develops an exposure to a picture. Its metadata has the plan and the command line.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
-        let film = self.with_diffraction(&exposure.film);
-        let mut picture = Picture::develop(&film, self.plan.response.clone());
+        let diffracted = self.diffracted(&exposure.film);
+        let film = diffracted.as_ref().unwrap_or(&exposure.film);
+        let picture = Picture::develop(film, self.plan.response.clone());
+        Picture {
+            provenance: self.provenance_of(exposure, command),
+            ..picture
+        }
+    }
+
+    /// Develops an exposure as [`Session::develop`] does, and releases its memory meanwhile.
+    pub(crate) fn develop_last(&self, exposure: Exposure, command: &str) -> Picture {
+        let provenance = self.provenance_of(&exposure, command);
+        let diffracted = self.diffracted(&exposure.film);
+        let film = diffracted.unwrap_or(exposure.film);
+        let picture = Picture::develop_last(film, self.plan.response.clone());
+        Picture {
+            provenance,
+            ..picture
+        }
+    }
+
+    /// Returns the metadata of an exposure's picture.
+    fn provenance_of(&self, exposure: &Exposure, command: &str) -> IndexMap<String, String> {
         let error = stated_error(exposure.film.error());
-        picture.provenance = self.provenance(command, exposure.samples, &error);
+        let mut provenance = self.provenance(command, exposure.samples, &error);
         if let Some(stopped) = &exposure.stopped {
             let text = stopped.describe(self.plan.stop.samples);
-            picture.provenance.insert(UNFINISHED.into(), text);
+            provenance.insert(UNFINISHED.into(), text);
         }
-        picture
+        provenance
     }
 
     /// Returns the metadata of a picture.

@@ -122,7 +122,7 @@ impl RowSource for StripRows<'_> {
         };
         let before = self.rows as usize * self.size.width as usize;
         self.rows += film.resolution.height;
-        let pixels = Picture::levels_of(&film);
+        let pixels = film.into_levels();
         let first = before.next_multiple_of(self.step) - before;
         self.kept
             .extend(pixels.iter().skip(first).step_by(self.step));

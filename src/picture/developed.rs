@@ -103,8 +103,17 @@ impl PictureFormat {
 impl Picture {
     /// Develops an exposed film.
     pub fn develop(film: &Film, response: Response) -> Self {
-        let pixels = Self::levels_of(film);
-        let (width, height) = (film.resolution.width, film.resolution.height);
+        Self::of_levels(film.levels(), film.resolution, response)
+    }
+
+    /// Develops an exposed film and releases its memory meanwhile.
+    pub(crate) fn develop_last(film: Film, response: Response) -> Self {
+        let resolution = film.resolution;
+        Self::of_levels(film.into_levels(), resolution, response)
+    }
+
+    fn of_levels(pixels: Vec<[f32; 3]>, resolution: Resolution, response: Response) -> Self {
+        let Resolution { width, height } = resolution;
         Self {
             width,
             height,
@@ -112,12 +121,6 @@ impl Picture {
             response,
             provenance: IndexMap::new(),
         }
-    }
-
-    /// Returns the linear exposure values of a film's pixels, row by row.
-    pub(crate) fn levels_of(film: &Film) -> Vec<[f32; 3]> {
-        let level = |i| film.level(i).as_vec3().to_array();
-        (0..film.pixels.len()).map(level).collect()
     }
 
     /// Returns the levels of all channels as big-endian numbers, for PNG and PPM.

@@ -75,14 +75,12 @@ impl Render<'_> {
 
     /// Exposes the pairs of draws on the threads of rayon's current pool.
     pub(super) fn expose_draws(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
-        let expose = |some: &[Draw]| self.expose_pairs(some);
-        let parts: Vec<(Vec<Pair>, Counts)> = draws.par_chunks(AT_ONCE).map(expose).collect();
-        let mut counts = Counts::default();
-        let mut pairs = Vec::with_capacity(draws.len());
-        for (part, more) in parts {
-            pairs.extend(part);
-            counts.add(&more);
-        }
+        let mut pairs = vec![Pair::default(); draws.len()];
+        let parts = draws.par_chunks(AT_ONCE);
+        let counts = parts
+            .zip(pairs.par_chunks_mut(AT_ONCE))
+            .map(|(draws, pairs)| self.expose_pairs(draws, pairs))
+            .reduce(Counts::default, |a, b| a.plus(&b));
         (pairs, counts)
     }
 
@@ -125,8 +123,8 @@ impl Render<'_> {
         draws
     }
 
-    /// Exposes the pairs of some draws.
-    fn expose_pairs(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+    /// Exposes the pair of each of some draws.
+    fn expose_pairs(&self, draws: &[Draw], pairs: &mut [Pair]) -> Counts {
         let mut batch = Batch::new(self);
         let mut sums: Vec<Exposed> = Vec::with_capacity(2 * draws.len());
         for draw in draws {
@@ -142,20 +140,21 @@ impl Render<'_> {
             }
         }
         batch.flush(&mut sums);
-        let pair = |(draw, sums): (&Draw, &[Exposed; 2])| Pair {
-            pixel: draw.pixel,
-            probability: draw.probability,
-            levels: sums.map(|sum| sum.mean),
-        };
-        let pairs = draws.iter().zip(sums.as_chunks().0).map(pair).collect();
-        let counts = Counts {
+        let sums: &[[Exposed; 2]] = sums.as_chunks().0;
+        for ((pair, draw), sums) in pairs.iter_mut().zip(draws).zip(sums) {
+            *pair = Pair {
+                pixel: draw.pixel,
+                probability: draw.probability,
+                levels: sums.map(|sum| sum.mean),
+            };
+        }
+        Counts {
             error_rays: batch.counts.film_rays,
             passed: batch.counts.passed,
             scene_rays: batch.work.counts.scene,
             shadow_rays: batch.work.counts.shadow,
             film_rays: 0,
-        };
-        (pairs, counts)
+        }
     }
 }
 

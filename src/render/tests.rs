@@ -436,7 +436,7 @@ fn the_rows_of_a_state_are_those_of_its_film() {
         with_render(&session, 2, |r| r.run_inside(region, task, &|_| ()));
         let film = keeper.1.sums().film();
         let rows = keeper.0.lock().unwrap();
-        assert_eq!(*rows, crate::picture::Picture::levels_of(&film));
+        assert_eq!(*rows, film.levels());
         assert!(rows.iter().any(|level| level[0] > 0.0));
     }
 }
