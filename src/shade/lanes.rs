@@ -197,10 +197,45 @@ impl Gathered {
         surfaces: &[PlainSurface],
         hits: &PacketHits,
     ) -> u32 {
+        if let Some(mask) = self.take_one::<INSTANCES>(scene, surfaces, hits) {
+            return mask;
+        }
         bits(hits.mask).fold(0, |all, lane| {
             let is_plain = self.take::<INSTANCES>(scene, surfaces, lane, hits);
             all | u32::from(is_plain) << lane
         })
+    }
+
+    /// Does what [`Gathered::take_all`] does if all hits are on one triangle without materials of
+    /// its own, as most of the samples of a pixel are. Returns `None` if they are not.
+    fn take_one<const INSTANCES: bool>(
+        &mut self,
+        scene: &RenderScene,
+        surfaces: &[PlainSurface],
+        hits: &PacketHits,
+    ) -> Option<u32> {
+        let first = bits(hits.mask).next()?;
+        let of = |lane: usize| {
+            let place = if INSTANCES { hits.place[lane] } else { 0 };
+            (hits.primitive[lane], place)
+        };
+        let (primitive, place) = of(first);
+        if bits(hits.mask).any(|lane| of(lane) != (primitive, place)) {
+            return None;
+        }
+        if !self.take::<INSTANCES>(scene, surfaces, first, hits) {
+            return Some(0);
+        }
+        if surfaces[scene.owner(primitive, place) as usize].has_materials {
+            return None;
+        }
+        let numbers = self.corners.iter_mut().chain(&mut self.normals).flatten();
+        let numbers = numbers.chain(self.diffuse.iter_mut().chain(&mut self.glow));
+        for lanes in numbers.chain([&mut self.turn, &mut self.two_sided, &mut self.smooth]) {
+            *lanes = [lanes[first]; LANES];
+        }
+        self.lights = [self.lights[first]; LANES];
+        Some(hits.mask)
     }
 
     /// Fills a lane and returns true if its hit is on a triangle of a plain surface.
