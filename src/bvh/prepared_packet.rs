@@ -9,8 +9,7 @@ use super::hit::{COPLANAR, NonTriangles};
 use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::packet::{PacketHits, RayPacket};
-use super::ray::Ray;
-use super::triangle::{PreparedRay, invert};
+use super::triangle::{PreparedRay, axes, invert};
 use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane};
 
 /// Two hits that differ by at most this fraction of their distance are close. It is twice the
@@ -130,10 +129,8 @@ impl PreparedPacket {
     /// smallest and the largest value of its lanes.
     #[inline(always)]
     pub(super) fn prepare(&mut self, bounds: impl Fn(&Lanes<f32>) -> (f32, f32)) {
-        let (origin, direction) = (of_lane(&self.origin, 0), of_lane(&self.direction, 0));
-        let first = PreparedRay::new(&Ray::new(origin, direction));
-        let [kx, ky, kz] = first.axes;
-        self.axes = first.axes;
+        self.axes = axes(of_lane(&self.direction, 0));
+        let [kx, ky, kz] = self.axes;
         for axis in 0..3 {
             for lane in 0..LANES {
                 let inverse = invert(self.direction[axis][lane]);
@@ -142,7 +139,7 @@ impl PreparedPacket {
                 self.near_from[axis][lane] = -from - from.abs() * f32::EPSILON;
                 self.far_from[axis][lane] = -from + from.abs() * f32::EPSILON;
             }
-            let back = first.inverse[axis] < 0.0;
+            let back = self.inverse[axis][0] < 0.0;
             self.near[axis] = if back { axis + 3 } else { axis };
             self.far[axis] = if back { axis } else { axis + 3 };
             let (low, high) = bounds(&self.origin[axis]);
