@@ -35,7 +35,7 @@ const SURE: f64 = 4.6;
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Draw {
     /// The number of the draw, counted from 0.
-    number: u64,
+    number: u32,
     /// The index of the pixel in the film.
     pixel: u32,
     /// The column and row of the pixel in the picture.
@@ -109,7 +109,7 @@ impl Render<'_> {
             while next < sum {
                 next += step;
                 draws.push(Draw {
-                    number: draws.len() as u64,
+                    number: draws.len() as u32,
                     pixel: pixel as u32,
                     at: (
                         region.left + pixel as u32 % region.width,
@@ -132,7 +132,7 @@ impl Render<'_> {
             for half in 0..2 {
                 let sampler = Sampler {
                     samples,
-                    seed: mix(!self.sampler.seed ^ mix(2 * draw.number + half)),
+                    seed: mix(!self.sampler.seed ^ mix(2 * u64::from(draw.number) + half)),
                     ..self.sampler
                 };
                 sums.push(Exposed::default());
