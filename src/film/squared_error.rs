@@ -104,10 +104,10 @@ impl SquaredError {
             pairs: pairs.len(),
             ..Self::default()
         };
-        let mut rest: Vec<[f64; 2]> = Vec::new();
+        let mut rest: Vec<[f64; 2]> = Vec::with_capacity(pairs.len());
         let mut noisy = 0.0;
         let even = EVEN / picture.len() as f64;
-        let mut carried: Vec<(u32, f64)> = Vec::new();
+        let mut carried: Vec<(u32, f64)> = Vec::with_capacity(pairs.len());
         for run in pairs.chunk_by(|a, b| a.pixel == b.pixel) {
             let Pair {
                 pixel, probability, ..

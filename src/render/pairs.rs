@@ -57,11 +57,7 @@ impl Render<'_> {
         region: Region,
         is_final: bool,
     ) -> (Option<SquaredError>, Counts) {
-        let draws = self.draws((film, region), is_final);
-        let (pairs, counts) = match self.team {
-            Some(team) => self.pairs_of_team(team, &draws),
-            None => self.expose_draws(&draws),
-        };
+        let (pairs, counts) = self.pairs(&self.draws((film, region), is_final));
         let fewest = film.pixels.iter().map(|p| p.count).min();
         let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
         lights.look(film, region);
@@ -71,6 +67,14 @@ impl Render<'_> {
             error.missed = missed;
         }
         (error, counts)
+    }
+
+    /// Exposes the pairs of draws by the team, if there is one.
+    fn pairs(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+        match self.team {
+            Some(team) => self.pairs_of_team(team, draws),
+            None => self.expose_draws(draws),
+        }
     }
 
     /// Exposes the pairs of draws on the threads of rayon's current pool.
