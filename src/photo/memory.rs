@@ -9,8 +9,8 @@ use crate::film::{Region, Resolution};
 use crate::memory::MemoryBudget;
 use crate::render::diffraction::diffraction_bytes;
 
-/// The bytes of a pixel while a picture is rendered, developed and written: the film's 56 and, at
-/// the same time, those of the error estimate or of the developed picture and the written one.
+/// The bytes of a pixel while a picture is rendered: the film's 56, as many for samples after the
+/// last whole unit, and those of the error estimate. Developing and writing it take no more.
 const PIXEL_BYTES: u64 = 114;
 /// The bytes of a pixel in an image of the lights' ghosts, of which there are two at a time.
 const GHOST_BYTES: u64 = 48;
