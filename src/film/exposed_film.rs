@@ -154,8 +154,8 @@ impl Film {
         let mut levels = vec![[0.0; 3]; all];
         for part in (0..PARTS).rev() {
             let start = all * part / PARTS;
-            for i in start..self.pixels.len() {
-                levels[i] = self.level(i).as_vec3().to_array();
+            for (level, i) in levels[start..].iter_mut().zip(start..self.pixels.len()) {
+                *level = self.level(i).as_vec3().to_array();
             }
             self.pixels.truncate(start);
             self.pixels.shrink_to_fit();
