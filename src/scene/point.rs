@@ -32,7 +32,32 @@ pub(crate) struct Point<'a> {
     pub error: f32,
 }
 
+/// A point on a triangle, without the texture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TrianglePoint {
+    /// See [`Point::position`].
+    pub position: Vec3,
+    /// See [`Point::geometric`].
+    pub geometric: Vec3,
+    /// See [`Point::normal`].
+    pub normal: Vec3,
+    /// See [`Point::front`].
+    pub front: bool,
+    /// See [`Point::diffuse`].
+    pub diffuse: Vec3,
+    /// See [`Point::error`].
+    pub error: f32,
+    /// Twice the triangle's area, in square meters.
+    pub doubled_area: f32,
+}
+
 impl Point<'_> {
+    /// Whether the texture determines the diffuse color.
+    pub(crate) fn has_color_of_texture(&self) -> bool {
+        let texture = self.surface.texture.as_ref();
+        texture.is_some_and(|texture| texture.model == TextureModel::Diffuse)
+    }
+
     /// Returns a ray from the point in a direction. It starts clear of the surface by the rounding
     /// error.
     pub(crate) fn leave(&self, direction: Vec3) -> Ray {
@@ -53,6 +78,20 @@ impl Point<'_> {
             };
         }
         Ray::new(origin, direction)
+    }
+
+    /// Adds the texture at its stored coordinates, where a pixel covers `texels` texels across.
+    fn add_texture(&mut self, texture: &TextureUse, ray: &Ray, stored: Vec3, texels: f32) {
+        let at = texture.at(self, ray, stored);
+        let texel = texture
+            .texture
+            .sample_deep(at, texels, texture.filter, texture.repeat);
+        self.transparency = match texture.model {
+            TextureModel::Decal => self.transparency,
+            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
+            _ => 1.0 - (1.0 - self.transparency) * texel.w,
+        };
+        self.texel = Some(texel);
     }
 
     /// Moves a texture that is part of the material to the diffuse color.
@@ -104,6 +143,36 @@ impl RenderScene {
         point
     }
 
+    /// Returns the point at a hit on a triangle that was placed already.
+    #[inline(always)]
+    pub(crate) fn point_on_triangle(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        place: &TrianglePoint,
+    ) -> Point<'_> {
+        let surface = self.surface(hit);
+        let local = (hit.primitive - surface.first) as usize;
+        let mut out = Point {
+            position: place.position,
+            geometric: place.geometric,
+            normal: place.normal,
+            front: place.front,
+            diffuse: place.diffuse,
+            transparency: surface.transparency_between(local, hit.u, hit.v),
+            texel: None,
+            surface,
+            error: place.error,
+        };
+        if let Some(texture) = &surface.texture {
+            let stored = surface.coordinates_between(local, hit.u, hit.v);
+            let wide = self.texels_on_triangle(&out, ray, hit, texture, place.doubled_area);
+            out.add_texture(texture, ray, stored, wide);
+            out.mix_texture();
+        }
+        out
+    }
+
     /// Returns the point at a hit as an OpenGL program lights it: every texture is applied after
     /// lighting. The diffuse color under a texture of colors is then white (VRML 97).
     pub(crate) fn point_before_texture(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
@@ -136,17 +205,8 @@ impl RenderScene {
 fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     let (mut out, coordinates) = untextured(scene, ray, hit);
     if let Some(texture) = &out.surface.texture {
-        let at = texture.at(&out, ray, coordinates);
         let wide = scene.texels_across(&out, ray, hit, texture);
-        let texel = texture
-            .texture
-            .sample_deep(at, wide, texture.filter, texture.repeat);
-        out.transparency = match texture.model {
-            TextureModel::Decal => out.transparency,
-            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
-            _ => 1.0 - (1.0 - out.transparency) * texel.w,
-        };
-        out.texel = Some(texel);
+        out.add_texture(texture, ray, coordinates, wide);
     }
     out
 }
@@ -248,22 +308,9 @@ fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hi
     } else if !surface.counterclockwise {
         out.normal = -out.normal;
     }
-    let materials = surface.materials_of(local);
-    if materials[0] == materials[1] && materials[1] == materials[2] {
-        out.diffuse = surface.diffuse_at(materials[0]);
-        out.transparency = surface.transparency_at(materials[0]);
-    } else {
-        out.diffuse = blend(materials.map(|m| surface.diffuse_at(m)));
-        let t = materials.map(|m| surface.transparency_at(m));
-        out.transparency = t[0] * weights[0] + t[1] * weights[1] + t[2] * weights[2];
-    }
-    let plain = surface.coordinates.get(local).map_or(Vec2::ZERO, |c| {
-        c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
-    });
-    let third = surface.thirds.get(local).map_or(0.0, |c| {
-        c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
-    });
-    plain.extend(third)
+    out.diffuse = surface.diffuse_between(local, hit.u, hit.v);
+    out.transparency = surface.transparency_between(local, hit.u, hit.v);
+    surface.coordinates_between(local, hit.u, hit.v)
 }
 
 impl TextureUse {

@@ -24,20 +24,10 @@ impl RenderScene {
         }
         let size = Vec2::new(texture.texture.width as f32, texture.texture.height as f32);
         let texel = |t: Vec2| texture.matrix.transform_point3(t.extend(0.0)).truncate() * size;
-        let along = hit.t * ray.direction.length();
-        let facing = (point.geometric.dot(ray.direction) / ray.direction.length()).abs();
-        let pixel = self.view.fixed + self.view.per_depth * along;
-        // The pixel's footprint on the surface is an ellipse. OpenGL uses its longer axis.
-        let longer = pixel / facing.max(1e-3);
         let wide = match self.primitive(hit) {
             Primitive::Triangle([a, b, c]) => {
-                let local = (hit.primitive - point.surface.first) as usize;
-                let Some(uv) = point.surface.coordinates.get(local) else {
-                    return 1.0;
-                };
-                let [a_at, b_at, c_at] = uv.map(texel);
-                let texels = (b_at - a_at).perp_dot(c_at - a_at).abs();
-                longer * (texels / (b - a).cross(c - a).length()).sqrt()
+                let doubled_area = (b - a).cross(c - a).length();
+                return self.texels_on_triangle(point, ray, hit, texture, doubled_area);
             }
             Primitive::Quadric(quadric) => {
                 let at = |p: Vec3| {
@@ -45,6 +35,7 @@ impl RenderScene {
                         .texture_coordinates(quadric.project_to_surface(p.as_dvec3()).0)
                         .as_vec2()
                 };
+                let (pixel, longer) = self.footprint(point, ray, hit);
                 let (middle, (right, up)) =
                     (at(point.position), point.geometric.any_orthonormal_pair());
                 // `round` makes a step across the seam of a round texture as short as any other.
@@ -60,5 +51,38 @@ impl RenderScene {
             }
         };
         if wide.is_finite() { wide } else { 1.0 }
+    }
+
+    /// Does what [`RenderScene::texels_across`] does at a hit on a triangle.
+    #[inline(always)]
+    pub(super) fn texels_on_triangle(
+        &self,
+        point: &Point<'_>,
+        ray: &Ray,
+        hit: &Hit,
+        texture: &TextureUse,
+        doubled_area: f32,
+    ) -> f32 {
+        let local = (hit.primitive - point.surface.first) as usize;
+        let Some([a, b, c]) = point.surface.coordinates.get(local) else {
+            return 1.0;
+        };
+        let (s, t) = (texture.matrix.x_axis, texture.matrix.y_axis);
+        let scale = s.truncate().truncate().perp_dot(t.truncate().truncate());
+        let size = texture.texture.width as f32 * texture.texture.height as f32;
+        let texels = (size * scale * (*b - *a).perp_dot(*c - *a)).abs();
+        let (_, longer) = self.footprint(point, ray, hit);
+        let wide = longer * (texels / doubled_area).sqrt();
+        if wide.is_finite() { wide } else { 1.0 }
+    }
+
+    /// Returns the width of a pixel at a hit in meters, across the ray and along the surface.
+    #[inline(always)]
+    fn footprint(&self, point: &Point<'_>, ray: &Ray, hit: &Hit) -> (f32, f32) {
+        let length = ray.direction.length();
+        let facing = (point.geometric.dot(ray.direction) / length).abs();
+        let pixel = self.view.fixed + self.view.per_depth * (hit.t * length);
+        // The pixel's footprint on the surface is an ellipse. OpenGL uses its longer axis.
+        (pixel, pixel / facing.max(1e-3))
     }
 }

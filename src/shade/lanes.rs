@@ -1,17 +1,18 @@
 //! Points that are lit in lanes.
 //!
-//! A plain surface has a diffuse color and no texture, highlight, reflection, transparency or fog.
-//! Most surfaces of most scenes are plain. Points on their triangles are computed in lanes, with
-//! the results of `RenderScene::point` up to rounding. Other points are computed one by one and
-//! then added by [`PointLanes::take`], so that all are lit together.
+//! Points on triangles are placed in lanes, with the results of `RenderScene::point` up to
+//! rounding. Other points are computed one by one and then added by [`PointLanes::take`], so that
+//! all are lit together. A plain surface has no texture, reflection, transparency or fog, so the
+//! light of its points is their radiance.
 
 use glam::Vec3;
 
+use super::shading::Shading;
 use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::math::lanes::{
     LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, power, set_lane,
 };
-use crate::scene::{Light, Point, RenderScene, Surface};
+use crate::scene::{Light, Point, RenderScene, Surface, TrianglePoint};
 use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
@@ -20,8 +21,12 @@ const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
 /// light after another. Lanes that are not in `mask` have arbitrary values.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PointLanes {
-    /// A bit mask of the lanes that hold a point.
+    /// A bit mask of the lanes that hold a point to be lit.
     pub mask: u32,
+    /// A bit mask of the points on triangles that were placed in lanes.
+    pub placed_here: u32,
+    /// A bit mask of those on plain surfaces.
+    pub plain: u32,
     /// A bit mask of the points that have a highlight.
     pub shiny: u32,
     pub gathered: Gathered,
@@ -42,6 +47,8 @@ pub(super) struct Placed {
     pub error: Lanes<f32>,
     /// Twice the triangle's area, in square meters.
     area: Lanes<f32>,
+    /// A bit mask of the points whose front the ray hit.
+    front: u32,
 }
 
 impl Default for Placed {
@@ -52,6 +59,7 @@ impl Default for Placed {
             normal: ZERO,
             error: [0.0; LANES],
             area: [0.0; LANES],
+            front: 0,
         }
     }
 }
@@ -77,20 +85,25 @@ impl Placed {
     }
 }
 
-/// The values of a surface that points in lanes need. It fits into a cache line, unlike
+/// The values of a surface that points in lanes need. They fit into a cache line, unlike
 /// [`Surface`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct PlainSurface {
+pub(super) struct SurfaceValues {
     diffuse: Vec3,
-    glow: Vec3,
+    /// The light without any light source, if it is the same for all points.
+    glow: Option<Vec3>,
+    /// The specular color; zero if the shading model has no highlights.
+    specular: Vec3,
+    /// The specular exponent.
+    exponent: f32,
     /// The number of its set of lights.
     lights: u32,
     /// The number of its first primitive.
     first: u32,
-    /// 1 if the corners run counterclockwise seen from outside, else −1.
-    turn: f32,
-    /// 1 if the back is lit like the front, else 0.
-    two_sided: f32,
+    /// Whether the corners run counterclockwise seen from outside.
+    counterclockwise: bool,
+    two_sided: bool,
+    base_color: bool,
     is_plain: bool,
     /// Whether each corner has its own normal.
     has_normals: bool,
@@ -98,26 +111,32 @@ pub(super) struct PlainSurface {
     has_materials: bool,
 }
 
-impl PlainSurface {
-    pub(super) fn new(surface: &Surface) -> Self {
+impl SurfaceValues {
+    pub(super) fn new(surface: &Surface, shading: Shading) -> Self {
         let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
         // Otherwise the ambient light of a point depends on its own diffuse color.
-        let one_glow = surface.ambient_intensity.is_none()
+        let has_one_glow = surface.ambient_intensity.is_none()
             || surface.materials.is_empty()
             || surface.environment.ambient == Vec3::ZERO;
+        let is_mirror = shading == Shading::Recursive && surface.mirror() != Vec3::ZERO;
         Self {
             diffuse,
-            glow: surface.glow(diffuse),
+            glow: has_one_glow.then(|| surface.glow(diffuse)),
+            specular: match shading {
+                Shading::Diffuse => Vec3::ZERO,
+                _ => surface.specular,
+            },
+            exponent: surface.exponent(),
             lights: surface.lights,
             first: surface.first,
-            turn: if surface.counterclockwise { 1.0 } else { -1.0 },
-            two_sided: f32::from(u8::from(surface.two_sided)),
+            counterclockwise: surface.counterclockwise,
+            two_sided: surface.two_sided,
+            base_color: surface.base_color,
             is_plain: surface.texture.is_none()
                 && !surface.base_color
-                && surface.specular == Vec3::ZERO
+                && !is_mirror
                 && surface.environment.fog == FogKind::None
-                && surface.is_opaque()
-                && one_glow,
+                && surface.is_opaque(),
             has_normals: !surface.normals.is_empty(),
             has_materials: !surface.materials.is_empty(),
         }
@@ -164,124 +183,173 @@ impl Default for Gathered {
 }
 
 impl PointLanes {
-    /// Removes all points, and computes those of a packet's hits on plain surfaces.
+    /// Removes all points, and places those of a packet's hits on triangles.
     pub(super) fn gather(
         &mut self,
         scene: &RenderScene,
-        surfaces: &[PlainSurface],
+        surfaces: &[SurfaceValues],
         rays: &RayPacket,
         hits: &PacketHits,
     ) {
-        self.clear();
-        self.mask = match scene.has_instances() {
-            true => self.gathered.take_all::<true>(scene, surfaces, hits),
-            false => self.gathered.take_all::<false>(scene, surfaces, hits),
-        };
-        if self.mask != 0 {
-            self.mask &= dispatch(Placing {
+        (self.mask, self.placed_here, self.plain, self.shiny) = (0, 0, 0, 0);
+        match scene.has_instances() {
+            true => self.take_all::<true>(scene, surfaces, hits),
+            false => self.take_all::<false>(scene, surfaces, hits),
+        }
+        if self.placed_here != 0 {
+            let whole = dispatch(Placing {
                 from: &self.gathered,
                 rays,
                 hits,
                 to: &mut self.placed,
             });
+            let all = [&mut self.mask, &mut self.placed_here, &mut self.plain];
+            all.into_iter().for_each(|mask| *mask &= whole);
+            self.shiny &= whole;
         }
     }
-}
 
-impl Gathered {
-    /// Fills the lanes whose hits are on triangles of plain surfaces, and returns a bit mask of
-    /// them.
+    /// Fills the lanes whose hits are on triangles.
     fn take_all<const INSTANCES: bool>(
         &mut self,
         scene: &RenderScene,
-        surfaces: &[PlainSurface],
+        surfaces: &[SurfaceValues],
         hits: &PacketHits,
-    ) -> u32 {
-        if let Some(mask) = self.take_one::<INSTANCES>(scene, surfaces, hits) {
-            return mask;
+    ) {
+        if !self.take_one::<INSTANCES>(scene, surfaces, hits) {
+            for lane in bits(hits.mask) {
+                self.take_triangle::<INSTANCES>(scene, surfaces, lane, hits);
+            }
         }
-        bits(hits.mask).fold(0, |all, lane| {
-            let is_plain = self.take::<INSTANCES>(scene, surfaces, lane, hits);
-            all | u32::from(is_plain) << lane
-        })
     }
 
-    /// Does what [`Gathered::take_all`] does if all hits are on one triangle without materials of
-    /// its own, as most of the samples of a pixel are. Returns `None` if they are not.
+    /// Does what [`PointLanes::take_all`] does if all hits are on one triangle without materials of
+    /// its own, as most of the samples of a pixel are. Otherwise it returns false.
     fn take_one<const INSTANCES: bool>(
         &mut self,
         scene: &RenderScene,
-        surfaces: &[PlainSurface],
+        surfaces: &[SurfaceValues],
         hits: &PacketHits,
-    ) -> Option<u32> {
-        let first = bits(hits.mask).next()?;
+    ) -> bool {
+        let Some(first) = bits(hits.mask).next() else {
+            return true;
+        };
         let of = |lane: usize| {
             let place = if INSTANCES { hits.place[lane] } else { 0 };
             (hits.primitive[lane], place)
         };
         let (primitive, place) = of(first);
-        if bits(hits.mask).any(|lane| of(lane) != (primitive, place)) {
-            return None;
+        if bits(hits.mask).any(|lane| of(lane) != (primitive, place))
+            || surfaces[scene.owner(primitive, place) as usize].has_materials
+        {
+            return false;
         }
-        if !self.take::<INSTANCES>(scene, surfaces, first, hits) {
-            return Some(0);
+        self.take_triangle::<INSTANCES>(scene, surfaces, first, hits);
+        let gathered = &mut self.gathered;
+        let corners = gathered.corners.iter_mut().chain(&mut gathered.normals);
+        let colors = [
+            &mut gathered.diffuse,
+            &mut gathered.glow,
+            &mut gathered.specular,
+        ];
+        let numbers = corners.chain(colors).flatten().chain([
+            &mut gathered.turn,
+            &mut gathered.two_sided,
+            &mut gathered.smooth,
+            &mut gathered.exponent,
+        ]);
+        numbers.for_each(|lanes| *lanes = [lanes[first]; LANES]);
+        gathered.lights = [gathered.lights[first]; LANES];
+        for mask in [
+            &mut self.mask,
+            &mut self.placed_here,
+            &mut self.plain,
+            &mut self.shiny,
+        ] {
+            *mask = if *mask == 0 { 0 } else { hits.mask };
         }
-        if surfaces[scene.owner(primitive, place) as usize].has_materials {
-            return None;
-        }
-        let numbers = self.corners.iter_mut().chain(&mut self.normals).flatten();
-        let numbers = numbers.chain(self.diffuse.iter_mut().chain(&mut self.glow));
-        for lanes in numbers.chain([&mut self.turn, &mut self.two_sided, &mut self.smooth]) {
-            *lanes = [lanes[first]; LANES];
-        }
-        self.lights = [self.lights[first]; LANES];
-        Some(hits.mask)
+        true
     }
 
-    /// Fills a lane and returns true if its hit is on a triangle of a plain surface.
+    /// Fills a lane if its hit is on a triangle.
     #[inline(always)]
-    fn take<const INSTANCES: bool>(
+    fn take_triangle<const INSTANCES: bool>(
         &mut self,
         scene: &RenderScene,
-        surfaces: &[PlainSurface],
+        surfaces: &[SurfaceValues],
         lane: usize,
         hits: &PacketHits,
-    ) -> bool {
+    ) {
         let primitive = hits.primitive[lane];
         let place = if INSTANCES { hits.place[lane] } else { 0 };
         let Some(corners) = scene.corners(primitive, place) else {
-            return false;
+            return;
         };
         let number = scene.owner(primitive, place) as usize;
-        let plain = &surfaces[number];
-        if !plain.is_plain {
-            return false;
-        }
-        for (to, corner) in self.corners.iter_mut().zip(corners) {
+        let values = &surfaces[number];
+        let to = &mut self.gathered;
+        for (to, corner) in to.corners.iter_mut().zip(corners) {
             set_lane(to, lane, corner);
         }
-        let local = (primitive - plain.first) as usize;
-        self.smooth[lane] = 0.0;
-        if plain.has_normals
+        let local = (primitive - values.first) as usize;
+        to.smooth[lane] = 0.0;
+        if values.has_normals
             && let Some(normals) = scene.normals(&scene.surfaces()[number], local, place)
         {
-            for (to, normal) in self.normals.iter_mut().zip(normals) {
+            for (to, normal) in to.normals.iter_mut().zip(normals) {
                 set_lane(to, lane, normal);
             }
-            self.smooth[lane] = 1.0;
+            to.smooth[lane] = 1.0;
         }
-        (self.turn[lane], self.two_sided[lane]) = (plain.turn, plain.two_sided);
-        let diffuse = if plain.has_materials {
+        to.turn[lane] = if values.counterclockwise { 1.0 } else { -1.0 };
+        to.two_sided[lane] = f32::from(u8::from(values.two_sided));
+        let diffuse = if values.has_materials {
             let surface = &scene.surfaces()[number];
             let blend = surface.diffuse_between(local, hits.u[lane], hits.v[lane]);
             blend.clamp(Vec3::ZERO, Vec3::ONE)
         } else {
-            plain.diffuse
+            values.diffuse
         };
-        set_lane(&mut self.diffuse, lane, diffuse);
-        set_lane(&mut self.glow, lane, plain.glow);
-        self.lights[lane] = plain.lights;
-        true
+        set_lane(&mut to.diffuse, lane, diffuse);
+        let glow = values.glow;
+        let glow = glow.unwrap_or_else(|| scene.surfaces()[number].glow(diffuse));
+        set_lane(&mut to.glow, lane, glow);
+        to.lights[lane] = values.lights;
+        let bit = 1 << lane;
+        self.placed_here |= bit;
+        self.mask |= if values.base_color { 0 } else { bit };
+        self.plain |= if values.is_plain { bit } else { 0 };
+        if values.specular != Vec3::ZERO {
+            set_lane(&mut to.specular, lane, values.specular);
+            to.exponent[lane] = values.exponent;
+            self.shiny |= bit;
+        }
+    }
+
+    /// The point on a triangle in a lane.
+    pub(super) fn on_triangle(&self, lane: usize) -> TrianglePoint {
+        let Placed {
+            position,
+            geometric,
+            normal,
+            ..
+        } = &self.placed;
+        TrianglePoint {
+            position: of_lane(position, lane),
+            geometric: of_lane(geometric, lane),
+            normal: of_lane(normal, lane),
+            front: self.placed.front >> lane & 1 == 1,
+            diffuse: of_lane(&self.gathered.diffuse, lane),
+            error: self.placed.error[lane],
+            doubled_area: self.placed.area[lane],
+        }
+    }
+
+    /// Replaces the diffuse color of a point.
+    pub(super) fn recolor(&mut self, lane: usize, point: &Point<'_>) {
+        let to = &mut self.gathered;
+        set_lane(&mut to.diffuse, lane, point.diffuse);
+        set_lane(&mut to.glow, lane, point.surface.glow(point.diffuse));
     }
 }
 
@@ -320,6 +388,7 @@ impl SimdKernel for Placing<'_> {
         }
         // The signs of the geometric normal and of the normal for lighting.
         let [mut away, mut lit, mut toward] = [[0.0f32; LANES]; 3];
+        let mut fronts = [0u32; LANES];
         for (flat, direction) in flat.iter().zip(&rays.direction) {
             for i in 0..LANES {
                 toward[i] += flat[i] * direction[i];
@@ -330,9 +399,11 @@ impl SimdKernel for Placing<'_> {
             away[i] = if toward[i] > 0.0 { -1.0 } else { 1.0 };
             // This is positive if the ray came from outside.
             let front = if toward[i] < 0.0 { turn } else { -turn };
+            fronts[i] = u32::from(front > 0.0);
             let back = (from.two_sided[i] > 0.0) & (front < 0.0);
             lit[i] = if back { -1.0 } else { 1.0 };
         }
+        to.front = (0..LANES).fold(0, |all, i| all | fronts[i] << i);
         let [mut size, mut error] = [[0.0f32; LANES]; 2];
         for k in 0..3 {
             let blend = |x: &[Vec3Lanes; 3], i: usize| {
@@ -395,13 +466,8 @@ impl PointLanes {
         });
     }
 
-    /// Removes all points.
-    pub(super) fn clear(&mut self) {
-        (self.mask, self.shiny) = (0, 0);
-    }
-
-    /// Adds a point of a surface that is not plain, to be lit with the others. Without `highlight`
-    /// its specular color is ignored.
+    /// Adds a point that was not placed here, to be lit with the others. Without `highlight` its
+    /// specular color is ignored.
     pub(super) fn take(&mut self, lane: usize, point: &Point<'_>, highlight: bool) {
         let (placed, gathered) = (&mut self.placed, &mut self.gathered);
         set_lane(&mut placed.position, lane, point.position);
@@ -409,8 +475,6 @@ impl PointLanes {
         set_lane(&mut placed.normal, lane, point.normal);
         placed.error[lane] = point.error;
         let surface = point.surface;
-        set_lane(&mut gathered.diffuse, lane, point.diffuse);
-        set_lane(&mut gathered.glow, lane, surface.glow(point.diffuse));
         gathered.lights[lane] = surface.lights;
         self.mask |= 1 << lane;
         if highlight && surface.specular != Vec3::ZERO {
@@ -418,6 +482,7 @@ impl PointLanes {
             gathered.exponent[lane] = surface.exponent();
             self.shiny |= 1 << lane;
         }
+        self.recolor(lane, point);
     }
 
     /// Computes how much of a light reaches the points of some lanes.

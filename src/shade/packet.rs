@@ -2,10 +2,11 @@
 
 use glam::Vec3;
 
+use super::lanes::PointLanes;
 use super::many_lights::MANY_LIGHTS;
 use super::shader::{Pending, Shader, Work};
 use super::shading::Shading;
-use crate::bvh::{Hit, PacketHits, RayPacket};
+use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane, set_lane};
 use crate::scene::{Light, Point};
 
@@ -32,8 +33,8 @@ impl Shader<'_> {
             return done;
         }
         work.points
-            .gather(self.scene, self.plain_surfaces(), rays, hits);
-        let plain = work.points.mask;
+            .gather(self.scene, self.surface_values(), rays, hits);
+        let plain = work.points.plain;
         let others = hits.mask & !plain;
         if others == 0 {
             return done | self.lit(plain, radiances, work);
@@ -51,6 +52,26 @@ impl Shader<'_> {
         done | plain & lit | others
     }
 
+    /// Returns the point at the hit of a lane. If it was not placed in lanes, it is added to the
+    /// points to be lit.
+    #[inline(always)]
+    fn point(&self, lane: usize, ray: &Ray, hit: &Hit, points: &mut PointLanes) -> Point<'_> {
+        if points.placed_here >> lane & 1 == 1 {
+            let point = self
+                .scene
+                .point_on_triangle(ray, hit, &points.on_triangle(lane));
+            if point.has_color_of_texture() {
+                points.recolor(lane, &point);
+            }
+            return point;
+        }
+        let point = self.scene.point(ray, hit);
+        if !point.surface.base_color {
+            points.take(lane, &point, self.shading != Shading::Diffuse);
+        }
+        point
+    }
+
     /// Lights the end points of paths together with the points that are already in `work`, and adds
     /// their radiance to the colors of the paths' lanes. Returns a bit mask of the lanes that were
     /// lit together.
@@ -63,12 +84,7 @@ impl Shader<'_> {
     ) -> u32 {
         let points: [Option<Point<'_>>; LANES] = std::array::from_fn(|slot| {
             let (path, hit) = paths[slot].as_ref()?;
-            let point = self.scene.point(&path.ray, hit.as_ref()?);
-            if !point.surface.base_color {
-                let highlight = self.shading != Shading::Diffuse;
-                work.points.take(slot, &point, highlight);
-            }
-            Some(point)
+            Some(self.point(slot, &path.ray, hit.as_ref()?, &mut work.points))
         });
         let lit = self.lit(work.points.mask, radiances, work);
         for (slot, (path, point)) in paths.iter().zip(&points).enumerate() {
@@ -97,11 +113,15 @@ impl Shader<'_> {
             let count = work.pending.len().min(LANES);
             work.counts.scene += count as u64;
             let mut paths = [const { None }; LANES];
+            let (mut rays, mut hits) = (RayPacket::default(), PacketHits::default());
             for (slot, next) in work.pending.drain(..count).enumerate() {
                 let hit = self.next_hit(&next);
+                rays.set(slot, &next.ray);
+                hits.set(slot, hit);
                 paths[slot] = Some((next, hit));
             }
-            work.points.clear();
+            work.points
+                .gather(self.scene, self.surface_values(), &rays, &hits);
             self.accumulate_all(&paths, &mut lit, colors, work);
         }
     }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::Vec3;
 
-use super::lanes::{PlainSurface, PointLanes};
+use super::lanes::{PointLanes, SurfaceValues};
 use super::lighting;
 use super::many_lights::LightChoice;
 use super::shading::Shading;
@@ -45,7 +45,7 @@ pub(crate) struct Shader<'a> {
     pub(super) options: ShadeOptions,
     pub(super) headlight: Option<Light>,
     /// The values of surfaces that packets need, computed for the first packet.
-    plain: OnceLock<Vec<PlainSurface>>,
+    surfaces: OnceLock<Vec<SurfaceValues>>,
 }
 
 /// The numbers of rays that were traced.
@@ -107,15 +107,18 @@ impl<'a> Shader<'a> {
             shading,
             options,
             headlight,
-            plain: OnceLock::new(),
+            surfaces: OnceLock::new(),
         }
     }
 
     /// The values of surfaces that packets need, by surface number.
-    pub(super) fn plain_surfaces(&self) -> &[PlainSurface] {
-        let surfaces = self.scene.surfaces();
-        self.plain
-            .get_or_init(|| surfaces.iter().map(PlainSurface::new).collect())
+    pub(super) fn surface_values(&self) -> &[SurfaceValues] {
+        self.surfaces.get_or_init(|| {
+            let surfaces = self.scene.surfaces().iter();
+            surfaces
+                .map(|surface| SurfaceValues::new(surface, self.shading))
+                .collect()
+        })
     }
 
     /// The scene that is shaded.

@@ -218,6 +218,30 @@ impl Surface {
         first * (1.0 - u - v) + self.diffuse_at(b) * u + self.diffuse_at(c) * v
     }
 
+    /// The transparency of a triangle, interpolated with the weights of a hit.
+    #[inline(always)]
+    pub(crate) fn transparency_between(&self, triangle: usize, u: f32, v: f32) -> f32 {
+        let [a, b, c] = self.materials_of(triangle);
+        let first = self.transparency_at(a);
+        if a == b && b == c {
+            return first;
+        }
+        first * (1.0 - u - v) + self.transparency_at(b) * u + self.transparency_at(c) * v
+    }
+
+    /// The texture coordinates of a triangle, interpolated with the weights of a hit.
+    #[inline(always)]
+    pub(crate) fn coordinates_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
+        let weights = [1.0 - u - v, u, v];
+        let plain = self.coordinates.get(triangle).map_or(Vec2::ZERO, |c| {
+            c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
+        });
+        let third = self.thirds.get(triangle).map_or(0.0, |c| {
+            c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
+        });
+        plain.extend(third)
+    }
+
     /// Whether the surface is opaque everywhere.
     pub(crate) fn is_opaque(&self) -> bool {
         let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
