@@ -34,6 +34,11 @@ impl Ray {
         }
     }
 
+    /// Whether the ray starts at distance 0, and no hit is ignored.
+    pub(crate) fn has_no_limits(&self) -> bool {
+        self.t_min == 0.0 && self.t_max == f32::INFINITY && self.plane_end == f32::NEG_INFINITY
+    }
+
     /// The point at distance `t`.
     pub(crate) fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.direction

@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::render_scene::RenderScene;
-use crate::bvh::{Hit, NonTriangles, PacketHits, RayPacket};
+use crate::bvh::{Hit, NonTriangles, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Lanes, RaysInLanes, bits, of_lane};
 
 impl NonTriangles for RenderScene {
@@ -45,20 +45,39 @@ impl NonTriangles for RenderScene {
 impl RenderScene {
     /// Finds the hits of a packet of rays, as [`RenderScene::hit`] does for one ray.
     pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
-        if self.annotated || self.instances.is_some() || !RayPacket::is_fast() {
-            hits.mask = 0;
-            bits(rays.mask).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
-            return;
+        let alone = |ray: &Ray| self.hit(ray);
+        if self.annotated {
+            return one_by_one(rays, hits, alone);
         }
-        // Rays whose nearest hit may not be the visible one.
+        self.nearest_hits(rays, hits, alone, |ray, hit| {
+            !self.special || self.is_visible(ray, hit)
+        });
+    }
+
+    /// Finds the hits of a packet of rays, as [`RenderScene::hit_any_side`] does for one ray.
+    pub(crate) fn hits_any_side(&self, rays: &RayPacket, hits: &mut PacketHits) {
+        self.nearest_hits(rays, hits, |ray| self.hit_any_side(ray), |_, _| true);
+    }
+
+    /// Finds the nearest hits of a packet of rays. A ray whose nearest hit may not be the visible
+    /// one is traced by `alone`.
+    #[inline(always)]
+    fn nearest_hits(
+        &self,
+        rays: &RayPacket,
+        hits: &mut PacketHits,
+        alone: impl Fn(&Ray) -> Option<Hit>,
+        is_visible: impl Fn(&Ray, &Hit) -> bool,
+    ) {
+        if self.instances.is_some() || !RayPacket::is_fast() {
+            return one_by_one(rays, hits, alone);
+        }
         let mut doubtful = self.tree().nearest_hits(rays, self, hits);
-        if self.special {
-            for lane in bits(hits.mask & !doubtful) {
-                let visible = |hit: Hit| self.is_visible(&rays.ray(lane), &hit);
-                doubtful |= u32::from(!hits.hit(lane).is_none_or(visible)) << lane;
-            }
+        for lane in bits(hits.mask & !doubtful) {
+            let visible = |hit: Hit| is_visible(&rays.ray(lane), &hit);
+            doubtful |= u32::from(!hits.hit(lane).is_none_or(visible)) << lane;
         }
-        bits(doubtful).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
+        bits(doubtful).for_each(|lane| hits.set(lane, alone(&rays.ray(lane))));
     }
 
     /// Computes the transmittances of a packet of rays, each up to its own `t_max`, as
@@ -87,12 +106,17 @@ impl RenderScene {
     }
 }
 
+/// Finds the hits of a packet's rays by tracing each alone.
+fn one_by_one(rays: &RayPacket, hits: &mut PacketHits, alone: impl Fn(&Ray) -> Option<Hit>) {
+    hits.mask = 0;
+    bits(rays.mask).for_each(|lane| hits.set(lane, alone(&rays.ray(lane))));
+}
+
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bvh::Ray;
     use crate::iv::Document;
     use crate::math::lanes::LANES;
     use crate::scene::CompileOptions;
@@ -135,11 +159,14 @@ mod tests {
                 let mut hits = PacketHits::default();
                 let mut through = [0.5; LANES];
                 scene.hits(&rays, &mut hits);
+                let mut any_side = PacketHits::default();
+                scene.hits_any_side(&rays, &mut any_side);
                 scene.transmittances(&rays, &mut through);
                 assert_eq!(hits.mask & !rays.mask, 0);
                 for i in bits(rays.mask) {
                     let ray = rays.ray(i);
                     assert_eq!(hits.hit(i), scene.hit(&ray), "{ray:?}");
+                    assert_eq!(any_side.hit(i), scene.hit_any_side(&ray), "{ray:?}");
                     assert_eq!(through[i], scene.transmittance(&ray, 1.0), "{ray:?}");
                     hit += usize::from(hits.hit(i).is_some());
                     blocked += usize::from(through[i] == 0.0);

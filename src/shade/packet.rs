@@ -112,13 +112,22 @@ impl Shader<'_> {
         while !work.pending.is_empty() {
             let count = work.pending.len().min(LANES);
             work.counts.scene += count as u64;
-            let mut paths = [const { None }; LANES];
             let (mut rays, mut hits) = (RayPacket::default(), PacketHits::default());
-            for (slot, next) in work.pending.drain(..count).enumerate() {
-                let hit = self.next_hit(&next);
+            let mut alone = 0;
+            for (slot, next) in work.pending[..count].iter().enumerate() {
                 rays.set(slot, &next.ray);
-                hits.set(slot, hit);
-                paths[slot] = Some((next, hit));
+                alone |= u32::from(!next.joins_packet()) << slot;
+            }
+            let all = rays.mask;
+            rays.mask &= !alone;
+            self.scene.hits_any_side(&rays, &mut hits);
+            rays.mask = all;
+            let mut paths = [const { None }; LANES];
+            for (slot, next) in work.pending.drain(..count).enumerate() {
+                if alone >> slot & 1 == 1 {
+                    hits.set(slot, self.next_hit(&next));
+                }
+                paths[slot] = Some((next, hits.hit(slot)));
             }
             work.points
                 .gather(self.scene, self.surface_values(), &rays, &hits);

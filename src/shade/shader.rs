@@ -96,6 +96,11 @@ impl Pending {
             any_side: false,
         }
     }
+
+    /// Whether the ray can be traced in a packet with others.
+    pub(super) fn joins_packet(&self) -> bool {
+        self.any_side && self.ray.has_no_limits()
+    }
 }
 
 impl<'a> Shader<'a> {
