@@ -25,9 +25,9 @@ pub(crate) struct Hit {
 /// distance.
 pub(crate) const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
 
-/// Intersects primitives that are not triangles. A ray hits such a primitive at up to two
-/// distances; a distance without a hit is NaN.
-pub(crate) trait NonTriangles {
+/// What a traversal asks about primitives: their transmittance, and the hits on those that are not
+/// triangles. A ray hits such a primitive at up to two distances; a distance without a hit is NaN.
+pub(crate) trait Primitives {
     /// Returns the distances at which a ray hits a primitive, near and far. Distances beyond
     /// `t_max` may be NaN.
     fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2];
@@ -41,4 +41,7 @@ pub(crate) trait NonTriangles {
         lanes: u32,
         distances: &mut [Lanes<f32>; 2],
     ) -> u32;
+
+    /// The fraction of light that a primitive transmits; NaN if it differs from place to place.
+    fn transmittance_of(&self, primitive: u32) -> f32;
 }

@@ -6,7 +6,7 @@
 //! the same operations in the same order everywhere and never uses fused multiply-add.
 //!
 //! A primitive is a number. The tree stores the corners of triangles; the caller intersects the
-//! other primitives ([`NonTriangles`]). Nothing here knows scenes.
+//! other primitives ([`Primitives`]). Nothing here knows scenes.
 //!
 //! obvhs 0.4.0 builds the tree but does not trace rays, because of three measured faults: it misses
 //! every box if a direction component is −0.0, it clamps inverse components at the f32 epsilon, and
@@ -32,7 +32,7 @@ mod triangle;
 mod walk;
 
 pub(crate) use block::{Block, BlockHits};
-pub(crate) use hit::{COPLANAR, Hit, NonTriangles};
+pub(crate) use hit::{COPLANAR, Hit, Primitives};
 pub(crate) use nodes::Bvh;
 pub(crate) use packet::{PacketHits, RayPacket};
 pub(crate) use ray::Ray;

@@ -1,7 +1,7 @@
 //! Traces one ray of a packet alone.
 
 use super::block::{Block, BlockHits};
-use super::hit::{Hit, NonTriangles};
+use super::hit::{Hit, Primitives};
 use super::nodes::{Bvh, Child};
 use super::prepared_packet::CLOSE;
 use super::triangle::PreparedRay;
@@ -16,8 +16,11 @@ pub(super) struct NearestHit {
     pub(super) weights: [f32; 2],
     pub(super) primitive: u32,
     pub(super) is_hit: bool,
-    /// Whether the ray has two hits within [`CLOSE`] of each other.
+    /// Whether the ray has two hits within [`CLOSE`] of each other. Of a ray toward a light:
+    /// whether a primitive on its way has a transmittance that differs from place to place.
     pub(super) is_close: bool,
+    /// The fraction of light that the primitives on the way to a light transmit, so far.
+    pub(super) through: f32,
 }
 
 impl NearestHit {
@@ -29,6 +32,7 @@ impl NearestHit {
             primitive: 0,
             is_hit: false,
             is_close: false,
+            through: 1.0,
         }
     }
 
@@ -65,6 +69,26 @@ impl NearestHit {
         }
     }
 
+    /// Lets the light of a ray toward a light through a primitive with a transmittance. The ray has
+    /// a hit if no light is left.
+    #[inline(always)]
+    pub(super) fn dim(&mut self, transmittance: f32) {
+        self.is_hit |= transmittance == 0.0;
+        self.is_close |= transmittance.is_nan();
+        self.through *= transmittance;
+    }
+
+    /// Does what [`NearestHit::dim`] does at each hit on a primitive that is not a triangle.
+    pub(super) fn dim_at(&mut self, distances: [f32; 2], transmittance: f32) {
+        let mut from = 0.0;
+        for t in distances {
+            if t > from && t < self.t {
+                self.dim(transmittance);
+                from = t;
+            }
+        }
+    }
+
     /// The farthest distance at which a further hit still matters.
     #[inline(always)]
     pub(super) fn reach(&self) -> f32 {
@@ -76,29 +100,41 @@ impl NearestHit {
 }
 
 impl Bvh {
-    /// Traces a ray through the subtree `from`.
+    /// Traces a ray through the subtree `from`. With `ANY` it is a ray toward a light.
     #[inline(always)]
     pub(super) fn walk_alone<const ANY: bool>(
         &self,
         from: Child,
         ray: &PreparedRay,
         nearest: &mut NearestHit,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         let (t_min, t_max) = (0.0, nearest.reach());
         let visit = |block: &Block, hits: &BlockHits, _: f32| {
+            if ANY {
+                for i in bits(hits.mask) {
+                    nearest.dim(primitives.transmittance_of(block.primitive(i)));
+                }
+                for i in bits(block.non_triangles()) {
+                    let primitive = block.primitive(i);
+                    let (origin, direction) = (ray.origin, ray.direction);
+                    let found = primitives.distances(origin, direction, primitive, nearest.t);
+                    nearest.dim_at(found, primitives.transmittance_of(primitive));
+                }
+                return match nearest.is_hit {
+                    true => f32::NEG_INFINITY,
+                    false => nearest.t,
+                };
+            }
             for i in bits(hits.mask) {
                 nearest.take(block.primitive(i), (hits.t[i], hits.u[i], hits.v[i]));
             }
             for i in bits(block.non_triangles()) {
                 let (primitive, end) = (block.primitive(i), nearest.reach());
-                let found = non_triangles.distances(ray.origin, ray.direction, primitive, end);
+                let found = primitives.distances(ray.origin, ray.direction, primitive, end);
                 nearest.take_distances(primitive, found);
             }
-            match ANY && nearest.is_hit {
-                true => f32::NEG_INFINITY,
-                false => nearest.reach(),
-            }
+            nearest.reach()
         };
         match ANY {
             true => self.walk_from::<false>(from, ray, t_min, t_max, visit),

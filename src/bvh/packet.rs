@@ -1,6 +1,6 @@
 //! Packets of rays in lanes, and their hits.
 
-use super::hit::{Hit, NonTriangles};
+use super::hit::{Hit, Primitives};
 use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::prepared_packet::PreparedPacket;
@@ -169,7 +169,10 @@ pub(crate) struct PacketHits {
     pub primitive: Lanes<u32>,
     /// The use of each primitive, where it is drawn more than once: see [`Hit::place`].
     pub place: Lanes<u64>,
-    /// A bit mask of the rays that hit something.
+    /// The fraction of light that rays toward a light bring through the primitives on their way.
+    pub through: Lanes<f32>,
+    /// A bit mask of the rays that hit something. A ray toward a light hits only what lets no light
+    /// through.
     pub mask: u32,
 }
 
@@ -186,6 +189,7 @@ impl PacketHits {
         v: [0.0; LANES],
         primitive: [0; LANES],
         place: [0; LANES],
+        through: [1.0; LANES],
         mask: 0,
     };
 
@@ -218,6 +222,7 @@ impl PacketHits {
             Origin::Lanes(lanes) => {
                 for (i, lane) in lanes.iter().enumerate() {
                     self.set(usize::from(*lane), part.hit(i));
+                    self.through[usize::from(*lane)] = part.through[i];
                 }
             }
         }
@@ -231,30 +236,33 @@ impl Bvh {
     pub(crate) fn nearest_hits(
         &self,
         rays: &RayPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
         hits: &mut PacketHits,
     ) -> u32 {
-        self.find_hits::<false>(rays, non_triangles, hits)
+        self.find_hits::<false>(rays, primitives, hits)
     }
 
-    /// Finds whether each ray hits anything: sets the hits' `mask`, and one hit of each ray.
-    pub(crate) fn any_hits(
+    /// Finds how much light each ray toward a light brings: sets the hits' `mask` and `through`.
+    /// Returns a bit mask of the rays that meet a primitive whose transmittance differs from place
+    /// to place. The caller traces those rays one by one, unless they are in `mask`.
+    pub(crate) fn transmittances(
         &self,
         rays: &RayPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
         hits: &mut PacketHits,
-    ) {
-        self.find_hits::<true>(rays, non_triangles, hits);
+    ) -> u32 {
+        self.find_hits::<true>(rays, primitives, hits)
     }
 
     fn find_hits<const ANY: bool>(
         &self,
         rays: &RayPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
         hits: &mut PacketHits,
     ) -> u32 {
         hits.mask = 0;
         if self.nodes.is_empty() {
+            hits.through = [1.0; LANES];
             return 0;
         }
         let mut close = 0;
@@ -262,14 +270,15 @@ impl Bvh {
         rays.by_octant(|part| match part {
             Part::Packet(part, origin) => {
                 packet.load(part);
-                self.walk_packet::<ANY>(&mut packet, non_triangles);
+                self.walk_packet::<ANY>(&mut packet, primitives);
                 hits.take(&packet.hits, origin);
-                close |= origin.spread(packet.hits.mask & packet.close);
+                close |= origin.spread(packet.close);
             }
             Part::Ray(lane, ray) => {
                 let mut nearest = NearestHit::before(rays.t_max[lane]);
-                self.walk_alone::<ANY>(Child::ROOT, ray, &mut nearest, non_triangles);
+                self.walk_alone::<ANY>(Child::ROOT, ray, &mut nearest, primitives);
                 hits.set(lane, nearest.hit());
+                hits.through[lane] = nearest.through;
                 close |= u32::from(nearest.is_close) << lane;
             }
         });

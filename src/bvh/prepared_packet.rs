@@ -5,7 +5,7 @@
 //! with the operations of a single ray, so a hit has the same bits. When few rays are left they
 //! continue one by one, as all rays do on a processor without AVX-512.
 
-use super::hit::{COPLANAR, NonTriangles};
+use super::hit::{COPLANAR, Primitives};
 use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::packet::{PacketHits, RayPacket};
@@ -30,7 +30,8 @@ pub(super) struct PreparedPacket {
     pub(super) shear: Vec3Lanes,
     /// The nearest hits so far. For a ray without a hit, `t` is the farthest distance of interest.
     pub(super) hits: PacketHits,
-    /// A bit mask of the rays that have two hits within [`CLOSE`] of each other.
+    /// A bit mask of the rays that have two hits within [`CLOSE`] of each other. Of rays toward a
+    /// light: of those that meet a primitive whose transmittance differs from place to place.
     pub(super) close: u32,
     /// A bit mask of the lanes that hold a ray.
     pub(super) live: u32,
@@ -122,6 +123,7 @@ impl PreparedPacket {
             self.hits.t[lane] = if on { end } else { f32::NEG_INFINITY };
         }
         self.live = live;
+        self.hits.through = [1.0; LANES];
         (self.hits.mask, self.close) = (0, 0);
     }
 
@@ -176,6 +178,7 @@ impl PreparedPacket {
             primitive: self.hits.primitive[lane],
             is_hit: self.hits.mask >> lane & 1 == 1,
             is_close: self.close >> lane & 1 == 1,
+            through: self.hits.through[lane],
         }
     }
 
@@ -184,6 +187,7 @@ impl PreparedPacket {
         self.hits.t[lane] = hit.t;
         [self.hits.u[lane], self.hits.v[lane]] = hit.weights;
         self.hits.primitive[lane] = hit.primitive;
+        self.hits.through[lane] = hit.through;
         self.hits.mask |= u32::from(hit.is_hit) << lane;
         self.close |= u32::from(hit.is_close) << lane;
     }
@@ -197,12 +201,12 @@ fn bounds(lanes: &Lanes<f32>) -> (f32, f32) {
 }
 
 impl Bvh {
-    /// Finds the nearest hit of every ray of a packet that is not `close`. With `ANY` it finds any
-    /// hit of every ray that has one.
+    /// Finds the nearest hit of every ray of a packet that is not `close`. With `ANY` it finds how
+    /// much light every ray brings from a light.
     pub(super) fn walk_packet<const ANY: bool>(
         &self,
         packet: &mut PreparedPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         if packet.live == 0 {
             return;
@@ -212,12 +216,12 @@ impl Bvh {
             // SAFETY: `is_fast` has just found all instructions that the function enables.
             #[allow(unsafe_code)]
             unsafe {
-                self.walk_packet_avx512::<ANY>(packet, non_triangles);
+                self.walk_packet_avx512::<ANY>(packet, primitives);
             }
             return;
         }
         for lane in bits(packet.live) {
-            self.walk_one::<ANY>(Child::ROOT, lane, packet, non_triangles);
+            self.walk_one::<ANY>(Child::ROOT, lane, packet, primitives);
         }
     }
 
@@ -228,10 +232,10 @@ impl Bvh {
         from: Child,
         lane: usize,
         packet: &mut PreparedPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         let mut nearest = packet.nearest(lane);
-        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, non_triangles);
+        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, primitives);
         packet.set_nearest(lane, &nearest);
     }
 }

@@ -3,7 +3,7 @@
 use std::arch::x86_64::*;
 
 use super::block::{BLOCK, Block};
-use super::hit::NonTriangles;
+use super::hit::Primitives;
 use super::nodes::{Bvh, Child, Node, WIDTH};
 use super::packet::RayPacket;
 use super::prepared_packet::{CLOSE, PreparedPacket};
@@ -33,7 +33,7 @@ impl Bvh {
     pub(super) fn walk_packet_avx512<const ANY: bool>(
         &self,
         packet: &mut PreparedPacket,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         let mut storage = StackStorage::new();
         let mut stack = storage.stack(self.stack_size);
@@ -49,12 +49,12 @@ impl Bvh {
             }
             if current.lanes.count_ones() <= FEW {
                 for lane in bits(current.lanes) {
-                    self.walk_one::<ANY>(current.child, lane, packet, non_triangles);
+                    self.walk_one::<ANY>(current.child, lane, packet, primitives);
                 }
                 limit = packet.limit(packet.live);
             } else if current.child.is_leaf() {
                 for block in &self.blocks[current.child.place()..] {
-                    packet.intersect_block::<ANY>(block, current.lanes, non_triangles);
+                    packet.intersect_block::<ANY>(block, current.lanes, primitives);
                     if block.last {
                         break;
                     }
@@ -251,29 +251,35 @@ impl PreparedPacket {
         &mut self,
         block: &Block,
         lanes: u32,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         for i in 0..BLOCK {
             // The lane is empty or holds another primitive.
             if block.corners[0][0][i].is_nan() {
                 continue;
             }
-            let lanes = if ANY { lanes & !self.hits.mask } else { lanes };
-            self.intersect_triangle(block, i, lanes);
+            if ANY {
+                let lanes = self.intersect_triangle::<true>(block, i, lanes & !self.hits.mask);
+                if lanes != 0 {
+                    self.dim(lanes, primitives.transmittance_of(block.primitive(i)));
+                }
+            } else {
+                self.intersect_triangle::<false>(block, i, lanes);
+            }
         }
         for i in bits(block.non_triangles()) {
             let lanes = if ANY { lanes & !self.hits.mask } else { lanes };
-            self.intersect_non_triangle(block.primitive(i), lanes, non_triangles);
+            self.intersect_non_triangle::<ANY>(block.primitive(i), lanes, primitives);
         }
     }
 
     /// Intersects the rays of some lanes with a primitive that is not a triangle.
     #[inline(never)]
-    fn intersect_non_triangle(
+    fn intersect_non_triangle<const ANY: bool>(
         &mut self,
         primitive: u32,
         lanes: u32,
-        non_triangles: &impl NonTriangles,
+        primitives: &impl Primitives,
     ) {
         let t_max = self.hits.t.map(|t| t + t * CLOSE);
         let rays = RaysInLanes {
@@ -282,30 +288,56 @@ impl PreparedPacket {
             t_max: &t_max,
         };
         let mut distances = [[0.0; LANES]; 2];
-        let may = non_triangles.distances_in_lanes(rays, primitive, lanes, &mut distances);
+        let may = primitives.distances_in_lanes(rays, primitive, lanes, &mut distances);
         for lane in bits(may) {
             let mut nearest = self.nearest(lane);
-            nearest.take_distances(primitive, [distances[0][lane], distances[1][lane]]);
+            let found = [distances[0][lane], distances[1][lane]];
+            if ANY {
+                nearest.dim_at(found, primitives.transmittance_of(primitive));
+            } else {
+                nearest.take_distances(primitive, found);
+            }
             self.set_nearest(lane, &nearest);
         }
     }
 
+    /// Lets the light of some rays through a primitive with a transmittance.
+    #[inline]
+    fn dim(&mut self, lanes: u32, transmittance: f32) {
+        if transmittance == 0.0 {
+            self.hits.mask |= lanes;
+        } else if transmittance.is_nan() {
+            self.close |= lanes;
+        } else {
+            bits(lanes).for_each(|lane| self.hits.through[lane] *= transmittance);
+        }
+    }
+
     /// Intersects all rays with a triangle by the operations of [`PreparedRay::triangle`], in the
-    /// same order.
+    /// same order. With `ANY` it only returns a bit mask of the rays that hit the triangle.
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq")]
-    fn intersect_triangle(&mut self, block: &Block, i: usize, lanes: u32) {
+    fn intersect_triangle<const ANY: bool>(&mut self, block: &Block, i: usize, lanes: u32) -> u32 {
+        let mut hit = 0;
         for first in [0, VECTOR] {
             let some = (lanes >> first) as u16;
             if some != 0 {
-                self.intersect_sixteen(block, i, first, some);
+                hit |= u32::from(self.intersect_sixteen::<ANY>(block, i, first, some)) << first;
             }
         }
+        hit
     }
 
     #[inline]
     #[target_feature(enable = "avx512f,avx512dq")]
-    fn intersect_sixteen(&mut self, block: &Block, i: usize, first: usize, lanes: u16) {
+    fn intersect_sixteen<const ANY: bool>(
+        &mut self,
+        block: &Block,
+        i: usize,
+        first: usize,
+        lanes: u16,
+    ) -> u16 {
+        let mut hit = 0;
         let [kx, ky, kz] = self.axes;
         let (sx, sy) = (
             Self::lanes(&self.shear[0], first),
@@ -348,13 +380,16 @@ impl PreparedPacket {
             let best = Self::lanes(&self.hits.t, first);
             let good = _mm512_mask_cmp_ps_mask::<_CMP_NEQ_OQ>(inside, det, zero);
             let good = _mm512_mask_cmp_ps_mask::<_CMP_GT_OQ>(good, t, _mm512_setzero_ps());
+            let take = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(good, t, best);
+            hit |= take;
             let apart = _mm512_abs_ps(_mm512_sub_ps(t, best));
             let near = _mm512_mul_ps(best, _mm512_set1_ps(CLOSE));
             let found = good & (self.hits.mask >> first) as u16;
             let close = _mm512_mask_cmp_ps_mask::<_CMP_LE_OQ>(found, apart, near);
-            self.close |= u32::from(close) << first;
-            let take = _mm512_mask_cmp_ps_mask::<_CMP_LT_OQ>(good, t, best);
-            if take != 0 {
+            if !ANY {
+                self.close |= u32::from(close) << first;
+            }
+            if !ANY && take != 0 {
                 store_some_16(&mut self.hits.t, first, take, t);
                 store_some_16(&mut self.hits.u, first, take, _mm512_div_ps(v, det));
                 store_some_16(&mut self.hits.v, first, take, _mm512_div_ps(w, det));
@@ -365,11 +400,15 @@ impl PreparedPacket {
         for lane in bits(u32::from(exact) << first) {
             let corners = block.triangle(i);
             let mut nearest = self.nearest(lane);
-            let hit = self.ray(lane).triangle(&corners, 0.0, nearest.reach());
-            if let Some(hit) = hit {
-                nearest.take(block.primitive(i), hit);
-                self.set_nearest(lane, &nearest);
+            let found = self.ray(lane).triangle(&corners, 0.0, nearest.reach());
+            if let Some(found) = found {
+                hit |= 1 << (lane - first);
+                if !ANY {
+                    nearest.take(block.primitive(i), found);
+                    self.set_nearest(lane, &nearest);
+                }
             }
         }
+        hit
     }
 }

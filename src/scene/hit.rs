@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::looks::Surface;
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
-use crate::bvh::{Block, BlockHits, COPLANAR, Hit, NonTriangles, PreparedRay, Ray};
+use crate::bvh::{Block, BlockHits, COPLANAR, Hit, PreparedRay, Primitives, Ray};
 use crate::math::lanes::bits;
 
 /// The search for the hit that is visible: of the hits in the nearest plane, the one drawn last.

@@ -5,10 +5,10 @@
 use glam::Vec3;
 
 use super::render_scene::RenderScene;
-use crate::bvh::{Hit, NonTriangles, PacketHits, Ray, RayPacket};
+use crate::bvh::{Hit, PacketHits, Primitives, Ray, RayPacket};
 use crate::math::lanes::{Lanes, RaysInLanes, bits, of_lane};
 
-impl NonTriangles for RenderScene {
+impl Primitives for RenderScene {
     fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2] {
         let index = primitive as usize - self.triangles.len();
         if let Some(quadric) = self.quadrics.get(index) {
@@ -39,6 +39,14 @@ impl NonTriangles for RenderScene {
             (distances[0][lane], distances[1][lane]) = (found[0], found[1]);
         }
         lanes
+    }
+
+    #[inline]
+    fn transmittance_of(&self, primitive: u32) -> f32 {
+        match self.solid {
+            true => 0.0,
+            false => self.surface_transmittances[self.owners[primitive as usize] as usize],
+        }
     }
 }
 
@@ -81,7 +89,8 @@ impl RenderScene {
     }
 
     /// Computes the transmittances of a packet of rays, each up to its own `t_max`, as
-    /// [`RenderScene::transmittance`] does for one ray.
+    /// [`RenderScene::transmittance`] does for one ray. Behind three transparent primitives or more
+    /// the order of the factors, and so the rounding, may differ.
     pub(crate) fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
         if self.instances.is_some() || !RayPacket::is_fast() {
             for lane in bits(rays.mask) {
@@ -90,18 +99,13 @@ impl RenderScene {
             return;
         }
         let mut hits = PacketHits::default();
-        self.tree().any_hits(rays, self, &mut hits);
+        let differing = self.tree().transmittances(rays, self, &mut hits);
         for (lane, through) in through.iter_mut().enumerate() {
-            *through = if hits.mask >> lane & 1 == 1 { 0.0 } else { 1.0 };
+            let blocked = hits.mask >> lane & 1 == 1;
+            *through = if blocked { 0.0 } else { hits.through[lane] };
         }
-        if self.solid {
-            return;
-        }
-        // Behind a transparent primitive there may be others.
-        for lane in bits(hits.mask) {
-            if !self.stops_light(hits.primitive[lane], 0) {
-                through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
-            }
+        for lane in bits(differing & !hits.mask) {
+            through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
         }
     }
 }

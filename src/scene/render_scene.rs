@@ -37,6 +37,8 @@ pub struct RenderScene {
     pub(super) annotated: bool,
     /// Whether every surface blocks all light.
     pub(super) solid: bool,
+    /// The transmittance of each surface: see [`Surface::transmittance`].
+    pub(super) surface_transmittances: Vec<f32>,
     /// The camera, for sizes in pixels.
     pub(super) view: StrokeView,
     pub(super) background: Background,
@@ -81,10 +83,8 @@ impl RenderScene {
             self.find_centers();
         }
         self.divide_lines();
-        self.solid = self
-            .surfaces
-            .iter()
-            .all(|s| s.casts_shadow && s.clip.is_empty() && s.is_opaque());
+        self.surface_transmittances = self.surfaces.iter().map(Surface::transmittance).collect();
+        self.solid = self.surface_transmittances.iter().all(|t| *t == 0.0);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use crate::bvh::{Block, BlockHits, Bvh, NonTriangles, PacketHits, PreparedRay, Ray, RayPacket};
+use crate::bvh::{Block, BlockHits, Bvh, PacketHits, PreparedRay, Primitives, Ray, RayPacket};
 use crate::math::lanes::{LANES, Lanes, RaysInLanes, bits};
 use crate::sampling::mix;
 use glam::{DVec3, Vec3};
@@ -130,7 +130,7 @@ fn is_blocked(tree: &Bvh, ray: &Ray) -> bool {
 /// A scene that has only triangles.
 struct TrianglesOnly;
 
-impl NonTriangles for TrianglesOnly {
+impl Primitives for TrianglesOnly {
     fn distances(&self, _: Vec3, _: Vec3, _: u32, _: f32) -> [f32; 2] {
         [f32::NAN; 2]
     }
@@ -143,6 +143,10 @@ impl NonTriangles for TrianglesOnly {
         _: &mut [Lanes<f32>; 2],
     ) -> u32 {
         0
+    }
+
+    fn transmittance_of(&self, _: u32) -> f32 {
+        0.0
     }
 }
 
@@ -168,7 +172,7 @@ pub(crate) fn in_packets(tree: &Bvh, rays: &Rays, distances: &mut [f32]) {
             packet.set(lane, ray);
         }
         if rays.any {
-            tree.any_hits(&packet, &TrianglesOnly, &mut hits);
+            tree.transmittances(&packet, &TrianglesOnly, &mut hits);
         } else {
             black_box(tree.nearest_hits(&packet, &TrianglesOnly, &mut hits));
         }

@@ -242,6 +242,23 @@ impl Surface {
         plain.extend(third)
     }
 
+    /// The fraction of light that the surface transmits toward others; NaN if it differs from place
+    /// to place.
+    pub(in crate::scene) fn transmittance(&self) -> f32 {
+        let first = self.transparency_at(0);
+        let has_alpha = |t: &TextureUse| t.model != TextureModel::Decal && t.texture.has_alpha();
+        if !self.casts_shadow {
+            1.0
+        } else if !self.clip.is_empty()
+            || self.texture.as_ref().is_some_and(has_alpha)
+            || self.transparency.iter().any(|t| *t != first)
+        {
+            f32::NAN
+        } else {
+            first
+        }
+    }
+
     /// Whether the surface is opaque everywhere.
     pub(crate) fn is_opaque(&self) -> bool {
         let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
