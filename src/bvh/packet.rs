@@ -4,7 +4,7 @@ use super::hit::{Hit, Primitives};
 use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::prepared_packet::PreparedPacket;
-use super::ray::{Ray, direction_octant};
+use super::ray::{OCTANTS, Ray, direction_octant};
 use super::triangle::{PreparedRay, axes};
 use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, set_lane};
 
@@ -60,26 +60,26 @@ impl RayPacket {
         self.mask |= 1 << lane;
     }
 
-    fn octant(&self, lane: usize) -> u32 {
-        direction_octant(self.direction.map(|axis| axis[lane]))
-    }
-
     /// Calls `work` with packets in which all rays have the same direction octant, and with the
     /// rays of octants that have few.
     fn by_octant(&self, mut work: impl FnMut(Part<'_>)) {
         if self.mask == 0 {
             return;
         }
-        if dispatch(OneOctant(self)) {
+        let (octants, is_one) = dispatch(Octants(self));
+        if is_one {
             return work(Part::Packet(self, Origin::SameLanes));
         }
-        let mut left = self.mask;
-        while left != 0 {
-            let first = left.trailing_zeros() as usize;
-            let octant = self.octant(first);
-            let same = bits(left).filter(|lane| self.octant(*lane) == octant);
-            let same = same.fold(0, |mask, lane| mask | 1 << lane);
-            left &= !same;
+        let mut lanes_of = [0u32; OCTANTS];
+        let mut present = 0u32;
+        for lane in bits(self.mask) {
+            let octant = octants[lane] as usize % OCTANTS;
+            lanes_of[octant] |= 1 << lane;
+            present |= 1 << octant;
+        }
+        for octant in bits(present) {
+            let same = lanes_of[octant];
+            let first = same.trailing_zeros() as usize;
             if same.count_ones() <= FEW_OF_OCTANT {
                 let axes = axes(self.ray(first).direction);
                 for lane in bits(same) {
@@ -128,14 +128,15 @@ impl Origin<'_> {
     }
 }
 
-/// Tests whether all rays of a packet have the same direction octant.
-struct OneOctant<'a>(&'a RayPacket);
+/// Computes the direction octant of each ray of a packet.
+struct Octants<'a>(&'a RayPacket);
 
-impl SimdKernel for OneOctant<'_> {
-    type Output = bool;
+impl SimdKernel for Octants<'_> {
+    /// The octants, and whether those of all rays are the same.
+    type Output = (Lanes<u32>, bool);
 
     #[inline(always)]
-    fn run<const FUSED: bool>(self) -> bool {
+    fn run<const FUSED: bool>(self) -> (Lanes<u32>, bool) {
         let Self(rays) = self;
         let [x, y, z] = &rays.direction;
         let mut octants = [0u32; LANES];
@@ -151,7 +152,7 @@ impl SimdKernel for OneOctant<'_> {
                 0
             };
         }
-        differ == 0
+        (octants, differ == 0)
     }
 }
 

@@ -53,6 +53,9 @@ pub(super) fn longest_axis([x, y, z]: [f32; 3]) -> usize {
     if (x > y) & (x > z) { 0 } else { y_or_z }
 }
 
+/// A number that is larger than every direction octant.
+pub(super) const OCTANTS: usize = 32;
+
 /// The three signs of a direction and its longest axis, which the rays of a packet must share.
 #[inline(always)]
 pub(super) fn direction_octant(direction: [f32; 3]) -> u32 {
