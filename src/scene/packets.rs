@@ -6,7 +6,7 @@ use glam::Vec3;
 
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, PacketHits, Primitives, Ray, RayPacket};
-use crate::math::lanes::{Lanes, RaysInLanes, bits, of_lane};
+use crate::math::lanes::{LANES, Lanes, RaysInLanes, SimdKernel, bits, dispatch, of_lane};
 
 impl Primitives for RenderScene {
     fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2] {
@@ -100,12 +100,30 @@ impl RenderScene {
         }
         let mut hits = PacketHits::default();
         let differing = self.tree().transmittances(rays, self, &mut hits);
-        for (lane, through) in through.iter_mut().enumerate() {
-            let blocked = hits.mask >> lane & 1 == 1;
-            *through = if blocked { 0.0 } else { hits.through[lane] };
-        }
+        dispatch(Remaining {
+            hits: &hits,
+            through,
+        });
         for lane in bits(differing & !hits.mask) {
             through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
+        }
+    }
+}
+
+/// Computes the fraction of light that remains of rays toward a light.
+struct Remaining<'a> {
+    hits: &'a PacketHits,
+    through: &'a mut Lanes<f32>,
+}
+
+impl SimdKernel for Remaining<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        for i in 0..LANES {
+            let blocked = self.hits.mask >> i & 1 == 1;
+            self.through[i] = if blocked { 0.0 } else { self.hits.through[i] };
         }
     }
 }
@@ -122,7 +140,6 @@ mod tests {
 
     use super::*;
     use crate::iv::Document;
-    use crate::math::lanes::LANES;
     use crate::scene::CompileOptions;
     use crate::snapshot::Snapshot;
 
@@ -136,6 +153,10 @@ mod tests {
             "",
             "ShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }\n",
             "Separator { Material { transparency .4 } Cube { width 4 depth 1 } }\n",
+            "Separator { Material { transparency .3 } Sphere { radius 1.5 } }\n",
+            "ClipPlane { plane 1 0 0 -.5 }\n",
+            "Separator { Texture2 { image 2 1 2 0xffff 0xff40 } Cube { width 4 depth 1 } }\n",
+            "Separator { ShadowStyle { style NO_SHADOWS } Cube { width 4 depth 1 } }\n",
         ] {
             let text = text.replacen('\n', &format!("\n{hints}"), 1);
             let document = Document::read_headerless("bundle.iv", text.into_bytes()).unwrap();

@@ -178,6 +178,9 @@ impl Shader<'_> {
     fn add_light(&self, light: &Light, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) {
         let Work { points, counts, .. } = work;
         points.reach(light, lanes);
+        if points.lit.rays.mask == 0 {
+            return;
+        }
         let mut through = [1.0; LANES];
         if self.shading == Shading::Recursive {
             counts.shadow += u64::from(points.lit.rays.mask.count_ones());
