@@ -40,7 +40,7 @@ pub use options::CompileOptions;
 #[cfg(test)]
 pub(crate) use options::Instancing;
 pub(crate) use options::Needs;
-pub(crate) use point::{Point, TrianglePoint};
+pub(crate) use point::{Point, TrianglePoint, clear_of};
 pub(crate) use precision::precision_warning;
 #[cfg(feature = "tools")]
 pub(crate) use render_scene::OracleTriangle;

@@ -66,18 +66,8 @@ impl Point<'_> {
         } else {
             self.geometric
         };
-        let mut origin = self.position + side * self.error;
-        for i in 0..3 {
-            // The sum is rounded too, so the origin moves one step farther.
-            origin[i] = if side[i] > 0.0 {
-                origin[i].next_up()
-            } else if side[i] < 0.0 {
-                origin[i].next_down()
-            } else {
-                origin[i]
-            };
-        }
-        Ray::new(origin, direction)
+        let origin = [0, 1, 2].map(|i| clear_of(self.position[i], side[i], self.error));
+        Ray::new(Vec3::from_array(origin), direction)
     }
 
     /// Adds the texture at its stored coordinates, where a pixel covers `texels` texels across.
@@ -133,6 +123,16 @@ impl Point<'_> {
             TextureModel::Replace => rgb,
         }
     }
+}
+
+/// Returns a coordinate of the origin of a ray that leaves a point toward a side, clear of the
+/// surface by the rounding error of the point's position.
+#[inline(always)]
+pub(crate) fn clear_of(position: f32, side: f32, error: f32) -> f32 {
+    let origin = position + side * error;
+    // The sum is rounded too, so the origin moves one step farther.
+    let step = (origin.abs() * f32::EPSILON).copysign(side);
+    origin + if side == 0.0 { 0.0 } else { step }
 }
 
 impl RenderScene {

@@ -12,7 +12,7 @@ use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::math::lanes::{
     LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, power, set_lane,
 };
-use crate::scene::{Light, Point, RenderScene, Surface, TrianglePoint};
+use crate::scene::{Light, Point, RenderScene, Surface, TrianglePoint, clear_of};
 use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
@@ -69,11 +69,11 @@ impl Placed {
     /// of the geometric normal (1) or the other one (−1), clear of the surface.
     #[inline(always)]
     fn clear_of(&self, k: usize, i: usize, side: f32) -> f32 {
-        let off = side * self.geometric[k][i];
-        let origin = self.position[k][i] + off * self.error[i];
-        // The sum is rounded too, so the origin moves one step farther.
-        let step = (origin.abs() * f32::EPSILON).copysign(off);
-        origin + if off == 0.0 { 0.0 } else { step }
+        clear_of(
+            self.position[k][i],
+            side * self.geometric[k][i],
+            self.error[i],
+        )
     }
 
     /// Returns a ray that leaves the point in a lane in a direction, clear of the surface.
