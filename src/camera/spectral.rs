@@ -74,6 +74,8 @@ pub(crate) struct SpectralCorrections {
 /// The rays of the samples of a batch in front of the lens.
 #[derive(Clone, Debug, Default)]
 struct TracedSamples {
+    /// The samples of each hero set.
+    of_set: [Vec<AimedSample>; SETS],
     /// The rays, and the number of packets in use.
     packets: Vec<ExitRays>,
     used: usize,
@@ -102,6 +104,7 @@ struct LoneRay {
 impl TracedSamples {
     fn clear(&mut self, samples: usize) {
         self.used = 0;
+        self.of_set.iter_mut().for_each(Vec::clear);
         self.of_sample.clear();
         self.of_sample.resize(samples, [NONE; HERO]);
         self.chosen.clear();
@@ -193,9 +196,9 @@ impl SpectralCorrections {
         let Some((packet, lane)) = other else { return };
         let distance = distance([main.packet, packet], [main.lane, lane]);
         let both = probability(size, distance).min(chosen.probability);
-        let uniform = chosen.uniform * chosen.probability / both;
-        if uniform < 1.0 {
-            self.uniform.push(uniform);
+        let place = chosen.uniform * chosen.probability;
+        if place < both {
+            self.uniform.push(place / both);
             self.firsts.push(main.number);
             self.rays
                 .push_colored(main.sample, packet.ray(lane), line, weight / both);
@@ -225,7 +228,9 @@ impl LensCamera {
         rays: &mut CameraRays,
         corrections: &mut SpectralCorrections,
     ) {
-        let mut of_set: [Vec<AimedSample>; SETS] = Default::default();
+        let mut traced = std::mem::take(&mut corrections.traced);
+        traced.clear(samples.len());
+        let mut of_set = std::mem::take(&mut traced.of_set);
         for (sample, wavelength) in samples.wavelength.iter().enumerate() {
             let at = |all: &[Vec<f64>; 2]| [all[0][sample], all[1][sample]];
             let [x, y] = at(&samples.film);
@@ -235,8 +240,6 @@ impl LensCamera {
                 sample,
             });
         }
-        let mut traced = std::mem::take(&mut corrections.traced);
-        traced.clear(samples.len());
         let mut tracing = SetTracing {
             camera: self,
             lenses,
@@ -246,11 +249,12 @@ impl LensCamera {
             others: Default::default(),
             passed: 0,
         };
-        for (set, members) in of_set.into_iter().enumerate() {
+        for (set, members) in of_set.iter().enumerate() {
             tracing.trace_main(set, members);
             tracing.trace_others(set);
         }
         rays.passed += tracing.passed;
+        traced.of_set = of_set;
         for (sample, numbers) in traced.of_sample.iter().enumerate() {
             if numbers[MAIN] == NONE {
                 continue;
@@ -368,12 +372,14 @@ struct SetTracing<'a> {
 
 impl SetTracing<'_> {
     /// Traces the main rays of the samples of a set, and chooses their other rays.
-    fn trace_main(&mut self, set: usize, mut members: Vec<AimedSample>) {
+    fn trace_main(&mut self, set: usize, samples: &[AimedSample]) {
         let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
         let lenses = self.lenses;
         let transmission = &lenses.aiming(set, self.camera).transmission;
+        let mut lost: Vec<AimedSample> = Vec::new();
         for round in 0..=ROUNDS {
-            let mut lost = Vec::new();
+            let again = std::mem::take(&mut lost);
+            let members = if round == 0 { samples } else { &again };
             for chunk in members.chunks(LANES) {
                 lanes.take(chunk);
                 lenses
@@ -399,7 +405,6 @@ impl SetTracing<'_> {
                 }
             }
             lost.iter_mut().for_each(|lost| lost.aim_again(round));
-            members = lost;
         }
     }
 
