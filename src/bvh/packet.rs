@@ -216,14 +216,21 @@ impl PacketHits {
         }
     }
 
-    /// Copies the hits of a part of the packet to the lanes of its rays.
-    fn take(&mut self, part: &Self, origin: Origin<'_>) {
+    /// Copies the hits of a part of the packet to the lanes of its rays. With `ANY` it copies which
+    /// rays hit something, and their transmittances.
+    fn take<const ANY: bool>(&mut self, part: &Self, origin: Origin<'_>) {
         match origin {
-            Origin::SameLanes => self.clone_from(part),
+            Origin::SameLanes if ANY => {
+                (self.mask, self.through) = (part.mask, part.through);
+            }
+            Origin::SameLanes => {
+                (self.mask, self.primitive, self.place) = (part.mask, part.primitive, part.place);
+                (self.t, self.u, self.v) = (part.t, part.u, part.v);
+            }
             Origin::Lanes(lanes) => {
-                for (i, lane) in lanes.iter().enumerate() {
-                    self.set(usize::from(*lane), part.hit(i));
-                    self.through[usize::from(*lane)] = part.through[i];
+                for (i, lane) in lanes.iter().map(|lane| usize::from(*lane)).enumerate() {
+                    self.set(lane, part.hit(i));
+                    self.through[lane] = part.through[i];
                 }
             }
         }
@@ -272,7 +279,7 @@ impl Bvh {
             Part::Packet(part, origin) => {
                 packet.load(part);
                 self.walk_packet::<ANY>(&mut packet, primitives);
-                hits.take(&packet.hits, origin);
+                hits.take::<ANY>(&packet.hits, origin);
                 close |= origin.spread(packet.close);
             }
             Part::Ray(lane, ray) => {

@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::render_scene::RenderScene;
-use crate::bvh::{Hit, PacketHits, Primitives, Ray, RayPacket};
+use crate::bvh::{Hit, PacketHits, Primitives, RayPacket};
 use crate::math::lanes::{LANES, Lanes, RaysInLanes, SimdKernel, bits, dispatch, of_lane};
 
 impl Primitives for RenderScene {
@@ -53,39 +53,36 @@ impl Primitives for RenderScene {
 impl RenderScene {
     /// Finds the hits of a packet of rays, as [`RenderScene::hit`] does for one ray.
     pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
-        let alone = |ray: &Ray| self.hit(ray);
-        if self.annotated {
-            return one_by_one(rays, hits, alone);
+        // Rays whose nearest hit may not be the visible one.
+        let mut doubtful = if self.annotated {
+            hits.mask = 0;
+            rays.mask
+        } else {
+            self.nearest_hits(rays, hits)
+        };
+        if self.special {
+            for lane in bits(hits.mask & !doubtful) {
+                let visible = |hit: Hit| self.is_visible(&rays.ray(lane), &hit);
+                doubtful |= u32::from(!hits.hit(lane).is_none_or(visible)) << lane;
+            }
         }
-        self.nearest_hits(rays, hits, alone, |ray, hit| {
-            !self.special || self.is_visible(ray, hit)
-        });
+        bits(doubtful).for_each(|lane| hits.set(lane, self.hit(&rays.ray(lane))));
     }
 
     /// Finds the hits of a packet of rays, as [`RenderScene::hit_any_side`] does for one ray.
     pub(crate) fn hits_any_side(&self, rays: &RayPacket, hits: &mut PacketHits) {
-        self.nearest_hits(rays, hits, |ray| self.hit_any_side(ray), |_, _| true);
+        let doubtful = self.nearest_hits(rays, hits);
+        bits(doubtful).for_each(|lane| hits.set(lane, self.hit_any_side(&rays.ray(lane))));
     }
 
-    /// Finds the nearest hits of a packet of rays. A ray whose nearest hit may not be the visible
-    /// one is traced by `alone`.
-    #[inline(always)]
-    fn nearest_hits(
-        &self,
-        rays: &RayPacket,
-        hits: &mut PacketHits,
-        alone: impl Fn(&Ray) -> Option<Hit>,
-        is_visible: impl Fn(&Ray, &Hit) -> bool,
-    ) {
+    /// Finds the nearest hits of a packet of rays, whether or not they are visible. Returns a bit
+    /// mask of the rays that must be traced alone: all, if packets are not faster.
+    fn nearest_hits(&self, rays: &RayPacket, hits: &mut PacketHits) -> u32 {
         if self.instances.is_some() || !RayPacket::is_fast() {
-            return one_by_one(rays, hits, alone);
+            hits.mask = 0;
+            return rays.mask;
         }
-        let mut doubtful = self.tree().nearest_hits(rays, self, hits);
-        for lane in bits(hits.mask & !doubtful) {
-            let visible = |hit: Hit| is_visible(&rays.ray(lane), &hit);
-            doubtful |= u32::from(!hits.hit(lane).is_none_or(visible)) << lane;
-        }
-        bits(doubtful).for_each(|lane| hits.set(lane, alone(&rays.ray(lane))));
+        self.tree().nearest_hits(rays, self, hits)
     }
 
     /// Computes the transmittances of a packet of rays, each up to its own `t_max`, as
@@ -128,17 +125,12 @@ impl SimdKernel for Remaining<'_> {
     }
 }
 
-/// Finds the hits of a packet's rays by tracing each alone.
-fn one_by_one(rays: &RayPacket, hits: &mut PacketHits, alone: impl Fn(&Ray) -> Option<Hit>) {
-    hits.mask = 0;
-    bits(rays.mask).for_each(|lane| hits.set(lane, alone(&rays.ray(lane))));
-}
-
 #[cfg(test)]
 mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::bvh::Ray;
     use crate::iv::Document;
     use crate::scene::CompileOptions;
     use crate::snapshot::Snapshot;
