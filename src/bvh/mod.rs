@@ -22,9 +22,8 @@ mod hit;
 mod nearest_hit;
 mod nodes;
 mod packet;
+mod packet_walk;
 mod prepared_packet;
-#[cfg(target_arch = "x86_64")]
-mod prepared_packet_avx512;
 mod ray;
 mod sah;
 mod stack;

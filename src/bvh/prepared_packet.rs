@@ -1,16 +1,13 @@
 //! Traces a packet: rays with similar directions traverse the tree together.
 //!
-//! A node's eight boxes are first tested against an interval around all rays. The boxes that pass
-//! are tested against every ray, sixteen at a time. A triangle is tested against all rays together
-//! with the operations of a single ray, so a hit has the same bits. When few rays are left they
-//! continue one by one, as all rays do on a processor without AVX-512.
+//! The traversal is in `packet_walk`. A processor without its vectors traces all rays one by one.
 
 use super::hit::{COPLANAR, Primitives};
 use super::nearest_hit::NearestHit;
 use super::nodes::{Bvh, Child};
 use super::packet::{PacketHits, RayPacket};
 use super::triangle::{PreparedRay, axes, invert};
-use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane};
+use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, Width, dispatch, of_lane};
 
 /// Two hits that differ by at most this fraction of their distance are close. It is twice the
 /// thickness of a plane ([`COPLANAR`]).
@@ -78,32 +75,16 @@ impl PreparedPacket {
 
     /// Whether the process may use the instructions that make packets faster than single rays.
     pub(super) fn is_fast() -> bool {
-        #[cfg(target_arch = "x86_64")]
-        {
-            use crate::math::lanes::Width;
-            Width::detect() == Width::Avx512
-        }
-        #[cfg(not(target_arch = "x86_64"))]
-        false
+        Width::detect() != Width::Plain
     }
 
     /// Prepares the rays of a packet, which has at least one.
     pub(super) fn load(&mut self, rays: &RayPacket) {
-        #[cfg(target_arch = "x86_64")]
-        if Self::is_fast() {
-            // SAFETY: `is_fast` has just found all instructions that the function enables.
-            #[allow(unsafe_code)]
-            unsafe {
-                self.load_avx512(rays);
-            }
-            return;
-        }
-        self.copy_rays(rays);
-        self.prepare(bounds);
+        dispatch(Load { packet: self, rays });
     }
 
     #[inline(always)]
-    pub(super) fn copy_rays(&mut self, rays: &RayPacket) {
+    fn copy_rays(&mut self, rays: &RayPacket) {
         let live = rays.mask;
         // A lane without a ray copies another lane's ray, so that it does not widen the interval.
         let some = live.trailing_zeros() as usize;
@@ -127,10 +108,9 @@ impl PreparedPacket {
         (self.hits.mask, self.close) = (0, 0);
     }
 
-    /// Computes for all rays what [`PreparedRay::new`] computes for one. `bounds` returns the
-    /// smallest and the largest value of its lanes.
+    /// Computes for all rays what [`PreparedRay::new`] computes for one.
     #[inline(always)]
-    pub(super) fn prepare(&mut self, bounds: impl Fn(&Lanes<f32>) -> (f32, f32)) {
+    fn prepare(&mut self) {
         self.axes = axes(of_lane(&self.direction, 0));
         let [kx, ky, kz] = self.axes;
         for axis in 0..3 {
@@ -194,37 +174,38 @@ impl PreparedPacket {
 }
 
 /// The smallest and the largest value.
+#[inline(always)]
 fn bounds(lanes: &Lanes<f32>) -> (f32, f32) {
-    let least = lanes.iter().copied().fold(f32::INFINITY, f32::min);
-    let greatest = lanes.iter().copied().fold(f32::NEG_INFINITY, f32::max);
-    (least, greatest)
+    let (mut low, mut high) = (*lanes, *lanes);
+    let mut half = LANES / 2;
+    while half > 0 {
+        for i in 0..half {
+            let (a, b) = (low[i + half], high[i + half]);
+            low[i] = if a < low[i] { a } else { low[i] };
+            high[i] = if b > high[i] { b } else { high[i] };
+        }
+        half /= 2;
+    }
+    (low[0], high[0])
+}
+
+/// The kernel of [`PreparedPacket::load`].
+struct Load<'a> {
+    packet: &'a mut PreparedPacket,
+    rays: &'a RayPacket,
+}
+
+impl SimdKernel for Load<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        self.packet.copy_rays(self.rays);
+        self.packet.prepare();
+    }
 }
 
 impl Bvh {
-    /// Finds the nearest hit of every ray of a packet that is not `close`. With `ANY` it finds how
-    /// much light every ray brings from a light.
-    pub(super) fn walk_packet<const ANY: bool>(
-        &self,
-        packet: &mut PreparedPacket,
-        primitives: &impl Primitives,
-    ) {
-        if packet.live == 0 {
-            return;
-        }
-        #[cfg(target_arch = "x86_64")]
-        if PreparedPacket::is_fast() {
-            // SAFETY: `is_fast` has just found all instructions that the function enables.
-            #[allow(unsafe_code)]
-            unsafe {
-                self.walk_packet_avx512::<ANY>(packet, primitives);
-            }
-            return;
-        }
-        for lane in bits(packet.live) {
-            self.walk_one::<ANY>(Child::ROOT, lane, packet, primitives);
-        }
-    }
-
     /// Traces the ray of a lane alone through the subtree `from`.
     #[inline(never)]
     pub(super) fn walk_one<const ANY: bool>(

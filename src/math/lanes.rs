@@ -8,7 +8,9 @@
 
 use glam::Vec3;
 
-pub(crate) use super::simd::{SimdKernel, Width, dispatch, fused, is_portable};
+pub(crate) use super::simd::{
+    SimdKernel, VectorKernel, Vectors, Width, dispatch, dispatch_vectors, fused, is_portable,
+};
 
 /// The number of lanes, which is the same for rays in lenses, trees and shading. It is four of the
 /// widest vectors of `f64`, which hides the latency of roots and quotients.

@@ -2,12 +2,13 @@
 //!
 //! This is the program's place for `unsafe` code, which is denied elsewhere. Outside of it stand
 //! only the stack of the tree's traversal (`bvh/stack.rs`), whose entries are not initialized, and
-//! four calls of functions that are compiled for a width that [`Width::detect`] has found
-//! (`bvh/walk.rs`, `bvh/prepared_packet.rs`).
+//! two calls of functions that are compiled for a width that [`Width::detect`] has found
+//! (`bvh/walk.rs`).
 //!
 //! A function for AVX or AVX-512 has the attribute `target_feature`. The compiler lets only
-//! functions with the same attribute call it without `unsafe`, so here only pointers need a proof:
-//! every load and store takes a reference to an array of exactly the vector's size.
+//! functions with the same attribute call it without `unsafe`, or a value of a type of [`Vectors`]
+//! proves that the processor has the instructions. Pointers need another proof: every load and store
+//! takes a reference to an array and stays inside it.
 #![allow(unsafe_code)]
 
 use std::sync::OnceLock;
@@ -140,6 +141,101 @@ pub(crate) fn dispatch<W: SimdKernel>(work: W) -> W::Output {
     Width::detect().run(work)
 }
 
+/// The vectors of `f32` of a processor. A value of such a type proves that the process may use their
+/// instructions, so its functions are safe. They must be inlined into a function that enables these
+/// instructions, as [`dispatch_vectors`] does.
+pub(crate) trait Vectors: Copy {
+    /// A vector.
+    type Vector: Copy;
+
+    /// The numbers of a vector. It is a power of two.
+    const LANES: usize;
+
+    /// Returns a vector with `x` in all lanes.
+    fn splat(self, x: f32) -> Self::Vector;
+
+    /// Loads the numbers from index `first` on, a multiple of [`Self::LANES`].
+    fn load<const N: usize>(self, from: &[f32; N], first: usize) -> Self::Vector;
+
+    fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    fn div(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    /// Returns `a b + c`, rounded once.
+    fn fused(self, a: Self::Vector, b: Self::Vector, c: Self::Vector) -> Self::Vector;
+
+    /// Returns the smaller number of each lane, or that of `b` if either is NaN.
+    fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    /// Returns the greater number of each lane, or that of `b` if either is NaN.
+    fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+
+    fn abs(self, a: Self::Vector) -> Self::Vector;
+
+    /// Returns a bit mask of the lanes in which `a` is less than `b`.
+    fn less(self, a: Self::Vector, b: Self::Vector) -> u32;
+
+    /// Returns a bit mask of the lanes in which `a` is at most `b`.
+    fn at_most(self, a: Self::Vector, b: Self::Vector) -> u32;
+
+    /// Returns a bit mask of the lanes in which the numbers are equal.
+    fn equal(self, a: Self::Vector, b: Self::Vector) -> u32;
+
+    /// Returns the greatest number of all lanes; none may be NaN.
+    fn greatest(self, a: Self::Vector) -> f32;
+
+    /// Stores the lanes of a bit mask from index `first` on, a multiple of [`Self::LANES`].
+    fn store<const N: usize>(self, to: &mut [f32; N], first: usize, lanes: u32, a: Self::Vector);
+
+    /// Stores a number in the lanes of a bit mask from index `first` on, a multiple of
+    /// [`Self::LANES`].
+    fn fill<const N: usize>(self, to: &mut [u32; N], first: usize, lanes: u32, value: u32);
+}
+
+/// Work that is written with vectors, because the compiler makes none of its plain form.
+pub(crate) trait VectorKernel {
+    /// The result.
+    type Output;
+
+    /// Does the work. `eight` has vectors of eight numbers. This and everything that it calls with
+    /// vectors must be `#[inline(always)]`.
+    fn run<V: Vectors, E: Vectors>(self, vectors: V, eight: E) -> Self::Output;
+
+    /// Does the same without vectors.
+    fn run_plain(self) -> Self::Output;
+}
+
+/// Runs a kernel with the widest vectors of this processor.
+#[inline]
+pub(crate) fn dispatch_vectors<K: VectorKernel>(kernel: K) -> K::Output {
+    match Width::detect() {
+        Width::Plain => kernel.run_plain(),
+        // SAFETY: `detect` has just found all instructions that the function enables.
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx2 => unsafe { run_vectors_avx2(kernel) },
+        // SAFETY: as above.
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx512 => unsafe { run_vectors_avx512(kernel) },
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn run_vectors_avx2<K: VectorKernel>(kernel: K) -> K::Output {
+    let eight = Avx2(());
+    kernel.run(eight, eight)
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn run_vectors_avx512<K: VectorKernel>(kernel: K) -> K::Output {
+    kernel.run(Avx512(()), Avx2(()))
+}
+
 #[cfg(target_arch = "x86_64")]
 pub(crate) use x86::*;
 
@@ -147,6 +243,8 @@ pub(crate) use x86::*;
 mod x86 {
     use std::arch::x86_64::*;
     use std::ops::{Add, BitAnd, BitOr, Div, Mul, Sub};
+
+    use super::Vectors;
 
     /// Four numbers in a vector that every x86-64 processor has.
     #[derive(Clone, Copy)]
@@ -280,30 +378,190 @@ mod x86 {
         unsafe { _mm256_storeu_ps(to.as_mut_ptr(), value) };
     }
 
-    /// Loads sixteen lanes, beginning with lane 0 or 16.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    pub(crate) fn load_16(from: &[f32; 32], first: usize) -> __m512 {
-        // SAFETY: `first & 16` is 0 or 16, so the sixteen floats are in the array; the load needs
-        // no alignment.
-        unsafe { _mm512_loadu_ps(from.as_ptr().add(first & 16)) }
+    /// Vectors of eight numbers. Only [`super::dispatch_vectors`] makes a value.
+    #[derive(Clone, Copy)]
+    pub(crate) struct Avx2(pub(super) ());
+
+    /// Vectors of sixteen numbers. Only [`super::dispatch_vectors`] makes a value.
+    #[derive(Clone, Copy)]
+    pub(crate) struct Avx512(pub(super) ());
+
+    /// Defines functions of [`Vectors`] that are one instruction.
+    macro_rules! one_instruction {
+        ($($name:ident: $instruction:ident($($operand:ident),+);)+) => {
+            $(
+                #[inline(always)]
+                fn $name(self, $($operand: Self::Vector),+) -> Self::Vector {
+                    // SAFETY: the value proves that the processor has the instruction.
+                    unsafe { $instruction($($operand),+) }
+                }
+            )+
+        };
     }
 
-    /// Stores those of sixteen lanes whose bit is set, beginning with lane 0 or 16.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    pub(crate) fn store_some_16(to: &mut [f32; 32], first: usize, lanes: u16, value: __m512) {
-        // SAFETY: as in `load_16`.
-        unsafe { _mm512_mask_storeu_ps(to.as_mut_ptr().add(first & 16), lanes, value) };
+    impl Avx2 {
+        /// Returns a vector whose lanes have all bits set if the bit of the mask is set.
+        #[inline(always)]
+        fn mask(self, lanes: u32) -> __m256i {
+            // SAFETY: the value proves that the processor has the instructions.
+            unsafe {
+                let bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let all = _mm256_set1_epi32(lanes as i32);
+                _mm256_cmpeq_epi32(_mm256_and_si256(all, bit), bit)
+            }
+        }
+
+        #[inline(always)]
+        fn compare<const OPERATION: i32>(self, a: __m256, b: __m256) -> u32 {
+            // SAFETY: the value proves that the processor has the instructions.
+            unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<OPERATION>(a, b)) as u32 }
+        }
     }
 
-    /// Stores a number in those of sixteen lanes whose bit is set, beginning with lane 0 or 16.
-    #[inline]
-    #[target_feature(enable = "avx512f")]
-    pub(crate) fn fill_some_16(to: &mut [u32; 32], first: usize, lanes: u16, value: u32) {
-        let value = _mm512_set1_epi32(value as i32);
-        // SAFETY: as in `load_16`; `u32` and `i32` have the same layout.
-        unsafe { _mm512_mask_storeu_epi32(to.as_mut_ptr().add(first & 16).cast(), lanes, value) };
+    impl Vectors for Avx2 {
+        type Vector = __m256;
+
+        const LANES: usize = 8;
+
+        one_instruction! {
+            add: _mm256_add_ps(a, b);
+            sub: _mm256_sub_ps(a, b);
+            mul: _mm256_mul_ps(a, b);
+            div: _mm256_div_ps(a, b);
+            fused: _mm256_fmadd_ps(a, b, c);
+            min: _mm256_min_ps(a, b);
+            max: _mm256_max_ps(a, b);
+        }
+
+        #[inline(always)]
+        fn splat(self, x: f32) -> __m256 {
+            // SAFETY: the value proves that the processor has the instruction.
+            unsafe { _mm256_set1_ps(x) }
+        }
+
+        #[inline(always)]
+        fn load<const N: usize>(self, from: &[f32; N], first: usize) -> __m256 {
+            // SAFETY: as above. The index is at most N − 8, because no bit beyond those of N − 8 is
+            // kept, so the eight numbers are in the array; the load needs no alignment.
+            unsafe { _mm256_loadu_ps(from.as_ptr().add(first & const { N - 8 })) }
+        }
+
+        #[inline(always)]
+        fn abs(self, a: __m256) -> __m256 {
+            // SAFETY: the value proves that the processor has the instructions.
+            unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), a) }
+        }
+
+        #[inline(always)]
+        fn less(self, a: __m256, b: __m256) -> u32 {
+            self.compare::<_CMP_LT_OQ>(a, b)
+        }
+
+        #[inline(always)]
+        fn at_most(self, a: __m256, b: __m256) -> u32 {
+            self.compare::<_CMP_LE_OQ>(a, b)
+        }
+
+        #[inline(always)]
+        fn equal(self, a: __m256, b: __m256) -> u32 {
+            self.compare::<_CMP_EQ_OQ>(a, b)
+        }
+
+        #[inline(always)]
+        fn greatest(self, a: __m256) -> f32 {
+            // SAFETY: the value proves that the processor has the instructions.
+            unsafe { F32x4(_mm256_extractf128_ps::<1>(a)).max(F32x4(_mm256_castps256_ps128(a))) }
+                .to_array()
+                .into_iter()
+                .fold(f32::NEG_INFINITY, f32::max)
+        }
+
+        #[inline(always)]
+        fn store<const N: usize>(self, to: &mut [f32; N], first: usize, lanes: u32, a: __m256) {
+            let mask = self.mask(lanes);
+            // SAFETY: as in `load`.
+            unsafe { _mm256_maskstore_ps(to.as_mut_ptr().add(first & const { N - 8 }), mask, a) };
+        }
+
+        #[inline(always)]
+        fn fill<const N: usize>(self, to: &mut [u32; N], first: usize, lanes: u32, value: u32) {
+            let mask = self.mask(lanes);
+            // SAFETY: as in `load`; `u32` and `i32` have the same layout.
+            unsafe {
+                let to = to.as_mut_ptr().add(first & const { N - 8 });
+                _mm256_maskstore_epi32(to.cast(), mask, _mm256_set1_epi32(value as i32));
+            }
+        }
+    }
+
+    impl Vectors for Avx512 {
+        type Vector = __m512;
+
+        const LANES: usize = 16;
+
+        one_instruction! {
+            add: _mm512_add_ps(a, b);
+            sub: _mm512_sub_ps(a, b);
+            mul: _mm512_mul_ps(a, b);
+            div: _mm512_div_ps(a, b);
+            fused: _mm512_fmadd_ps(a, b, c);
+            min: _mm512_min_ps(a, b);
+            max: _mm512_max_ps(a, b);
+            abs: _mm512_abs_ps(a);
+        }
+
+        #[inline(always)]
+        fn splat(self, x: f32) -> __m512 {
+            // SAFETY: the value proves that the processor has the instruction.
+            unsafe { _mm512_set1_ps(x) }
+        }
+
+        #[inline(always)]
+        fn load<const N: usize>(self, from: &[f32; N], first: usize) -> __m512 {
+            // SAFETY: as for `Avx2`, with sixteen numbers.
+            unsafe { _mm512_loadu_ps(from.as_ptr().add(first & const { N - 16 })) }
+        }
+
+        #[inline(always)]
+        fn less(self, a: __m512, b: __m512) -> u32 {
+            // SAFETY: the value proves that the processor has the instruction.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b) })
+        }
+
+        #[inline(always)]
+        fn at_most(self, a: __m512, b: __m512) -> u32 {
+            // SAFETY: as above.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b) })
+        }
+
+        #[inline(always)]
+        fn equal(self, a: __m512, b: __m512) -> u32 {
+            // SAFETY: as above.
+            u32::from(unsafe { _mm512_cmp_ps_mask::<_CMP_EQ_OQ>(a, b) })
+        }
+
+        #[inline(always)]
+        fn greatest(self, a: __m512) -> f32 {
+            // SAFETY: as above.
+            unsafe { _mm512_reduce_max_ps(a) }
+        }
+
+        #[inline(always)]
+        fn store<const N: usize>(self, to: &mut [f32; N], first: usize, lanes: u32, a: __m512) {
+            let to = &mut to[first & const { N - 16 }..];
+            // SAFETY: as in `load`.
+            unsafe { _mm512_mask_storeu_ps(to.as_mut_ptr(), lanes as u16, a) };
+        }
+
+        #[inline(always)]
+        fn fill<const N: usize>(self, to: &mut [u32; N], first: usize, lanes: u32, value: u32) {
+            let to = &mut to[first & const { N - 16 }..];
+            // SAFETY: as in `load`; `u32` and `i32` have the same layout.
+            unsafe {
+                let value = _mm512_set1_epi32(value as i32);
+                _mm512_mask_storeu_epi32(to.as_mut_ptr().cast(), lanes as u16, value);
+            }
+        }
     }
 
     /// Returns `x` by an instruction that the compiler cannot merge with that of another `I`.
