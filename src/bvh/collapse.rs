@@ -18,11 +18,21 @@ impl Bvh {
         triangle: impl Fn(u32) -> Option<[Vec3; 3]>,
     ) -> Self {
         let mut held = Vec::new();
-        Self::default().collapse_with(binary, |this, leaf, _| {
+        // Long lists that are reserved at once leave fewer holes in the heap than lists that grow.
+        // Memory that is not used is not touched, and is given back afterwards.
+        let reserved = Self {
+            nodes: Vec::with_capacity(binary.nodes.len() / 2 + 1),
+            blocks: Vec::with_capacity(binary.order.len()),
+            stack_size: 0,
+        };
+        let mut this = reserved.collapse_with(binary, |this, leaf, _| {
             held.clear();
             primitives(binary, leaf, &mut held);
             this.add_blocks(&held, &triangle)
-        })
+        });
+        this.nodes.shrink_to_fit();
+        this.blocks.shrink_to_fit();
+        this
     }
 
     /// Collapses a binary tree in which each leaf stands for one of `trees`: a leaf's `first` is
