@@ -209,7 +209,7 @@ impl Diagnostic {
         let line;
         if let Some((source, span)) = &self.place {
             let (row, column) = source.line_column(span.start);
-            if source.binary {
+            if !source.is_text() {
                 message = format!("{}: byte {}: {message}", source.name, span.start);
             } else if source.line_length(span.start) > LONGEST_LINE {
                 message = format!("{}:{row}:{column}: {message}", source.name);

@@ -32,11 +32,20 @@ impl Span {
 pub struct Source {
     /// The file's path, or what to call it in messages if it has no path.
     pub name: String,
-    /// The whole content of the file.
+    /// The whole content of the file; empty if it was released.
     pub bytes: Vec<u8>,
     /// Whether the content is not text. Messages then give byte offsets and quote no line.
     pub binary: bool,
     line_starts: OnceLock<Vec<u32>>,
+    released: Option<Released>,
+}
+
+/// The content of a source that was released.
+struct Released {
+    /// The number of its bytes.
+    len: usize,
+    /// The content, after a message has quoted it. It is empty if the file has changed.
+    again: OnceLock<Vec<u8>>,
 }
 
 impl Source {
@@ -47,7 +56,43 @@ impl Source {
             bytes,
             binary: false,
             line_starts: OnceLock::new(),
+            released: None,
         }
+    }
+
+    /// Returns the source without its bytes, or `None` if they cannot be read again when a message
+    /// quotes them: a compressed file, or none at all. Messages do not quote binary sources.
+    pub(crate) fn released(&self) -> Option<Self> {
+        let len = self.bytes.len();
+        let file = std::fs::metadata(&self.name).ok();
+        let is_on_disk = file.is_some_and(|file| file.is_file() && file.len() == len as u64);
+        (self.binary || is_on_disk).then(|| Self {
+            name: self.name.clone(),
+            bytes: Vec::new(),
+            binary: self.binary,
+            line_starts: OnceLock::new(),
+            released: Some(Released {
+                len,
+                again: OnceLock::new(),
+            }),
+        })
+    }
+
+    /// Returns the content, which is read again if it was released. It is empty if the file has
+    /// changed since then.
+    fn text(&self) -> &[u8] {
+        let Some(Released { len, again }) = &self.released else {
+            return &self.bytes;
+        };
+        again.get_or_init(|| {
+            let bytes = std::fs::read(&self.name).ok();
+            bytes.filter(|b| b.len() == *len).unwrap_or_default()
+        })
+    }
+
+    /// Returns whether messages can quote lines.
+    pub(crate) fn is_text(&self) -> bool {
+        !self.binary && (self.released.is_none() || !self.text().is_empty())
     }
 
     /// Marks the bytes as binary, so that messages give offsets instead of lines.
@@ -57,9 +102,9 @@ impl Source {
     }
 
     /// Returns the line and column of a byte offset, both counted from 1. CR, LF and CRLF each end
-    /// a line. A binary source is one line whose column is the offset plus one.
+    /// a line. A source that is not text is one line whose column is the offset plus one.
     pub fn line_column(&self, offset: u32) -> (u32, u32) {
-        if self.binary {
+        if !self.is_text() {
             return (1, offset + 1);
         }
         let starts = self.line_starts();
@@ -71,8 +116,9 @@ impl Source {
     fn line_starts(&self) -> &[u32] {
         self.line_starts.get_or_init(|| {
             let mut starts = vec![0];
-            for (i, &b) in self.bytes.iter().enumerate() {
-                let ends = b == b'\n' || (b == b'\r' && self.bytes.get(i + 1) != Some(&b'\n'));
+            let bytes = self.text();
+            for (i, &b) in bytes.iter().enumerate() {
+                let ends = b == b'\n' || (b == b'\r' && bytes.get(i + 1) != Some(&b'\n'));
                 if ends {
                     starts.push(i as u32 + 1);
                 }
@@ -85,7 +131,7 @@ impl Source {
     pub(super) fn line_length(&self, offset: u32) -> usize {
         let starts = self.line_starts();
         let i = starts.partition_point(|&s| s <= offset) - 1;
-        let end = starts.get(i + 1).map_or(self.bytes.len(), |&s| s as usize);
+        let end = starts.get(i + 1).map_or(self.text().len(), |&s| s as usize);
         end - starts[i] as usize
     }
 
@@ -95,8 +141,8 @@ impl Source {
         let starts = self.line_starts();
         let i = starts.partition_point(|&s| s <= offset) - 1;
         let start = starts[i] as usize;
-        let end = starts.get(i + 1).map_or(self.bytes.len(), |&s| s as usize);
-        let text = self.bytes[start..end].iter().map(|&b| match b {
+        let end = starts.get(i + 1).map_or(self.text().len(), |&s| s as usize);
+        let text = self.text()[start..end].iter().map(|&b| match b {
             b' '..=b'~' => char::from(b),
             _ => ' ',
         });
@@ -122,5 +168,25 @@ mod tests {
             .map(|&o| source.line_column(o))
             .collect();
         assert_eq!(places, [(1, 1), (2, 1), (3, 1), (4, 1)]);
+    }
+
+    #[test]
+    fn a_released_source_is_read_again_unless_its_file_has_changed() {
+        let file = std::env::temp_dir().join(format!("ivcam-released-{}.iv", std::process::id()));
+        let text = b"Cone {\n  hieght 2\n}\n".to_vec();
+        std::fs::write(&file, &text).unwrap();
+        let source = Source::new(file.display().to_string(), text);
+        let released = || source.released().expect("the file is there");
+        let changed = released();
+        let quoted = released();
+        assert!(quoted.bytes.is_empty());
+        assert_eq!(quoted.line_column(9), (2, 3));
+        assert_eq!(quoted.line_text(9), source.line_text(9));
+        std::fs::write(&file, "Cone { }").unwrap();
+        assert!(!changed.is_text());
+        assert_eq!(changed.line_column(9), (1, 10));
+        assert!(source.released().is_none());
+        std::fs::remove_file(&file).unwrap();
+        assert!(Source::new("no such file", Vec::new()).released().is_none());
     }
 }

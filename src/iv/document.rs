@@ -79,6 +79,10 @@ impl Node {
     }
 }
 
+/// The size in bytes from which the content of a file is released. Below it messages quote the text
+/// as it was read, whatever becomes of the file.
+const LARGE_TEXT: usize = 16 << 20;
+
 /// The content of a scene file and of the files that it includes.
 #[derive(Clone, Debug, Default)]
 pub struct Document {
@@ -149,6 +153,18 @@ impl Document {
     pub(crate) fn opened_files(&self) -> Vec<PathBuf> {
         let loader = self.loader.as_ref();
         loader.map_or_else(Vec::new, |loader| loader.opened_files())
+    }
+
+    /// Frees the content of large files, which is read again if a message quotes a line of it. Text
+    /// takes about twice the memory of its nodes.
+    pub(crate) fn release_text(&mut self) {
+        for source in &mut self.sources {
+            if source.bytes.len() >= LARGE_TEXT
+                && let Some(released) = source.released()
+            {
+                *source = Arc::new(released);
+            }
+        }
     }
 
     /// Frees everything except the list of the files that were opened.

@@ -108,8 +108,8 @@ impl Session {
         Self::open_framed(plan, &framing)
     }
 
-    /// Opens a plan like [`Session::open`], for a scene that is compiled only once. The nodes and
-    /// the text of the file are freed before the tree over the primitives is built.
+    /// Opens a plan like [`Session::open`], for a scene that is compiled only once. The text of a
+    /// large file is freed before that, and its nodes before the tree over the primitives is built.
     ///
     /// # Errors
     /// Returns the errors of [`Session::open`].
@@ -176,6 +176,9 @@ impl Session {
         }
 
         let clock = Instant::now();
+        if nodes == Nodes::Freed {
+            document.release_text();
+        }
         let mut snapshot = snapshot_of(&document, &plan);
         let overview = Overview::of(&snapshot);
         let headlight_sources = HeadlightSources {
