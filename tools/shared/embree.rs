@@ -13,14 +13,13 @@ use libloading::Library;
 
 use super::mesh::Rays;
 
-/// The lanes of a packet.
-pub(super) const PACKET: usize = 16;
 /// Marks a ray without a hit.
 const NO_GEOMETRY: u32 = u32::MAX;
 /// `RTC_RAY_QUERY_FLAG_COHERENT`.
 const COHERENT: c_uint = 1 << 16;
 
-/// `RTCRayHit` where `N` is 1, and `RTCRayHit16` where it is 16. It starts with an `RTCRay`.
+/// `RTCRayHit` where `N` is 1, `RTCRayHit8` where it is 8, and `RTCRayHit16` where it is 16. It
+/// starts with an `RTCRay`.
 #[repr(C, align(64))]
 struct RayHits<const N: usize> {
     origin: [[f32; N]; 3],
@@ -84,7 +83,11 @@ struct Arguments {
 
 /// The lanes of a packet that hold a ray: −1, or 0.
 #[repr(C, align(64))]
-struct Valid([c_int; PACKET]);
+struct Valid<const N: usize>([c_int; N]);
+
+/// A function that traces a packet.
+type TracePacket<const N: usize> =
+    unsafe extern "C" fn(*const Valid<N>, SceneHandle, *mut RayHits<N>, *const Arguments);
 
 /// Declares functions of the library, under their own names.
 macro_rules! functions {
@@ -125,8 +128,10 @@ functions! {
     rtcReleaseScene(SceneHandle);
     rtcIntersect1(SceneHandle, *mut RayHits<1>, *const Arguments);
     rtcOccluded1(SceneHandle, *mut RayHits<1>, *const Arguments);
-    rtcIntersect16(*const Valid, SceneHandle, *mut RayHits<PACKET>, *const Arguments);
-    rtcOccluded16(*const Valid, SceneHandle, *mut RayHits<PACKET>, *const Arguments);
+    rtcIntersect8(*const Valid<8>, SceneHandle, *mut RayHits<8>, *const Arguments);
+    rtcOccluded8(*const Valid<8>, SceneHandle, *mut RayHits<8>, *const Arguments);
+    rtcIntersect16(*const Valid<16>, SceneHandle, *mut RayHits<16>, *const Arguments);
+    rtcOccluded16(*const Valid<16>, SceneHandle, *mut RayHits<16>, *const Arguments);
 }
 
 /// How a tree is built and traced.
@@ -184,6 +189,17 @@ impl Embree {
         // and `_PATCH`.
         let part = |k| unsafe { (self.functions.rtcGetDeviceProperty)(self.device, k) };
         format!("{}.{}.{}", part(1), part(2), part(3))
+    }
+
+    /// Returns the rays of a packet: 16 if the library has instructions for as many on this
+    /// processor, else 8. It splits larger packets than that into single rays.
+    pub(super) fn packet(&self) -> usize {
+        const NATIVE_RAY16: c_int = 34; // RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED
+        // SAFETY: the device exists.
+        match unsafe { (self.functions.rtcGetDeviceProperty)(self.device, NATIVE_RAY16) } {
+            0 => 8,
+            _ => 16,
+        }
     }
 
     /// Makes a scene of triangles, whose tree is not built yet.
@@ -270,11 +286,21 @@ impl Scene<'_> {
     /// `coherent` says that the rays of a packet go the same way.
     pub(super) fn in_packets(&self, rays: &Rays, coherent: bool, distances: &mut [f32]) {
         let f = &self.embree.functions;
-        let trace = if rays.any {
-            f.rtcOccluded16
-        } else {
-            f.rtcIntersect16
-        };
+        match (self.embree.packet(), rays.any) {
+            (16, true) => self.in_packets_of(f.rtcOccluded16, rays, coherent, distances),
+            (16, false) => self.in_packets_of(f.rtcIntersect16, rays, coherent, distances),
+            (_, true) => self.in_packets_of(f.rtcOccluded8, rays, coherent, distances),
+            (_, false) => self.in_packets_of(f.rtcIntersect8, rays, coherent, distances),
+        }
+    }
+
+    fn in_packets_of<const N: usize>(
+        &self,
+        trace: TracePacket<N>,
+        rays: &Rays,
+        coherent: bool,
+        distances: &mut [f32],
+    ) {
         let arguments = Arguments {
             flags: if coherent { COHERENT } else { 0 },
             features: c_uint::MAX,
@@ -283,10 +309,10 @@ impl Scene<'_> {
             callback: null(),
             least_width: 0.0,
         };
-        let mut packet = RayHits::<PACKET>::new();
-        let parts = rays.rays.chunks(PACKET).zip(distances.chunks_mut(PACKET));
+        let mut packet = RayHits::<N>::new();
+        let parts = rays.rays.chunks(N).zip(distances.chunks_mut(N));
         for (some, distances) in parts {
-            let mut valid = Valid([-1; PACKET]);
+            let mut valid = Valid([-1; N]);
             valid.0[some.len()..].fill(0);
             for (lane, ray) in some.iter().enumerate() {
                 packet.set(lane, ray);

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::embree::{Embree, MODES, PACKET, Scene};
+use super::embree::{Embree, MODES, Scene};
 use super::mesh::{self, Rays};
 use super::room;
 use crate::bvh::{Bvh, Ray};
@@ -35,7 +35,7 @@ struct Mesh {
 }
 
 /// Returns the middles of pixels, each from 0 to 1. 32 of them are 8 by 4 pixels, the first and the
-/// second 16 of which are 4 by 4, so that packets of both sizes hold neighbors.
+/// second 16 of which are 4 by 4, so that packets of all sizes hold neighbors.
 fn pixels() -> impl Iterator<Item = [f64; 2]> {
     let [width, height] = PICTURE;
     (0..width * height).map(move |i| {
@@ -194,7 +194,7 @@ fn table(report: &mut String, mesh: &Mesh, embree: Option<&Embree>, clock: &dyn 
         }));
     }
     let rates = sets.each_ref().map(|set| rates(set, &ways, clock));
-    if scenes.is_empty() {
+    let Some(embree) = embree else {
         let _ = writeln!(
             report,
             ".\n\n| rays | one by one | packets of {LANES} |\n|---|---|---|"
@@ -204,10 +204,11 @@ fn table(report: &mut String, mesh: &Mesh, embree: Option<&Embree>, clock: &dyn 
             let _ = writeln!(report, "| {} | {one:.2} | {packets:.2} |", set.name);
         }
         return;
-    }
+    };
+    let packet = embree.packet();
     let _ = writeln!(
         report,
-        ".\n\n| rays | Embree | one by one | packets of {PACKET} | ivcam, one by one | packets of \
+        ".\n\n| rays | Embree | one by one | packets of {packet} | ivcam, one by one | packets of \
          {LANES} | ratio, one by one | ratio, packets | differ |\n|---|---|---|---|---|---|---|---|---|"
     );
     for (set, rates) in sets.iter().zip(&rates) {
