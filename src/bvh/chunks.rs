@@ -12,11 +12,18 @@ use super::block::BLOCK;
 use super::build::Method;
 use super::nodes::Bvh;
 use super::sah::{Above, Item, split_by_sah};
+use crate::memory::release_free_blocks;
 
 /// The smallest number of boxes that are split into chunks, and the number of chunks to aim at:
 /// few, because the boxes are split into them by one thread.
 const CHUNK: usize = 1 << 14;
 const CHUNKS: usize = 16;
+
+/// The largest number of boxes in a chunk, which limits the memory for its binary tree.
+const LARGEST: usize = 1 << 18;
+
+/// The number of boxes in a chunk from which freed memory is given back to the system.
+pub(super) const LARGE: usize = 1 << 16;
 
 /// The count of a leaf that stands for a chunk's tree: more than the primitives of a block, so that
 /// no two of them are joined in a block.
@@ -38,13 +45,19 @@ impl Bvh {
         let method = Method::of(&items, refined);
         let tree = |mut items: Vec<Item>| {
             let binary = BinaryBvh::build(&mut items, &method);
+            let is_large = items.len() >= LARGE;
             drop(items);
-            Self::collapse(&binary, &triangle)
+            let tree = Self::collapse(&binary, &triangle);
+            drop(binary);
+            if is_large {
+                release_free_blocks();
+            }
+            tree
         };
         if items.len() <= CHUNK || method.is_whole() {
             return tree(items);
         }
-        let most = CHUNK.max(items.len() / CHUNKS);
+        let most = (items.len() / CHUNKS).clamp(CHUNK, LARGEST);
         let above = split_by_sah(&mut items, most);
         let mut chunks = Vec::new();
         let nodes = above.iter().map(|node| match node {

@@ -8,7 +8,9 @@ use glam::Vec3;
 
 use super::binary::BinaryBvh;
 use super::block::{BLOCK, Block};
+use super::chunks::LARGE;
 use super::nodes::{Bvh, Child, Node, WIDTH};
+use crate::memory::release_free_blocks;
 
 impl Bvh {
     /// Collapses a binary tree. `triangle` returns a primitive's corners, or `None` if it is not a
@@ -61,6 +63,9 @@ impl Bvh {
             }
             node
         }));
+        if self.blocks.len() - blocks as usize >= LARGE / BLOCK {
+            release_free_blocks();
+        }
         Child(nodes)
     }
 

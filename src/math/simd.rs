@@ -1,9 +1,9 @@
 //! Vector instructions behind safe functions, and the choice of the vectors' width at run time.
 //!
 //! This is the program's place for `unsafe` code, which is denied elsewhere. Outside of it stand
-//! only the stack of the tree's traversal (`bvh/stack.rs`), whose entries are not initialized, and
-//! two calls of functions that are compiled for a width that [`Width::detect`] has found
-//! (`bvh/walk.rs`).
+//! only the stack of the tree's traversal (`bvh/stack.rs`), whose entries are not initialized, two
+//! calls of functions that are compiled for a width that [`Width::detect`] has found
+//! (`bvh/walk.rs`), and one of the C library (`memory/free_blocks.rs`).
 //!
 //! A function for AVX or AVX-512 has the attribute `target_feature`. The compiler lets only
 //! functions with the same attribute call it without `unsafe`, or a value of a type of [`Vectors`]

@@ -6,10 +6,12 @@
 //! are not counted.
 
 mod budget;
+mod free_blocks;
 mod limit;
 mod machine;
 mod size;
 
 pub use budget::MemoryBudget;
+pub(crate) use free_blocks::release_free_blocks;
 pub use limit::MemoryLimit;
 pub(crate) use size::size_text;

@@ -144,8 +144,8 @@ impl SceneBuilder {
     }
 
     /// Reserves memory for further triangles of the current shape, and returns whether the system
-    /// has it.
-    pub(super) fn reserve(&mut self, triangles: usize) -> bool {
+    /// has it. `flat` is whether all of them are parts of flat faces.
+    pub(super) fn reserve(&mut self, triangles: usize, flat: bool) -> bool {
         if self.shape.outlines() {
             return true;
         }
@@ -154,7 +154,7 @@ impl SceneBuilder {
         let uses = self.shape.uses;
         let mut has_room = self.scene.triangles.try_reserve(triangles).is_ok();
         if let Some(surface) = self.scene.surfaces.last_mut() {
-            has_room &= !uses.normals || surface.normals.try_reserve(triangles);
+            has_room &= !uses.normals || surface.normals.try_reserve(triangles, flat);
             has_room &= !uses.materials || surface.materials.try_reserve(triangles).is_ok();
             has_room &= !uses.coordinates || surface.coordinates.try_reserve(triangles).is_ok();
         }
@@ -187,8 +187,9 @@ impl SceneBuilder {
         self.options.max_primitives.saturating_sub(kept)
     }
 
-    /// Returns how many of some further triangles are within the limits, and counts them.
-    pub(super) fn admit(&mut self, triangles: usize) -> usize {
+    /// Returns how many of some further triangles are within the limits, and counts them. `flat` is
+    /// whether all of them are parts of flat faces.
+    pub(super) fn admit(&mut self, triangles: usize, flat: bool) -> usize {
         let each = self.bytes_of_triangle();
         let (left, fit) = (self.left(), self.memory_left(each));
         if triangles > left {
@@ -197,7 +198,7 @@ impl SceneBuilder {
             self.report_memory();
         }
         let mut room = triangles.min(left).min(fit);
-        if !self.reserve(room) {
+        if !self.reserve(room, flat) {
             self.report_memory();
             room = 0;
         }

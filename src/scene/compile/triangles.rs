@@ -35,11 +35,12 @@ impl SceneBuilder {
         let placement = self.placement;
         let points = Points::of(runs, vertices, buffer, |p| placement.point(p), in_reach);
         let numbers = self.numbers_of(runs, vertices);
-        self.reserve(most);
+        let flat = numbers.has_flat_normals();
+        self.reserve(most, flat);
         TriangleList::fill(cut, &mut |triangles| {
             points.drop_missing(triangles, runs, vertices);
             self.scene.census.bad_corners += points.drop_unsound(triangles, in_reach);
-            let room = self.admit(triangles.len());
+            let room = self.admit(triangles.len(), flat);
             let triangles = &triangles[..room];
             self.keep_positions(triangles, &points);
             self.keep_lists(triangles, runs, vertices, &numbers);
@@ -128,9 +129,15 @@ impl SceneBuilder {
         if uses.normals {
             let (first, last) = (lookup.first_normal, lookup.last_normal);
             let number = |number: u32| first.wrapping_add(number.min(last));
-            lookup
-                .normals
-                .each(triangles, surface.normals.corners(), number);
+            match surface.normals.flat() {
+                Some(flat) if lookup.has_flat_normals() => {
+                    flat.extend(triangles.iter().map(|t| number(t.face)));
+                }
+                _ => {
+                    let corners = surface.normals.corners();
+                    lookup.normals.each(triangles, corners, number);
+                }
+            }
         }
         if uses.materials {
             lookup
@@ -157,7 +164,7 @@ impl SceneBuilder {
             self.scene.census.bad_corners += 1;
             return;
         }
-        self.reserve(mesh.triangles.len());
+        self.reserve(mesh.triangles.len(), false);
         let by_part = materials == MaterialsBy::Part && mesh.colors.is_empty();
         let placement = self.placement;
         let moved = mesh.positions.iter().map(|p| placement.point(*p));
@@ -165,7 +172,7 @@ impl SceneBuilder {
         if self.shape.outlines() || !points.iter().all(|p| in_reach(*p)) {
             return self.keep_mesh_one_by_one(mesh, by_part);
         }
-        let room = self.admit(mesh.triangles.len());
+        let room = self.admit(mesh.triangles.len(), false);
         if room == 0 {
             return;
         }
@@ -226,7 +233,7 @@ impl SceneBuilder {
             self.scene.census.bad_corners += 1;
             return;
         }
-        if self.admit(1) == 0 {
+        if self.admit(1, false) == 0 {
             return;
         }
         self.scene.triangles.push(moved);
@@ -261,6 +268,13 @@ struct Lookup<'v> {
     last_normal: u32,
     materials: Numbers<'v>,
     coordinates: Numbers<'v>,
+}
+
+impl Lookup<'_> {
+    /// Whether all corners of a face have the same normal.
+    fn has_flat_normals(&self) -> bool {
+        matches!(self.normals, Numbers::Face)
+    }
 }
 
 impl Default for Lookup<'_> {

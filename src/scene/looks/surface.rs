@@ -38,31 +38,41 @@ pub(crate) struct TextureUse {
     pub mapping: Mapping,
 }
 
-/// The normals of triangles' corners. Corners share normals, so each triangle has three indices.
-/// This takes a third of the memory, and writing memory limits the speed of compiling a large
-/// scene.
+/// The normals of triangles' corners. Corners share normals, so each triangle has three indices, or
+/// one where every triangle is part of a flat face. This takes a third or a ninth of the memory, and
+/// writing memory limits the speed of compiling a large scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CornerNormals {
     list: Vec<Vec3>,
+    /// The indices of each triangle's corners; empty if `flat` is not.
     corners: Vec<[u32; 3]>,
+    /// The index of each triangle; empty if `corners` is not.
+    flat: Vec<u32>,
 }
 
 impl CornerNormals {
     /// Whether no triangle has normals.
     pub(crate) fn is_empty(&self) -> bool {
-        self.corners.is_empty()
+        self.corners.is_empty() && self.flat.is_empty()
     }
 
     /// The normals of a triangle, or `None` if it has none.
     #[inline]
     pub(crate) fn get(&self, triangle: usize) -> Option<[Vec3; 3]> {
+        if let Some(&n) = self.flat.get(triangle) {
+            return Some([self.list[n as usize]; 3]);
+        }
         let numbers = self.corners.get(triangle)?;
         Some(numbers.map(|n| self.list[n as usize]))
     }
 
-    /// Reserves memory for further triangles, and returns whether the system has it.
-    pub(in crate::scene) fn try_reserve(&mut self, triangles: usize) -> bool {
-        self.corners.try_reserve(triangles).is_ok()
+    /// Reserves memory for further triangles, which are parts of flat faces or not, and returns
+    /// whether the system has it.
+    pub(in crate::scene) fn try_reserve(&mut self, triangles: usize, flat: bool) -> bool {
+        match self.flat() {
+            Some(list) if flat => list.try_reserve(triangles).is_ok(),
+            _ => self.corners().try_reserve(triangles).is_ok(),
+        }
     }
 
     /// Appends the normals of a triangle.
@@ -74,7 +84,7 @@ impl CornerNormals {
             }
             self.list.len() as u32 - 1
         });
-        self.corners.push(numbers);
+        self.corners().push(numbers);
     }
 
     /// Appends a list of normals, and returns the index of its first one.
@@ -90,7 +100,16 @@ impl CornerNormals {
 
     /// The indices of the normals of each triangle.
     pub(in crate::scene) fn corners(&mut self) -> &mut Vec<[u32; 3]> {
+        if !self.flat.is_empty() {
+            self.corners = self.flat.iter().map(|&n| [n; 3]).collect();
+            self.flat = Vec::new();
+        }
         &mut self.corners
+    }
+
+    /// The index of the normal of each triangle, or `None` if some triangles have three.
+    pub(in crate::scene) fn flat(&mut self) -> Option<&mut Vec<u32>> {
+        self.corners.is_empty().then_some(&mut self.flat)
     }
 }
 
