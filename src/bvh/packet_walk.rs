@@ -26,6 +26,18 @@ struct StackEntry {
     lanes: u32,
 }
 
+impl StackEntry {
+    /// Whether this box is visited before another one: the nearer one first, or with `ANY` the one
+    /// that more rays enter, in which more of them may end.
+    #[inline(always)]
+    fn is_before<const ANY: bool>(&self, other: &Self) -> bool {
+        match ANY {
+            true => self.lanes.count_ones() > other.lanes.count_ones(),
+            false => self.near < other.near,
+        }
+    }
+}
+
 /// Traces the rays of a packet: see [`Bvh::walk_packet`].
 struct Walk<'a, P, const ANY: bool> {
     tree: &'a Bvh,
@@ -55,7 +67,9 @@ impl<P: Primitives, const ANY: bool> VectorKernel for Walk<'_, P, ANY> {
                 for lane in bits(current.lanes) {
                     tree.walk_one::<ANY>(current.child, lane, packet, primitives);
                 }
-                limit = packet.limit(v);
+                if !ANY {
+                    limit = packet.limit(v);
+                }
             } else if current.child.is_leaf() {
                 for block in &tree.blocks[current.child.place()..] {
                     packet.intersect_block::<V, ANY>(v, block, current.lanes, primitives);
@@ -63,10 +77,12 @@ impl<P: Primitives, const ANY: bool> VectorKernel for Walk<'_, P, ANY> {
                         break;
                     }
                 }
-                limit = packet.limit(v);
+                if !ANY {
+                    limit = packet.limit(v);
+                }
             } else {
                 let node = &tree.nodes[current.child.place()];
-                if packet.enter((v, eight), node, limit, &mut current, &mut stack) {
+                if packet.enter::<V, E, ANY>((v, eight), node, limit, &mut current, &mut stack) {
                     continue;
                 }
             }
@@ -175,10 +191,10 @@ impl PreparedPacket {
         v.at_most(n, wide)
     }
 
-    /// Makes the nearest of the entered boxes current and pushes the others. Returns false if no
-    /// ray enters any box.
+    /// Makes the first of the entered boxes current and pushes the others. Returns false if no ray
+    /// enters any box.
     #[inline(always)]
-    fn enter<V: Vectors, E: Vectors>(
+    fn enter<V: Vectors, E: Vectors, const ANY: bool>(
         &self,
         (v, eight): (V, E),
         node: &Node,
@@ -187,8 +203,8 @@ impl PreparedPacket {
         stack: &mut TraversalStack<'_, StackEntry>,
     ) -> bool {
         let (candidates, near) = self.candidates(eight, node, limit);
-        let mut nearest: Option<StackEntry> = None;
-        // Sorted by insertion, farthest first.
+        let mut first: Option<StackEntry> = None;
+        // Sorted by insertion, the last one first.
         let mut sorted = [*current; WIDTH];
         let mut count = 0;
         // If only one box may be entered and it holds a node, its rays are not tested: the boxes of
@@ -208,18 +224,18 @@ impl PreparedPacket {
                 child: node.children[i],
                 lanes,
             };
-            let Some(best) = nearest else {
-                nearest = Some(new);
+            let Some(best) = first else {
+                first = Some(new);
                 continue;
             };
-            let put = if new.near < best.near {
-                nearest = Some(new);
+            let put = if new.is_before::<ANY>(&best) {
+                first = Some(new);
                 best
             } else {
                 new
             };
             let mut at = count;
-            while at > 0 && sorted[at - 1].near < put.near {
+            while at > 0 && sorted[at - 1].is_before::<ANY>(&put) {
                 sorted[at] = sorted[at - 1];
                 at -= 1;
             }
@@ -229,7 +245,7 @@ impl PreparedPacket {
         for entry in &sorted[..count] {
             stack.push(*entry);
         }
-        if let Some(next) = nearest {
+        if let Some(next) = first {
             *current = next;
             return true;
         }
