@@ -289,3 +289,27 @@ impl Surface {
         self.materials.get(triangle).copied().unwrap_or([0; 3])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn flat_faces_keep_their_normals_when_others_follow() {
+        let mut normals = CornerNormals::default();
+        let first = normals.append(vec![Vec3::X, Vec3::Y]);
+        normals
+            .flat()
+            .expect("no corners yet")
+            .extend([first + 1, first]);
+        let faces = [[Vec3::Y; 3], [Vec3::X; 3]];
+        assert_eq!([0, 1].map(|i| normals.get(i)), faces.map(Some));
+        assert_eq!(normals.get(2), None);
+
+        let round = [Vec3::X, Vec3::Y, Vec3::Z];
+        normals.push(round);
+        assert!(normals.flat().is_none());
+        assert_eq!([0, 1].map(|i| normals.get(i)), faces.map(Some));
+        assert_eq!(normals.get(2), Some(round));
+    }
+}
