@@ -7,8 +7,8 @@
 //!
 //! A function for AVX or AVX-512 has the attribute `target_feature`. The compiler lets only
 //! functions with the same attribute call it without `unsafe`, or a value of a type of [`Vectors`]
-//! proves that the processor has the instructions. Pointers need another proof: every load and store
-//! takes a reference to an array and stays inside it.
+//! proves that the processor has the instructions. Pointers need another proof: every load and
+//! store takes a reference to an array and stays inside it.
 #![allow(unsafe_code)]
 
 use std::sync::OnceLock;
@@ -141,9 +141,9 @@ pub(crate) fn dispatch<W: SimdKernel>(work: W) -> W::Output {
     Width::detect().run(work)
 }
 
-/// The vectors of `f32` of a processor. A value of such a type proves that the process may use their
-/// instructions, so its functions are safe. They must be inlined into a function that enables these
-/// instructions, as [`dispatch_vectors`] does.
+/// The vectors of `f32` of a processor. A value of such a type proves that the process may use
+/// their instructions, so its functions are safe. They must be inlined into a function that enables
+/// these instructions, as [`dispatch_vectors`] does.
 pub(crate) trait Vectors: Copy {
     /// A vector.
     type Vector: Copy;

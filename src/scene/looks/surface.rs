@@ -39,8 +39,8 @@ pub(crate) struct TextureUse {
 }
 
 /// The normals of triangles' corners. Corners share normals, so each triangle has three indices, or
-/// one where every triangle is part of a flat face. This takes a third or a ninth of the memory, and
-/// writing memory limits the speed of compiling a large scene.
+/// one where every triangle is part of a flat face. This takes a third or a ninth of the memory,
+/// and writing memory limits the speed of compiling a large scene.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct CornerNormals {
     list: Vec<Vec3>,
