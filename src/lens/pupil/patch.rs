@@ -36,7 +36,7 @@ pub(super) struct Patch {
     /// Twice the area of the triangles before each corner.
     before: [Biquadratic; SIDES + 1],
     triangles: TriangleTable,
-    /// The open share of the area for each lens of the table; 0 if it is not known.
+    /// The open share of the area for each lens of the table; empty if it is not known.
     open_shares: Vec<Biquadratic>,
 }
 
@@ -141,9 +141,8 @@ impl Patch {
         }
     }
 
-    /// The patch with the open shares that `measure` returns.
-    pub(super) fn with_open_shares(self, measure: impl Fn(&Self) -> Vec<Biquadratic>) -> Self {
-        let open_shares = measure(&self);
+    /// The patch with the open shares of the table's lenses; empty if they are not known.
+    pub(super) fn with_open_shares(self, open_shares: Vec<Biquadratic>) -> Self {
         Self {
             open_shares,
             ..self

@@ -16,7 +16,7 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::Aims;
 use crate::lens::pupil::patch::{Located, Patch, Position};
 use crate::lens::pupil::radial::support_around;
-use crate::lens::pupil::rim_shares::open_share_over;
+use crate::lens::pupil::rim_shares::open_shares_over;
 use crate::lens::pupil::sampler::PupilSampler;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
@@ -30,16 +30,21 @@ use crate::math::lanes::{LANES, Lane, SimdKernel};
 /// margin, so that the value bounds the lost rays and not the error. It was chosen by trial.
 const MAX_CUT: f64 = 0.015;
 /// A cell is also halved until interpolation adds less than this share of the half width. What is
-/// added costs rays that are lost. It was chosen by trial.
+/// added costs rays that are lost and aimed again. It was chosen by trial.
 const MAX_ADDED: f64 = 0.035;
 /// The margin of a cell that is too small to be halved and in which the light ends, as a share of
 /// the half width. Such a cell takes the hull of all its figures. It was chosen by trial.
-const END_MARGIN: f64 = 0.02;
+const END_MARGIN: f64 = 0.05;
 /// The number of cells from the axis outward at the start, and at most.
 const RADIAL_CELLS: [u32; 2] = [4, 256];
-/// The least arc of a cell, as a share of the film's radius. It bounds the work where light ends,
-/// and was chosen by trial.
+/// The greatest number of cells from the axis outward where light ends. It bounds the work there.
+/// Cells of a quarter of this size in both directions take four times as long to measure, and on a
+/// film of 36×24 mm, larger than its image, the anamorphic lens then gets 3% more rays through.
+const END_CELLS: u32 = 64;
+/// The least arc of a cell, as a share of the film's radius. It was chosen by trial.
 const MIN_ARC: f64 = 1.0 / 32.0;
+/// The least arc where light ends, as for [`END_CELLS`].
+const MIN_END_ARC: f64 = 1.0 / 8.0;
 /// The least arc if the lens has rotational symmetry, so that only the distance of the film differs
 /// around the axis. It was chosen by trial.
 const MIN_ARC_ROTATIONAL: f64 = 0.2;
@@ -88,6 +93,8 @@ struct Cell {
     /// Half of the size.
     half: [f64; 2],
     figures: [CenteredFigure; 9],
+    /// Whether the figures are interpolated. Otherwise all are the hull of those measured.
+    is_interpolated: bool,
     /// The four quarters, row by row. Each is prepared when a film point in it is first asked for.
     quarters: [OnceLock<Box<Patch>>; 4],
 }
@@ -185,11 +192,13 @@ impl Cells {
         }
     }
 
-    /// The least arc of a cell, as a share of the film's radius.
-    fn min_arc(&self) -> f64 {
-        match self.meridian {
-            true => MIN_ARC_ROTATIONAL,
-            false => MIN_ARC,
+    /// The greatest number of cells from the axis outward, and the least arc of a cell as a share
+    /// of the film's radius, where light ends or elsewhere.
+    fn finest(&self, is_end: bool) -> (u32, f64) {
+        match (self.meridian, is_end) {
+            (true, _) => (RADIAL_CELLS[1], MIN_ARC_ROTATIONAL),
+            (false, true) => (END_CELLS, MIN_END_ARC),
+            (false, false) => (RADIAL_CELLS[1], MIN_ARC),
         }
     }
 
@@ -198,9 +207,10 @@ impl Cells {
         let searches: Vec<PupilSearch<'_>> = self.lenses.iter().map(PupilSearch::new).collect();
         let sampler = |search| PupilSampler::new(search, &self.place, &self.sides);
         let samplers: Vec<PupilSampler<'_>> = searches.iter().map(sampler).collect();
-        let arcs = self.symmetry.wedge() / (f64::from(self.around) * self.min_arc());
+        let (radial, arc) = self.finest(false);
+        let arcs = self.symmetry.wedge() / (f64::from(self.around) * arc);
         let finest = [
-            2 * RADIAL_CELLS[1],
+            2 * radial,
             2 * self.around * (arcs.max(1.0) as u32).next_power_of_two(),
         ];
         let mut lattice = Lattice {
@@ -307,17 +317,16 @@ impl Cells {
                 corners.map(|figure| (figure.center, &figure.support)),
                 &self.sides,
             );
-            let shares = |patch: &Patch| {
-                let film = |at| {
-                    let place = patch.place(at);
-                    Some((self.point(place)?, self.direction(place)))
-                };
-                let lenses = self.lenses.iter().filter(|lens| lens.is_iris_convex());
-                lenses
-                    .map(|lens| open_share_over(patch, lens, film))
-                    .collect()
+            // The open share of a hull varies too much to be interpolated.
+            if !cell.is_interpolated || !self.lenses[0].is_iris_convex() {
+                return Box::new(patch);
+            }
+            let film = |at| {
+                let place = patch.place(at);
+                Some((self.point(place)?, self.direction(place)))
             };
-            Box::new(patch.with_open_shares(shares))
+            let shares = open_shares_over(&patch, &self.lenses, film);
+            Box::new(patch.with_open_shares(shares.unwrap_or_default()))
         })
     }
 
@@ -502,7 +511,11 @@ impl Lattice<'_> {
                 Some(std::cmp::Ordering::Less) => 1,
                 _ => usize::from(lengths[1] > lengths[0]),
             };
-            let may = [0, 1].map(|k| size[k] > 2 && (k == 0 || lengths[1] > cells.min_arc()));
+            let (radial, arc) = cells.finest(!all.ratio.is_finite());
+            let may = [
+                size[0] > self.finest[0] / radial,
+                size[1] > 2 && lengths[1] > arc,
+            ];
             if may[worse] || may[1 - worse] {
                 return CellResult::Split(if may[worse] { worse } else { 1 - worse });
             }
@@ -513,7 +526,8 @@ impl Lattice<'_> {
         let Some((_, first)) = lit.first() else {
             return CellResult::Dark;
         };
-        let figures = match all.ratio <= 1.0 {
+        let is_interpolated = all.ratio <= 1.0;
+        let figures = match is_interpolated {
             true => figures.map(|f| f.unwrap_or(**first).widened(MARGIN + all.cut)),
             false => {
                 // The hull of all figures, around the mean of their centers.
@@ -534,6 +548,7 @@ impl Lattice<'_> {
             low: [0, 1].map(|k| place(k, low[k])),
             half: [0, 1].map(|k| 0.5 * place(k, size[k])),
             figures,
+            is_interpolated,
             quarters: Default::default(),
         }))
     }

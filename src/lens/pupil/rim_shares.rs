@@ -87,15 +87,18 @@ fn rims(fills: impl Fn(&Lane) -> Lane) -> Option<Lane> {
     Some(rim)
 }
 
-/// The open share over a patch, through its values at nine positions. `film` returns a position's
-/// film point in lens space, in millimeters, and its direction in the first wedge. The result is 0
-/// if a value is not known.
-pub(super) fn open_share_over(
+/// The open shares over a patch for some lenses, none if a value is not known. `film` returns a
+/// position's film point in lens space, in millimeters, and its direction in the first wedge.
+///
+/// The share of the middle lens goes through its values at nine positions. The difference of
+/// another lens's share, at another wavelength, is so smooth that it is bilinear between the four
+/// corners.
+pub(super) fn open_shares_over(
     patch: &Patch,
-    lens: &Lens,
+    lenses: &[Lens],
     film: impl Fn(Position) -> Option<(DVec3, DVec2)>,
-) -> Biquadratic {
-    let share = |k: usize| {
+) -> Option<Vec<Biquadratic>> {
+    let share = |lens: &Lens, k: usize| {
         let at = Position {
             u: 0.5 * (k % 3) as f64,
             v: 0.5 * (k / 3) as f64,
@@ -107,14 +110,29 @@ pub(super) fn open_share_over(
             |around, shares| fills(lens, film, around, shares, &point),
         )
     };
+    let middle = lenses.len() / 2;
     let mut values = [0.0; 9];
     for (k, value) in values.iter_mut().enumerate() {
-        match share(k) {
-            Some(share) => *value = share,
-            None => return [0.0; 9],
-        }
+        *value = share(&lenses[middle], k)?;
     }
-    biquadratic_through(values)
+    let own = biquadratic_through(values);
+    let of = |(number, lens): (usize, &Lens)| {
+        let mut all = own;
+        if number != middle {
+            let difference = |k: usize| Some(share(lens, k)? - values[k]);
+            let [a, b, c, d] = [
+                difference(0)?,
+                difference(2)?,
+                difference(6)?,
+                difference(8)?,
+            ];
+            for (k, more) in [(0, a), (1, b - a), (3, c - a), (4, a - b - c + d)] {
+                all[k] += more;
+            }
+        }
+        Some(all)
+    };
+    lenses.iter().enumerate().map(of).collect()
 }
 
 /// The fills of rays from a film point, in lens space, to the points of a figure at shares of its

@@ -8,6 +8,7 @@ use crate::lens::lens::Lens;
 use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
 use crate::lens::pupil::search::rim::{Bracket, RimPoint};
+use crate::lens::pupil::search::secondary_openings::Downhill;
 use crate::math::lanes::{LANES, Lane};
 
 /// The search for a center ends at a point with a fill below this. Such a point is far enough
@@ -15,9 +16,12 @@ use crate::math::lanes::{LANES, Lane};
 /// value near 1 gives directions that cover the far side of the outline thinly. It was chosen by
 /// trial.
 const WELL_INSIDE: f64 = 0.6;
-/// The search by lines has converged if a round leaves more than this share of the fill. It was
-/// chosen by trial; a search that ends too early is followed by a search on a grid.
-const CONVERGED: f64 = 0.98;
+/// The number of rounds of the search downhill without rotational symmetry. The last neighborhood
+/// has a radius of 0.6^24 = 5e-6 of the reach.
+const ROUNDS: usize = 24;
+/// The number of rounds of that search whose gain decides whether it ends. The first neighborhoods
+/// are so wide that a single round often gains nothing.
+const PATIENCE: usize = 4;
 /// The greatest distance at which a rim is searched, in multiples of the reach. The diagonal of the
 /// square that is searched for a center is 2.8 times the reach, so a rim farther away than this
 /// lies outside of everything that the search covers.
@@ -108,19 +112,18 @@ impl<'a> PupilSearch<'a> {
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
         let mut aim = self.best_along(film, DVec2::ZERO, meridian);
         if !self.rotational && !(fill(aim) < WELL_INSIDE) {
-            let mut last = f64::INFINITY;
-            for _ in 0..8 {
-                aim = self.best_along(film, aim, DVec2::Y);
-                aim = self.best_along(film, aim, DVec2::X);
-                let now = fill(aim);
-                if now < WELL_INSIDE || !(now < CONVERGED * last) {
-                    break;
-                }
-                last = now;
-            }
-            if !(fill(aim) < 1.0) {
-                aim = self.best_of_grid(film);
-            }
+            let within = Downhill {
+                radius: self.reach,
+                rounds: ROUNDS,
+                enough: WELL_INSIDE,
+                limit: 1.0,
+                patience: PATIENCE,
+            };
+            let (lowest, least) = self.downhill(film, aim, within, &|_| true);
+            aim = match least.is_finite() {
+                true => lowest,
+                false => self.best_of_grid(film),
+            };
         }
         let (center, fill) = (aim, fill(aim));
         (fill < 1.0).then_some(InnerPoint { center, fill })
@@ -166,27 +169,26 @@ impl<'a> PupilSearch<'a> {
             step *= 2.0 / (LANES - 1) as f64;
             let bound = try_bundle(low, step, &mut best);
             // No light gets through on this line. Without rotational symmetry some may get through
-            // on another line, and the search continues from the best aim on this one.
-            if self.rotational && round > 1 && bound > 1.0 {
+            // elsewhere, and the search continues from the best aim on this line.
+            if round > 1 && bound > 1.0 {
                 break;
             }
         }
         from + best.0 * direction
     }
 
-    /// Finds the aim of least fill on a grid of two bundles by two bundles over the reach.
+    /// Finds the aim of least fill on a grid over the reach.
     fn best_of_grid(&self, film: DVec3) -> DVec2 {
+        /// The number of aims along one side.
+        const SIDE: usize = 64;
+        let place = |i: usize| self.reach * (2.0 * i as f64 / (SIDE - 1) as f64 - 1.0);
+        let aims = (0..SIDE * SIDE).map(|k| DVec2::new(place(k % SIDE), place(k / SIDE)));
+        let aims: Vec<DVec2> = aims.collect();
+        let fills = self.lens.fills_up_to([f64::INFINITY; 2], film, &aims);
         let mut best = (DVec2::ZERO, f64::INFINITY);
-        let place = |i: usize| self.reach * (2.0 * i as f64 / (2 * LANES - 1) as f64 - 1.0);
-        for j in 0..2 * LANES {
-            for half in 0..2 {
-                let aim = |i: usize| DVec2::new(place(half * LANES + i), place(j));
-                let (fills, _) = self.fills(film, aim);
-                for (lane, fill) in fills.into_iter().enumerate() {
-                    if fill < best.1 {
-                        best = (aim(lane), fill);
-                    }
-                }
+        for (aim, fill) in aims.into_iter().zip(fills) {
+            if fill < best.1 {
+                best = (aim, fill);
             }
         }
         best.0

@@ -41,6 +41,21 @@ const AROUND_SHRINK: f64 = 0.7;
 /// The greatest number of rounds of [`PupilSearch::least_around`]. It shrinks 26 times at most.
 const AROUND_ROUNDS: usize = 64;
 
+/// The extent of a search by [`PupilSearch::downhill`].
+#[derive(Clone, Copy)]
+pub(super) struct Downhill {
+    /// The radius of the first neighborhood, in millimeters.
+    pub radius: f64,
+    /// The greatest number of rounds.
+    pub rounds: usize,
+    /// The search ends at a fill below this.
+    pub enough: f64,
+    /// The search ends if the fill cannot fall below this.
+    pub limit: f64,
+    /// The number of rounds over which the gain is measured from which that is concluded.
+    pub patience: usize,
+}
+
 /// A ray, given by the film radius at which it starts and its aim, both in millimeters.
 pub(crate) type RadiusAndAim = (f64, DVec2);
 
@@ -96,10 +111,17 @@ impl PupilSearch<'_> {
             let own = fill(i, j, 1, 1);
             own.is_finite() && (0..9).all(|k| own <= fill(i, j, k % 3, k / 3))
         };
+        let within = Downhill {
+            radius: step,
+            rounds: DOWNHILL_ROUNDS,
+            enough: 1.0,
+            limit: fill_limit,
+            patience: 1,
+        };
         let lowest = (0..rows * side).map(|k| (k % side, k / side));
         lowest
             .filter(|(i, j)| is_lowest(*i, *j) && outside(place(*i, *j)))
-            .map(|(i, j)| self.downhill(film, place(i, j), step, fill_limit, &outside))
+            .map(|(i, j)| self.downhill(film, place(i, j), within, &outside))
             .filter(|(aim, fill)| {
                 // An aim on the slope of the pupil itself is not an opening of its own.
                 let apart =
@@ -184,20 +206,21 @@ impl PupilSearch<'_> {
     }
 
     /// Follows the fill downhill from an aim, and returns the aim of least fill and its fill. The
-    /// fill is infinite if that leads into the pupil. The search ends early if the fill cannot fall
-    /// below `fill_limit`.
-    fn downhill(
+    /// fill is infinite if that leads to an aim that is not `outside`, into the pupil.
+    pub(super) fn downhill(
         &self,
         film: DVec3,
         from: DVec2,
-        step: f64,
-        fill_limit: f64,
+        within: Downhill,
         outside: &dyn Fn(DVec2) -> bool,
     ) -> (DVec2, f64) {
         let (mut best, mut least) = (from, f64::INFINITY);
-        let mut radius = step;
-        for round in 0..DOWNHILL_ROUNDS {
-            let (center, before) = (best, least);
+        let mut radius = within.radius;
+        // The least fills before each round, after as many that stand for the time before.
+        let mut history = vec![f64::INFINITY; within.patience - 1];
+        for round in 0..within.rounds {
+            history.push(least);
+            let (center, before) = (best, history[round]);
             let aim = |lane: usize| {
                 let part = lane as f64 / (LANES - 1) as f64;
                 let (sin, cos) = libm::sincos(TAU * GOLDEN_ANGLE * lane as f64);
@@ -215,8 +238,8 @@ impl PupilSearch<'_> {
             // The neighborhood shrinks by 0.6 in a round, and so does the gain: all further rounds
             // together gain 1.5 times as much as this one. Three times leaves room for irregular
             // ones.
-            let hopeless = round > 2 && least - 3.0 * (before - least) > fill_limit;
-            if least < 1.0 || hopeless {
+            let hopeless = round > 2 && least - 3.0 * (before - least) > within.limit;
+            if least < within.enough || hopeless {
                 break;
             }
             radius *= DOWNHILL_SHRINK;
