@@ -15,6 +15,7 @@ mod optics;
 mod optics_aberrations;
 mod paper_claims;
 mod profiles;
+mod pupils;
 mod readall;
 mod resume;
 mod roundtrip;
@@ -50,6 +51,7 @@ const TOOLS: &[Tool] = &[
     ("optics", "FOLDER [PART...]", optics::run),
     ("paper-claims", "[FILE]", paper_claims::run),
     ("profiles", "PROFILES.json [--svg FOLDER]", profiles::run),
+    ("pupils", "", pupils::run),
     ("readall", "FOLDER... [-q]", readall::run),
     (
         "roundtrip",

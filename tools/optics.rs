@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use crate::lens::{
-    Bundle, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane, PupilTarget,
-    PupilWindow, RearElement, Toward, optics,
+    Bundle, FilmPlace, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane,
+    PupilTarget, PupilWindow, RearElement, Toward, optics,
 };
 use crate::math::lanes::Width;
 use crate::math::{Meters, Mm};
@@ -674,8 +674,9 @@ fn pupils(folder: &Path, table: &mut Table) {
             if i == 0 {
                 time = clock.elapsed().as_secs_f64();
             }
-            share[i] = pass_share(&lens, &target, film_z, film_radius);
-            let (missed, passed) = cut_rays(&lens, &target, film_z, film_radius);
+            let place = FilmPlace::flat(film_z);
+            share[i] = pass_share(&lens, &target, &place, film_radius);
+            let (missed, passed) = cut_rays(&lens, &target, &place, film_radius);
             cut += missed;
             all += passed;
         }
@@ -715,8 +716,8 @@ fn spread(i: usize) -> [f64; 4] {
     .map(|step| (0.5 + step * (i + 1) as f64).fract())
 }
 
-fn through(lens: &Lens, film: DVec2, film_z: f64, aim: DVec2) -> bool {
-    let origin = film.extend(film_z);
+fn through(lens: &Lens, film: DVec2, place: &FilmPlace, aim: DVec2) -> bool {
+    let origin = place.point(film);
     let direction = aim.extend(lens.length()) - origin;
     lens.trace_from_film(&LensRay { origin, direction }).is_ok()
 }
@@ -726,8 +727,14 @@ fn on_disc(radius: f64, u: f64, v: f64) -> DVec2 {
     radius * DVec2::new(x, y)
 }
 
-/// Returns the share of the aimed rays that pass, over the area of the film that receives light.
-fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> f64 {
+/// Returns the share of the aimed rays that pass, over the area of the film that receives light. The
+/// film is a disc, with a radius in millimeters.
+pub(super) fn pass_share(
+    lens: &Lens,
+    target: &PupilTarget,
+    place: &FilmPlace,
+    film_radius: f64,
+) -> f64 {
     let (mut aimed, mut passed) = (0usize, 0usize);
     for i in 0..40_000 {
         let [a, b, c, d] = spread(i);
@@ -735,14 +742,19 @@ fn pass_share(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) 
         let window = target.window(film);
         if !window.is_closed() {
             aimed += 1;
-            passed += usize::from(through(lens, film, film_z, window.point(c, d)));
+            passed += usize::from(through(lens, film, place, window.point(c, d)));
         }
     }
     passed as f64 / aimed as f64
 }
 
 /// Returns the number of rays that pass but are outside the window, and of all that pass.
-fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) -> (usize, usize) {
+pub(super) fn cut_rays(
+    lens: &Lens,
+    target: &PupilTarget,
+    place: &FilmPlace,
+    film_radius: f64,
+) -> (usize, usize) {
     let rear = RearElement::of(lens, DiscMap::Concentric).radius;
     let (mut cut, mut passed) = (0, 0);
     for i in 0..400_000 {
@@ -758,7 +770,7 @@ fn cut_rays(lens: &Lens, target: &PupilTarget, film_z: f64, film_radius: f64) ->
             }
             _ => on_disc(1.3 * rear, c, d),
         };
-        if through(lens, film, film_z, aim) {
+        if through(lens, film, place, aim) {
             passed += 1;
             cut += usize::from(!window.contains(aim));
         }
