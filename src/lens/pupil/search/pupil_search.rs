@@ -108,10 +108,9 @@ impl<'a> PupilSearch<'a> {
 
     /// Finds a point well inside the pupil, or returns none if no light reaches the film point.
     pub(super) fn inner_point(&self, film: DVec3) -> Option<InnerPoint> {
-        let fill = |aim: DVec2| self.fill(film, aim);
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
-        let mut aim = self.best_along(film, DVec2::ZERO, meridian);
-        if !self.rotational && !(fill(aim) < WELL_INSIDE) {
+        let (mut center, mut fill) = self.best_along(film, DVec2::ZERO, meridian);
+        if !self.rotational && !(fill < WELL_INSIDE) {
             let within = Downhill {
                 radius: self.reach,
                 rounds: ROUNDS,
@@ -119,19 +118,17 @@ impl<'a> PupilSearch<'a> {
                 limit: 1.0,
                 patience: PATIENCE,
             };
-            let (lowest, least) = self.downhill(film, aim, within, &|_| true);
-            aim = match least.is_finite() {
-                true => lowest,
-                false => self.best_of_grid(film),
-            };
+            (center, fill) = self.downhill(film, center, within, &|_| true);
+            if fill.is_infinite() {
+                (center, fill) = self.best_of_grid(film);
+            }
         }
-        let (center, fill) = (aim, fill(aim));
         (fill < 1.0).then_some(InnerPoint { center, fill })
     }
 
-    /// Finds the aim of least fill on a line. Three bundles cover the line; each further bundle
-    /// covers the neighborhood of the best aim so far.
-    fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> DVec2 {
+    /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line; each
+    /// further bundle covers the neighborhood of the best aim so far.
+    fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> (DVec2, f64) {
         const ROWS: usize = 3;
         const LAST: usize = LANES - 1;
         let middle = -from.dot(direction);
@@ -174,11 +171,11 @@ impl<'a> PupilSearch<'a> {
                 break;
             }
         }
-        from + best.0 * direction
+        (from + best.0 * direction, best.1)
     }
 
-    /// Finds the aim of least fill on a grid over the reach.
-    fn best_of_grid(&self, film: DVec3) -> DVec2 {
+    /// Finds the aim of least fill on a grid over the reach, and its fill.
+    fn best_of_grid(&self, film: DVec3) -> (DVec2, f64) {
         /// The number of aims along one side.
         const SIDE: usize = 64;
         let place = |i: usize| self.reach * (2.0 * i as f64 / (SIDE - 1) as f64 - 1.0);
@@ -191,7 +188,7 @@ impl<'a> PupilSearch<'a> {
                 best = (aim, fill);
             }
         }
-        best.0
+        best
     }
 
     /// Finds the rim, where the fill is 1, in up to one bundle of directions. Each resulting point
