@@ -145,9 +145,22 @@ impl PixelSampler {
     /// The number in [0, 1) that determines the sample's wavelengths. It is stratified over a
     /// pixel's samples, and shuffled relative to the other dimensions.
     pub fn wavelength(&self, index: u32) -> f64 {
-        match self.layout {
-            Layout::Random => unit(mix(self.key ^ mix((u64::from(index) << 3) | 4))),
-            _ => Sobol::new(mix(self.key ^ 0x7761_7665)).shuffled(index),
+        let mut one = [0.0];
+        self.wavelengths(index, &mut one);
+        one[0]
+    }
+
+    /// The numbers of [`Self::wavelength`] for consecutive samples from an index on.
+    pub(crate) fn wavelengths(&self, first: u32, out: &mut [f64]) {
+        if let Layout::Random = self.layout {
+            for (index, out) in (first..).zip(out) {
+                *out = unit(mix(self.key ^ mix((u64::from(index) << 3) | 4)));
+            }
+            return;
+        }
+        let sobol = Sobol::new(mix(self.key ^ 0x7761_7665));
+        for (index, out) in (first..).zip(out) {
+            *out = sobol.shuffled(index);
         }
     }
 

@@ -122,9 +122,7 @@ impl Sobol {
                 (0..4).for_each(|d| x[d] ^= more[d]);
             }
         }
-        std::array::from_fn(|d| {
-            f64::from(scramble(x[d], self.seeds[d]).reverse_bits()) * (1.0 / (1u64 << 32) as f64)
-        })
+        std::array::from_fn(|d| coordinate(x[d], self.seeds[d]))
     }
 }
 
@@ -132,8 +130,9 @@ impl Sobol {
     /// The first dimension of the point with a shuffled index: every aligned 2^k indices are
     /// permuted among themselves, so that the result is independent of another scrambling.
     pub(super) fn shuffled(&self, index: u32) -> f64 {
+        // In the first dimension, a point before scrambling is its index with the bits reversed.
         let shuffled = scramble(index.reverse_bits(), self.seeds[1]).reverse_bits();
-        self.point(shuffled)[0]
+        coordinate(shuffled, self.seeds[0])
     }
 }
 
@@ -250,8 +249,7 @@ impl SimdKernel for Draw<'_> {
             }
             let mut points = [0.0; LANES];
             for i in 0..LANES {
-                let x = scramble(x[i], seeds[i]).reverse_bits();
-                points[i] = f64::from(x) * (1.0 / (1u64 << 32) as f64);
+                points[i] = coordinate(x[i], seeds[i]);
             }
             out.copy_from_slice(&points[..out.len()]);
         }
@@ -273,6 +271,12 @@ fn whole(part: &[u32]) -> [u32; LANES] {
         None => row[..part.len()].copy_from_slice(part),
     }
     row
+}
+
+/// A coordinate, before scrambling with its bits reversed, scrambled and scaled to [0, 1).
+#[inline(always)]
+fn coordinate(x: u32, seed: u32) -> f64 {
+    f64::from(scramble(x, seed).reverse_bits()) * (1.0 / (1u64 << 32) as f64)
 }
 
 /// Scrambles a number by the hash of Laine and Karras, with the constants of Vegdahl ("Building a
