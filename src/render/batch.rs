@@ -6,7 +6,10 @@ use glam::DVec3;
 
 use super::exposure::Counts;
 use super::passes::Render;
+use super::shares::SampleShares;
 use super::surfaces::SurfaceSum;
+use super::tile::Tile;
+use super::units::{is_border, pieces};
 use crate::bvh::Hit;
 use crate::camera::{CameraRays, SpectralCorrections};
 use crate::film::{Exposed, Resolution};
@@ -92,6 +95,41 @@ impl<'a> Batch<'a> {
         }
     }
 
+    /// Adds samples to the pixels of one tile, which are in `sums` row by row. It needs nothing but
+    /// the tile's own pixels, so tiles can be exposed in any order and anywhere. The batch must be
+    /// empty, and is empty afterwards; its memory serves the next tile.
+    pub(super) fn expose(
+        &mut self,
+        tile: Tile,
+        sums: &mut [Exposed],
+        samples: &Range<u32>,
+        shares: &SampleShares,
+    ) -> Counts {
+        self.counts = Counts::default();
+        self.work.counts = Default::default();
+        let (sampler, width) = (self.render.sampler, self.render.resolution.width);
+        let mut unit = Vec::new();
+        for piece in pieces(samples) {
+            let is_unit = piece.start > 0 && is_border(piece.start);
+            unit.clear();
+            unit.resize(if is_unit { sums.len() } else { 0 }, Exposed::default());
+            let target = if is_unit { &mut unit[..] } else { &mut *sums };
+            for (slot, (x, y)) in tile.pixels().enumerate() {
+                let samples = shares.samples(y * width + x, &piece);
+                self.add((x, y), sampler, samples, &mut target[..=slot]);
+            }
+            self.flush(target);
+            sums.iter_mut()
+                .zip(&unit)
+                .for_each(|(sum, unit)| sum.join(unit));
+        }
+        Counts {
+            scene_rays: self.work.counts.scene,
+            shadow_rays: self.work.counts.shadow,
+            ..self.counts
+        }
+    }
+
     /// Adds samples of a pixel to the batch; their light goes to the last of the sums.
     pub(super) fn add(
         &mut self,
@@ -109,8 +147,8 @@ impl<'a> Batch<'a> {
             let now = samples.start..samples.start + count as u32;
             samples.start = now.end;
             if self.is_spectral {
-                let wavelengths = now.clone().map(|index| pixel.wavelength(index));
-                self.samples.wavelength.extend(wavelengths);
+                self.samples.wavelength.resize(filled + count, 0.0);
+                pixel.wavelengths(now.start, &mut self.samples.wavelength[filled..]);
             }
             self.samples.request(&pixel, now);
             self.pixels[0].resize(filled + count, f64::from(at.0));

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::batch::Batch;
 use super::exposure::Counts;
 use super::pairs::{AT_ONCE, Draw};
 use super::passes::Render;
@@ -187,11 +188,12 @@ impl Render<'_> {
                     (*tile, own)
                 });
                 let starts: Vec<(Tile, Vec<Exposed>)> = starts.collect();
-                let expose = |(tile, mut own): (Tile, Vec<Exposed>)| {
-                    let counts = render.expose(tile, &mut own, &samples, shares);
+                let expose = |batch: &mut Batch<'_>, (tile, mut own): (Tile, Vec<Exposed>)| {
+                    let counts = batch.expose(tile, &mut own, &samples, shares);
                     (own, counts)
                 };
-                let done: Vec<_> = starts.into_par_iter().map(expose).collect();
+                let starts = starts.into_par_iter();
+                let done: Vec<_> = starts.map_init(|| Batch::new(&render), expose).collect();
                 let mut counts = Counts::default();
                 let mut sums = Vec::new();
                 for (own, more) in done {

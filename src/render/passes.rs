@@ -13,9 +13,9 @@ use super::shares::SampleShares;
 use super::stopwatch::{Spent, Stopwatch};
 use super::sums::{Keeper, Place, Sums};
 use super::tile::{Tile, strips};
-use super::units::{border_after, border_before, is_border, pieces};
+use super::units::{border_after, border_before};
 use crate::camera::Camera;
-use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
+use crate::film::{ErrorEstimate, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::Shader;
 use crate::team::Team;
@@ -354,13 +354,16 @@ impl Render<'_> {
         if let Some(team) = self.team {
             return self.fill_by_team(team, segment, shares, proceed);
         }
-        let one = |tile: Tile| {
+        let one = |batch: &mut Batch<'_>, tile: Tile| {
             let mut sums = segment.pixels(tile);
-            let counts = self.expose(tile, &mut sums, &segment.samples, shares);
+            let counts = batch.expose(tile, &mut sums, &segment.samples, shares);
             proceed(segment.finish(tile, &sums, &counts))
         };
         let rows = segment.open_tiles().into_par_iter();
-        rows.all(|tiles| tiles.into_par_iter().all(one))
+        rows.all(|tiles| {
+            let goes_on = tiles.into_par_iter().map_init(|| Batch::new(self), one);
+            goes_on.all(|goes_on| goes_on)
+        })
     }
 
     /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
@@ -389,41 +392,6 @@ impl Render<'_> {
         good || late
     }
 
-    /// Adds samples to the pixels of one tile, which are in `sums` row by row. It needs nothing but
-    /// the tile's own pixels, so tiles can be exposed in any order and anywhere.
-    pub(super) fn expose(
-        &self,
-        tile: Tile,
-        sums: &mut [Exposed],
-        samples: &Range<u32>,
-        shares: &SampleShares,
-    ) -> Counts {
-        let mut batch = Batch::new(self);
-        let mut unit = Vec::new();
-        for piece in pieces(samples) {
-            let is_unit = piece.start > 0 && is_border(piece.start);
-            unit.clear();
-            unit.resize(if is_unit { sums.len() } else { 0 }, Exposed::default());
-            let target = if is_unit { &mut unit[..] } else { &mut *sums };
-            for (slot, (x, y)) in tile.pixels().enumerate() {
-                let number = y * self.resolution.width + x;
-                let samples = shares.samples(number, &piece);
-                batch.add((x, y), self.sampler, samples, &mut target[..=slot]);
-            }
-            batch.flush(target);
-            sums.iter_mut()
-                .zip(&unit)
-                .for_each(|(sum, unit)| sum.join(unit));
-        }
-        Counts {
-            film_rays: batch.counts.film_rays,
-            passed: batch.counts.passed,
-            scene_rays: batch.work.counts.scene,
-            shadow_rays: batch.work.counts.shadow,
-            error_rays: 0,
-        }
-    }
-
     /// Returns the samples of one pixel.
     pub(super) fn pixel(&self, sampler: Sampler, (x, y): (u32, u32)) -> PixelSampler {
         let number = u64::from(y * self.resolution.width + x);
@@ -440,7 +408,7 @@ impl Render<'_> {
         work: &mut crate::shade::Work,
     ) -> glam::DVec3 {
         let mut batch = Batch::new(self);
-        let mut sums = [Exposed::default()];
+        let mut sums = [crate::film::Exposed::default()];
         std::mem::swap(&mut batch.work, work);
         batch.add(pixel, self.sampler, index..index + 1, &mut sums);
         batch.flush(&mut sums);
