@@ -29,7 +29,7 @@ impl AimedSample {
 }
 
 /// Points of the film in millimeters from its middle, and points of the lens in the unit square.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct FilmSamples {
     /// The x and y of the film points.
     pub film: [Lane; 2],

@@ -165,6 +165,7 @@ fn sin_cos<const FUSED: bool>(angle: f64) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::lanes::bits;
     use crate::sampling::disc::concentric_disc;
 
     #[test]
@@ -211,16 +212,17 @@ mod tests {
             let image = DVec3::new(-film[0] * d / v, -film[1] * d / v, -d);
             let back = lens.world_from_camera.inverse();
             let mut exposure = 0.0;
-            for i in 0..rays.len() {
-                let packet = &rays.packets()[i / LANES];
-                let (ray, weight) = (packet.rays.ray(i % LANES), packet.weights[i % LANES]);
+            let packets = rays.packets().iter();
+            let lanes = packets.flat_map(|packet| bits(packet.rays.mask).map(move |i| (packet, i)));
+            for (packet, lane) in lanes {
+                let (ray, weight) = (packet.rays.ray(lane), packet.weights[lane]);
                 let (o, w) = (
                     back * ray.origin.as_dvec3(),
                     back * ray.direction.as_dvec3(),
                 );
                 let off = (image - o).cross(w).length() / w.length();
                 assert!(off < 1e-6, "{off} m beside the image");
-                exposure += weight / rays.len() as f64;
+                exposure += weight / samples.len() as f64;
             }
             let r2 = film[0] * film[0] + film[1] * film[1];
             let cosine = v * v / (v * v + r2);

@@ -56,6 +56,16 @@ impl ExitRays {
         let lane_of = |v: &Vec3Lanes| [v[0][lane], v[1][lane], v[2][lane]];
         (lane_of(&self.rays.origin), lane_of(&self.rays.direction))
     }
+
+    /// Sets the origin and the direction of one lane, and its weight.
+    #[inline(always)]
+    fn set(&mut self, lane: usize, (origin, direction): ([f32; 3], [f32; 3]), weight: f64) {
+        for axis in 0..3 {
+            self.rays.origin[axis][lane] = origin[axis];
+            self.rays.direction[axis][lane] = direction[axis];
+        }
+        self.weights[lane] = weight;
+    }
 }
 
 /// A factor of the radiance along a ray, at one wavelength.
@@ -83,11 +93,6 @@ pub(crate) struct CameraRays {
 }
 
 impl CameraRays {
-    /// The number of lanes in use, with or without a ray.
-    pub(crate) fn len(&self) -> usize {
-        self.len
-    }
-
     /// Whether no lane is in use.
     pub(crate) fn is_empty(&self) -> bool {
         self.len == 0
@@ -103,6 +108,31 @@ impl CameraRays {
         self.len = 0;
         self.colors.clear();
         self.passed = 0;
+    }
+
+    /// Makes room for the rays of samples, each in the lane of the sample's number, without a ray.
+    pub(super) fn reserve(&mut self, samples: usize) {
+        for number in 0..samples.div_ceil(LANES) {
+            let packet = self.packet(number);
+            packet.rays.mask = 0;
+            packet.samples = std::array::from_fn(|lane| (number * LANES + lane) as u32);
+        }
+        self.len = samples;
+    }
+
+    /// Sets the ray of a sample for which there is room.
+    #[inline(always)]
+    pub(super) fn set(&mut self, sample: usize, ray: ([f32; 3], [f32; 3]), weight: f64) {
+        let (to, lane) = (&mut self.packets[sample / LANES], sample % LANES);
+        to.set(lane, ray, weight);
+        to.rays.mask |= 1 << lane;
+    }
+
+    /// The packet of a lane of the batch, and its lane there.
+    #[inline(always)]
+    pub(crate) fn lane(&self, number: u32) -> (&ExitRays, usize) {
+        let number = number as usize;
+        (&self.packets[number / LANES], number % LANES)
     }
 
     /// Appends the ray of a sample.
@@ -131,20 +161,12 @@ impl CameraRays {
 
     /// Appends the ray of a sample, whose radiance has a weight as its factor.
     #[inline(always)]
-    pub(super) fn put(
-        &mut self,
-        sample: u32,
-        (origin, direction): ([f32; 3], [f32; 3]),
-        weight: f64,
-    ) {
+    pub(super) fn put(&mut self, sample: u32, ray: ([f32; 3], [f32; 3]), weight: f64) {
         let lane = self.len % LANES;
         let to = self.packet(self.len / LANES);
-        for axis in 0..3 {
-            to.rays.origin[axis][lane] = origin[axis];
-            to.rays.direction[axis][lane] = direction[axis];
-        }
+        to.set(lane, ray, weight);
         to.rays.mask = (to.rays.mask & ((1 << lane) - 1)) | 1 << lane;
-        (to.samples[lane], to.weights[lane]) = (sample, weight);
+        to.samples[lane] = sample;
         self.len += 1;
     }
 

@@ -21,8 +21,8 @@ use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ColorFactor, ExitRays};
 use super::spectral_lenses::{MAIN, SpectralLenses};
-use crate::lens::{Aims, Bundle};
-use crate::math::lanes::LANES;
+use crate::lens::{Aims, Bundle, Lens};
+use crate::math::lanes::{LANES, Lane, Lanes, SimdKernel, Vec3Lanes, bits, dispatch};
 use crate::sampling::Samples;
 use crate::spectrum::{HERO, SETS};
 
@@ -62,164 +62,99 @@ pub(super) fn distance([a, b]: [&ExitRays; 2], [i, j]: [usize; 2]) -> f64 {
 /// sample.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SpectralCorrections {
-    /// The rays.
+    /// The rays, in the order of their samples.
     pub rays: CameraRays,
-    /// For each ray, the number of the main ray of its sample in the batch that is shaded.
-    pub firsts: Vec<u32>,
-    /// Random numbers that are independent of the choice of the rays.
+    /// For each ray, a random number that is independent of its choice.
     uniform: Vec<f64>,
-    traced: TracedSamples,
-}
-
-/// The rays of the samples of a batch in front of the lens.
-#[derive(Clone, Debug, Default)]
-struct TracedSamples {
+    /// The rays in the order in which they were found.
+    found: Vec<Correction>,
+    /// For each sample, the place in `found` of its last ray; [`NONE`] if it has none.
+    last: Vec<u32>,
     /// The samples of each hero set.
     of_set: [Vec<AimedSample>; SETS],
-    /// The rays, and the number of packets in use.
-    packets: Vec<ExitRays>,
-    used: usize,
-    /// For each sample, the number of its main ray, and at the other wavelengths the place in
-    /// `chosen`; [`NONE`] for a ray that was not chosen or is lost.
-    of_sample: Vec<[u32; HERO]>,
-    /// The rays of other wavelengths that may correct a main ray.
-    chosen: Vec<(Chosen, u32)>,
-    /// The rays of other wavelengths whose main ray is lost.
-    alone: Vec<LoneRay>,
+    /// The rays of [`SetTracing::others`].
+    others: [(Vec<OtherRays>, usize); HERO],
 }
 
 /// The place of no ray.
 const NONE: u32 = u32::MAX;
 
-/// A ray of another wavelength whose main ray is lost.
+/// A ray of another wavelength that is to be intersected.
 #[derive(Clone, Copy, Debug)]
-struct LoneRay {
+struct Correction {
+    ray: ([f32; 3], [f32; 3]),
     sample: u32,
     /// The number of its wavelength among those of all sets.
     line: u32,
-    /// Its number among the traced rays.
-    number: u32,
-}
-
-impl TracedSamples {
-    fn clear(&mut self, samples: usize) {
-        self.used = 0;
-        self.of_set.iter_mut().for_each(Vec::clear);
-        self.of_sample.clear();
-        self.of_sample.resize(samples, [NONE; HERO]);
-        self.chosen.clear();
-        self.alone.clear();
-    }
-
-    /// The next packet, to be filled completely.
-    fn next(&mut self) -> &mut ExitRays {
-        if self.used == self.packets.len() {
-            self.packets.push(ExitRays::default());
-        }
-        self.used += 1;
-        &mut self.packets[self.used - 1]
-    }
-
-    /// The packet of a ray, and its lane.
-    #[inline(always)]
-    fn place(&self, number: u32) -> (&ExitRays, usize) {
-        let number = number as usize;
-        (&self.packets[number / LANES], number % LANES)
-    }
-
-    /// The packet of a ray, and its lane; none if it is lost.
-    #[inline(always)]
-    fn ray(&self, number: u32) -> Option<(&ExitRays, usize)> {
-        let (packet, lane) = self.place(number);
-        (packet.rays.mask >> lane & 1 == 1).then_some((packet, lane))
-    }
+    /// The factor of its radiance.
+    factor: f64,
+    uniform: f64,
+    /// The place of the ray of its sample that was found before; [`NONE`] for the first.
+    before: u32,
 }
 
 impl SpectralCorrections {
     /// Removes all rays and keeps the memory.
     pub(super) fn clear(&mut self) {
         self.rays.clear();
-        self.firsts.clear();
         self.uniform.clear();
+        self.found.clear();
     }
 
     /// Copies the rays to be shaded to `accepted`, and subtracts their share from their main rays
-    /// in `rays`. `is_unlike` returns whether a correction hits another surface than its main ray.
+    /// in `rays`. `is_unlike` returns whether a correction hits another surface than its main ray; it
+    /// receives their numbers in `self.rays` and `rays`.
     pub(crate) fn accept(
         &self,
-        is_unlike: impl Fn(usize) -> bool,
+        is_unlike: impl Fn(&CameraRays, [u32; 2]) -> bool,
         rays: &mut CameraRays,
         accepted: &mut CameraRays,
     ) {
         accepted.clear();
-        for (number, (first, uniform)) in zip(&self.firsts, &self.uniform).enumerate() {
-            let probability = match is_unlike(number) {
+        for (color, uniform) in zip(&self.rays.colors, &self.uniform) {
+            let (packet, lane) = self.rays.lane(color.number);
+            let sample = packet.samples[lane];
+            let probability = match is_unlike(rays, [color.number, sample]) {
                 true => 1.0,
                 false => SAME_SURFACE_PROBABILITY,
             };
             if *uniform >= probability {
                 continue;
             }
-            let color = self.rays.colors[number];
             let factor = color.factor / probability;
             rays.colors.push(ColorFactor {
-                number: *first,
+                number: sample,
                 factor: -factor,
-                ..color
+                ..*color
             });
-            let (packet, lane) = (&self.rays.packets()[number / LANES], number % LANES);
-            accepted.push_colored(packet.samples[lane], packet.ray(lane), color.line, factor);
+            accepted.push_colored(sample, packet.ray(lane), color.line, factor);
         }
     }
 
-    /// Corrects the radiance of a main ray at another wavelength: appends a change of the main
-    /// ray's factor to `rays`, and a ray to be intersected. `line` is the number of the wavelength
-    /// and the size of its color.
-    #[inline(always)]
-    fn correct(
-        &mut self,
-        main: &MainRay<'_>,
-        (line, size): (u32, f64),
-        chosen: &Chosen,
-        other: Option<(&ExitRays, usize)>,
-        rays: &mut CameraRays,
-    ) {
-        let own = main.packet.weights[main.lane];
-        let weight = other.map_or(0.0, |(packet, lane)| packet.weights[lane] * chosen.factor);
-        if weight != own {
-            rays.colors.push(ColorFactor {
-                number: main.number,
-                line,
-                factor: (weight - own) / chosen.probability,
-            });
+    /// Puts the rays that were found in the order of their samples, whose neighbors are in the same
+    /// pixel, so that rays in a packet are close together.
+    fn order(&mut self, samples: usize) {
+        self.last.clear();
+        self.last.resize(samples, NONE);
+        for (place, found) in (0..).zip(&mut self.found) {
+            found.before = std::mem::replace(&mut self.last[found.sample as usize], place);
         }
-        let Some((packet, lane)) = other else { return };
-        let distance = distance([main.packet, packet], [main.lane, lane]);
-        let both = probability(size, distance).min(chosen.probability);
-        let place = chosen.uniform * chosen.probability;
-        if place < both {
-            self.uniform.push(place / both);
-            self.firsts.push(main.number);
-            self.rays
-                .push_colored(main.sample, packet.ray(lane), line, weight / both);
+        for last in &self.last {
+            let mut place = *last;
+            while let Some(found) = self.found.get(place as usize) {
+                self.uniform.push(found.uniform);
+                let (sample, line) = (found.sample, found.line);
+                self.rays
+                    .push_colored(sample, found.ray, line, found.factor);
+                place = found.before;
+            }
         }
     }
-}
-
-/// The main ray of a sample.
-struct MainRay<'a> {
-    packet: &'a ExitRays,
-    /// Its lane in the packet.
-    lane: usize,
-    /// Its number among the rays that continue into the scene.
-    number: u32,
-    /// The number of the sample.
-    sample: u32,
 }
 
 impl LensCamera {
     /// Makes the rays of samples at their wavelengths. Samples of one hero set share its lenses, so
-    /// they are traced together; the rays continue into the scene in the order of the samples.
+    /// they are traced together. The main ray of each sample has the lane of its number.
     pub(super) fn shoot_by_wavelength(
         &self,
         lenses: &SpectralLenses,
@@ -228,9 +163,8 @@ impl LensCamera {
         rays: &mut CameraRays,
         corrections: &mut SpectralCorrections,
     ) {
-        let mut traced = std::mem::take(&mut corrections.traced);
-        traced.clear(samples.len());
-        let mut of_set = std::mem::take(&mut traced.of_set);
+        let mut of_set = std::mem::take(&mut corrections.of_set);
+        of_set.iter_mut().for_each(Vec::clear);
         for (sample, wavelength) in samples.wavelength.iter().enumerate() {
             let at = |all: &[Vec<f64>; 2]| [all[0][sample], all[1][sample]];
             let [x, y] = at(&samples.film);
@@ -240,48 +174,24 @@ impl LensCamera {
                 sample,
             });
         }
+        rays.reserve(samples.len());
         let mut tracing = SetTracing {
             camera: self,
             lenses,
             wavelengths: &samples.wavelength,
             bundle,
-            out: &mut traced,
-            others: Default::default(),
-            passed: 0,
+            rays,
+            found: &mut corrections.found,
+            others: std::mem::take(&mut corrections.others),
+            out: ExitRays::default(),
         };
         for (set, members) in of_set.iter().enumerate() {
             tracing.trace_main(set, members);
             tracing.trace_others(set);
         }
-        rays.passed += tracing.passed;
-        traced.of_set = of_set;
-        for (sample, numbers) in traced.of_sample.iter().enumerate() {
-            if numbers[MAIN] == NONE {
-                continue;
-            }
-            let (packet, lane) = traced.place(numbers[MAIN]);
-            let set = split(samples.wavelength[sample]).0;
-            let (number, sample) = (rays.len() as u32, sample as u32);
-            rays.put(sample, packet.ray(lane), packet.weights[lane]);
-            let main = MainRay {
-                packet,
-                lane,
-                number,
-                sample,
-            };
-            for line in OTHERS.into_iter().filter(|line| numbers[*line] != NONE) {
-                let (chosen, other) = &traced.chosen[numbers[line] as usize];
-                let line = ((set * HERO + line) as u32, lenses.sizes[set][line]);
-                corrections.correct(&main, line, chosen, traced.ray(*other), rays);
-            }
-        }
-        for alone in &traced.alone {
-            if let Some((packet, lane)) = traced.ray(alone.number) {
-                let weight = packet.weights[lane];
-                rays.push_colored(alone.sample, packet.ray(lane), alone.line, weight);
-            }
-        }
-        corrections.traced = traced;
+        corrections.others = tracing.others;
+        corrections.of_set = of_set;
+        corrections.order(samples.len());
     }
 }
 
@@ -299,59 +209,152 @@ struct Chosen {
     probability: f64,
     /// A random number in [0, 1] that is independent of the choice.
     uniform: f64,
-    /// The factor of the main ray's weight: the open share, if that is known.
-    factor: f64,
 }
 
-/// Chooses each of the other wavelengths with its probability, by a random number in [0, 1), and
-/// passes the chosen ones to `accept`.
+/// The choice of the other wavelengths of samples in lanes.
+#[derive(Default)]
+struct Choices {
+    /// The probability with which each wavelength is chosen.
+    probability: [Lane; HERO],
+    /// At the main wavelength a random number in [0, 1); at each other one that is chosen, a random
+    /// number that is independent of the choice.
+    uniform: [Lane; HERO],
+    /// A bit mask of the samples for which each wavelength is chosen.
+    chosen: [u32; HERO],
+}
+
+/// The kernel that chooses each of the other wavelengths with its probability.
 ///
 /// It is systematic sampling: the probabilities are summed, and a wavelength is chosen if an
 /// integer plus the random number falls into its interval of the sum. The position in the interval
 /// is again a uniform random number.
-#[inline(always)]
-fn choose(probabilities: &[f64; HERO], uniform: f64, mut accept: impl FnMut(usize, Chosen)) {
-    let (mut sum, mut next) = (0.0, uniform);
-    for line in OTHERS {
-        let probability = probabilities[line];
-        sum += probability;
-        if sum > next {
-            let uniform = 1.0 - (sum - next) / probability;
-            let chosen = Chosen {
-                probability,
-                uniform,
-                factor: 1.0,
-            };
-            accept(line, chosen);
-            next += 1.0;
+struct Choosing<'a>(&'a mut Choices);
+
+impl SimdKernel for Choosing<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let Choices {
+            probability,
+            uniform,
+            chosen,
+        } = self.0;
+        let (mut sum, mut next) = ([0.0; LANES], uniform[MAIN]);
+        for line in OTHERS {
+            let mut is_chosen = [false; LANES];
+            for i in 0..LANES {
+                let probability = probability[line][i];
+                sum[i] += probability;
+                is_chosen[i] = sum[i] > next[i];
+                uniform[line][i] = 1.0 - (sum[i] - next[i]) / probability;
+                next[i] += if is_chosen[i] { 1.0 } else { 0.0 };
+            }
+            let lanes = is_chosen.iter().enumerate();
+            chosen[line] = lanes.fold(0, |all, (lane, is)| all | u32::from(*is) << lane);
         }
     }
 }
 
-/// A ray of another wavelength than the main one, to be traced through the lens.
-#[derive(Clone, Copy, Debug)]
-struct OtherRay {
-    /// The number of its sample.
-    sample: u32,
-    /// The film point, in millimeters from the film's middle.
-    film: [f64; 2],
-    /// The point of the rear vertex plane at which the main ray was aimed, in millimeters.
-    aim: [f64; 2],
-    /// The area of [`Aims`].
-    area: f64,
-    /// The correction of the main ray; none if the main ray of this aim was lost.
-    chosen: Option<Chosen>,
+/// Rays of another wavelength than the main one, in lanes, to be traced through the lens.
+#[derive(Clone, Debug, Default)]
+struct OtherRays {
+    /// The film points; the aims are not computed from these.
+    film: FilmSamples,
+    /// The points at which the main rays were aimed.
+    aims: Aims,
+    /// The numbers of the samples.
+    samples: Lanes<u32>,
+    /// A bit mask of the rays whose main ray of this aim was lost. They correct none.
+    alone: u32,
+    /// The choices of the other rays: [`Chosen`].
+    probability: Lane,
+    uniform: Lane,
+    /// The factor of the weights: the open share, if that is known.
+    factor: Lane,
 }
 
-impl OtherRay {
-    /// The ray to the aim of a lane.
-    fn new(aimed: &AimedSample, aims: &Aims, lane: usize, chosen: Option<Chosen>) -> Self {
-        Self {
-            sample: aimed.sample as u32,
-            film: aimed.film,
-            aim: [aims.x[lane], aims.y[lane]],
-            area: aims.area[lane],
-            chosen,
+impl OtherRays {
+    /// Appends the ray to the aim of a lane.
+    #[inline(always)]
+    fn push(&mut self, aimed: &AimedSample, (aims, from): (&Aims, usize), chosen: Option<Chosen>) {
+        let lane = self.film.count;
+        self.film.count += 1;
+        [self.film.film[0][lane], self.film.film[1][lane]] = aimed.film;
+        self.aims.copy(lane, (aims, from));
+        self.samples[lane] = aimed.sample as u32;
+        self.alone |= u32::from(chosen.is_none()) << lane;
+        let share = aims.open_share[from];
+        self.factor[lane] = match chosen.is_some() && share > 0.0 {
+            true => share,
+            false => 1.0,
+        };
+        if let Some(chosen) = chosen {
+            (self.probability[lane], self.uniform[lane]) = (chosen.probability, chosen.uniform);
+        }
+    }
+}
+
+/// The main rays of the samples in the lanes of [`OtherRays`].
+#[derive(Default)]
+struct MainRays {
+    direction: Vec3Lanes,
+    weight: Lane,
+}
+
+impl MainRays {
+    /// Copies the ray of a lane of a packet to a lane.
+    #[inline(always)]
+    fn take(&mut self, lane: usize, (packet, from): (&ExitRays, usize)) {
+        for axis in 0..3 {
+            self.direction[axis][lane] = packet.rays.direction[axis][from];
+        }
+        self.weight[lane] = packet.weights[from];
+    }
+}
+
+/// The kernel that decides which of the rays of another wavelength are intersected.
+struct Correcting<'a> {
+    others: &'a OtherRays,
+    /// The rays after the lens.
+    out: &'a ExitRays,
+    main: &'a MainRays,
+    /// The size of the wavelength's color.
+    size: f64,
+    to: &'a mut Decisions,
+}
+
+/// The decisions of [`Correcting`].
+#[derive(Default)]
+struct Decisions {
+    /// What is added to the factor of the main ray at this wavelength.
+    change: Lane,
+    /// If the ray is intersected, a uniform random number; else 1 or more.
+    uniform: Lane,
+    /// The factor of the ray's radiance if it is intersected.
+    factor: Lane,
+}
+
+impl SimdKernel for Correcting<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let (others, out, main, to) = (self.others, self.out, self.main, self.to);
+        for i in 0..LANES {
+            let weight = match out.rays.mask >> i & 1 {
+                0 => 0.0,
+                _ => out.weights[i] * others.factor[i],
+            };
+            let apart =
+                |axis: usize| f64::from(out.rays.direction[axis][i] - main.direction[axis][i]);
+            let [x, y, z] = [apart(0), apart(1), apart(2)];
+            let distance = (x * x + y * y + z * z).sqrt();
+            let chosen = others.probability[i];
+            let both = probability(self.size, distance).min(chosen);
+            to.change[i] = (weight - main.weight[i]) / chosen;
+            to.uniform[i] = others.uniform[i] * chosen / both;
+            to.factor[i] = weight / both;
         }
     }
 }
@@ -363,17 +366,20 @@ struct SetTracing<'a> {
     /// The numbers that determine the wavelengths of the samples.
     wavelengths: &'a [f64],
     bundle: &'a mut Bundle,
-    out: &'a mut TracedSamples,
-    /// The rays of the set at hand that are to be traced at each wavelength.
-    others: [Vec<OtherRay>; HERO],
-    /// The number of samples whose first main ray gets through.
-    passed: usize,
+    rays: &'a mut CameraRays,
+    found: &'a mut Vec<Correction>,
+    /// The rays of the set at hand that are to be traced at each wavelength, and the number of
+    /// packets in use.
+    others: [(Vec<OtherRays>, usize); HERO],
+    /// The rays that were traced last.
+    out: ExitRays,
 }
 
 impl SetTracing<'_> {
     /// Traces the main rays of the samples of a set, and chooses their other rays.
     fn trace_main(&mut self, set: usize, samples: &[AimedSample]) {
         let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
+        let mut main = ExitRays::default();
         let lenses = self.lenses;
         let transmission = &lenses.aiming(set, self.camera).transmission;
         let mut lost: Vec<AimedSample> = Vec::new();
@@ -386,94 +392,157 @@ impl SetTracing<'_> {
                     .target
                     .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
                 let known = aims.known_shares();
-                let through = self.trace([set, MAIN], &lanes, &aims);
-                for (lane, aimed) in chunk.iter().enumerate() {
-                    let is = |mask: u32| mask >> lane & 1 == 1;
-                    if is(through) {
-                        self.note(set, lane, aimed, &aims);
-                        self.passed += usize::from(round == 0);
-                        continue;
-                    }
-                    if round == 0 && aims.area[lane] > 0.0 {
-                        for line in OTHERS {
-                            self.others[line].push(OtherRay::new(aimed, &aims, lane, None));
+                let lens = &lenses.lenses[set][MAIN];
+                self.camera
+                    .trace_at(lens, &lanes, &aims, self.bundle, &mut main);
+                self.accept(set, chunk, &aims, &main);
+                let through = main.rays.mask;
+                if round == 0 {
+                    self.rays.passed += through.count_ones() as usize;
+                    let is_open = |lane: &usize| aims.area[*lane] > 0.0;
+                    for lane in bits(!through).take_while(|lane| *lane < chunk.len()) {
+                        for line in OTHERS.into_iter().filter(|_| is_open(&lane)) {
+                            self.push(line, &chunk[lane], (&aims, lane), None);
                         }
                     }
-                    if is(known) {
-                        lost.push(*aimed);
-                    }
                 }
+                let known = bits(known & !through).take_while(|lane| *lane < chunk.len());
+                lost.extend(known.map(|lane| chunk[lane]));
             }
             lost.iter_mut().for_each(|lost| lost.aim_again(round));
         }
     }
 
-    /// Notes the main ray of a sample, in a lane of the last packet, and chooses its other rays.
-    #[inline(always)]
-    fn note(&mut self, set: usize, lane: usize, aimed: &AimedSample, aims: &Aims) {
-        let share = Some(aims.open_share[lane]).filter(|share| *share > 0.0);
-        let (last, factor) = (self.out.used - 1, share.unwrap_or(1.0));
-        self.out.packets[last].weights[lane] *= factor;
-        self.out.of_sample[aimed.sample][MAIN] = (last * LANES + lane) as u32;
-        let rim = share.map_or(UNKNOWN_RIM, |share| share - RIM);
-        let probabilities = match aimed.pupil[1] > rim {
-            true => &[1.0; HERO],
-            false => self
-                .lenses
-                .aiming(set, self.camera)
-                .probabilities(aimed.film),
-        };
-        let uniform = split(self.wavelengths[aimed.sample]).1;
-        choose(probabilities, uniform, |line, chosen| {
-            let chosen = Some(Chosen { factor, ..chosen });
-            self.others[line].push(OtherRay::new(aimed, aims, lane, chosen));
-        });
-    }
-
-    /// Traces the other rays that were chosen for the samples of a set.
-    fn trace_others(&mut self, set: usize) {
-        let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
-        for line in OTHERS {
-            let mut others = std::mem::take(&mut self.others[line]);
-            for chunk in others.chunks(LANES) {
-                lanes.count = chunk.len();
-                for (lane, other) in chunk.iter().enumerate() {
-                    [lanes.film[0][lane], lanes.film[1][lane]] = other.film;
-                    [aims.x[lane], aims.y[lane]] = other.aim;
-                    aims.area[lane] = other.area;
-                }
-                self.trace([set, line], &lanes, &aims);
-                let first = (self.out.used - 1) * LANES;
-                for (number, other) in (first as u32..).zip(chunk) {
-                    let sample = other.sample;
-                    let Some(chosen) = other.chosen else {
-                        let line = (set * HERO + line) as u32;
-                        self.out.alone.push(LoneRay {
-                            sample,
-                            line,
-                            number,
-                        });
-                        continue;
-                    };
-                    self.out.of_sample[sample as usize][line] = self.out.chosen.len() as u32;
-                    self.out.chosen.push((chosen, number));
-                }
+    /// Accepts the main rays of samples that get through, and chooses their other rays.
+    fn accept(&mut self, set: usize, samples: &[AimedSample], aims: &Aims, main: &ExitRays) {
+        let aiming = self.lenses.aiming(set, self.camera);
+        let mut choices = Choices::default();
+        for lane in bits(main.rays.mask) {
+            let aimed = &samples[lane];
+            let share = Some(aims.open_share[lane]).filter(|share| *share > 0.0);
+            let weight = main.weights[lane] * share.unwrap_or(1.0);
+            self.rays.set(aimed.sample, main.ray(lane), weight);
+            let rim = share.map_or(UNKNOWN_RIM, |share| share - RIM);
+            let probabilities = match aimed.pupil[1] > rim {
+                true => &[1.0; HERO],
+                false => aiming.probabilities(aimed.film),
+            };
+            for line in OTHERS {
+                choices.probability[line][lane] = probabilities[line];
             }
-            others.clear();
-            self.others[line] = others;
+            choices.uniform[MAIN][lane] = split(self.wavelengths[aimed.sample]).1;
+        }
+        dispatch(Choosing(&mut choices));
+        for line in OTHERS {
+            for lane in bits(choices.chosen[line] & main.rays.mask) {
+                let chosen = Chosen {
+                    probability: choices.probability[line][lane],
+                    uniform: choices.uniform[line][lane],
+                };
+                self.push(line, &samples[lane], (aims, lane), Some(chosen));
+            }
         }
     }
 
-    /// Traces aims at a wavelength of a set, adds the packet to those traced, and returns a mask of
-    /// the rays that get through.
-    fn trace(&mut self, [set, line]: [usize; 2], lanes: &FilmSamples, aims: &Aims) -> u32 {
-        let lens = &self.lenses.lenses[set][line];
-        let mut transmittances = self.camera.transmittances(lens);
-        let dimming = transmittances.as_mut();
-        let out = self.out.next();
-        self.camera
-            .trace(lens, lanes, aims, self.bundle, dimming, out);
-        out.rays.mask
+    /// Adds a ray to those that are to be traced at another wavelength.
+    fn push(
+        &mut self,
+        line: usize,
+        aimed: &AimedSample,
+        aim: (&Aims, usize),
+        chosen: Option<Chosen>,
+    ) {
+        let (packets, used) = &mut self.others[line];
+        if *used == 0 || packets[*used - 1].film.count == LANES {
+            if *used == packets.len() {
+                packets.push(OtherRays::default());
+            }
+            *used += 1;
+        }
+        packets[*used - 1].push(aimed, aim, chosen);
+    }
+
+    /// Traces the other rays of a set, wavelength by wavelength. What is added to a sample must have
+    /// an order that does not depend on the other samples.
+    fn trace_others(&mut self, set: usize) {
+        for line in OTHERS {
+            let (mut packets, used) = std::mem::take(&mut self.others[line]);
+            for others in &mut packets[..used] {
+                self.trace_packet([set, line], others);
+                (others.film.count, others.alone) = (0, 0);
+            }
+            self.others[line] = (packets, 0);
+        }
+    }
+
+    /// Traces other rays at a wavelength of a set. Chooses those that are to be intersected, and
+    /// corrects the factors of their main rays.
+    fn trace_packet(&mut self, [set, line]: [usize; 2], others: &OtherRays) {
+        let Self {
+            camera,
+            lenses,
+            bundle,
+            rays,
+            out,
+            ..
+        } = self;
+        let lens = &lenses.lenses[set][line];
+        camera.trace_at(lens, &others.film, &others.aims, bundle, out);
+        let mut main = MainRays::default();
+        for (lane, sample) in others.samples.iter().enumerate().take(others.film.count) {
+            main.take(lane, rays.lane(*sample));
+        }
+        let mut to = Decisions::default();
+        dispatch(Correcting {
+            others,
+            out,
+            main: &main,
+            size: lenses.sizes[set][line],
+            to: &mut to,
+        });
+        let number = (set * HERO + line) as u32;
+        for lane in 0..others.film.count {
+            let (sample, is) = (others.samples[lane], |mask: u32| mask >> lane & 1 == 1);
+            let is_through = is(out.rays.mask);
+            if is(others.alone) {
+                if is_through {
+                    rays.push_colored(sample, out.ray(lane), number, out.weights[lane]);
+                }
+                continue;
+            }
+            if to.change[lane] != 0.0 {
+                rays.colors.push(ColorFactor {
+                    number: sample,
+                    line: number,
+                    factor: to.change[lane],
+                });
+            }
+            if is_through && to.uniform[lane] < 1.0 {
+                self.found.push(Correction {
+                    ray: out.ray(lane),
+                    sample,
+                    line: number,
+                    factor: to.factor[lane],
+                    uniform: to.uniform[lane],
+                    before: NONE,
+                });
+            }
+        }
+    }
+}
+
+impl LensCamera {
+    /// Traces aims through a lens at one wavelength.
+    fn trace_at(
+        &self,
+        lens: &Lens,
+        lanes: &FilmSamples,
+        aims: &Aims,
+        bundle: &mut Bundle,
+        out: &mut ExitRays,
+    ) {
+        let mut transmittances = self.transmittances(lens);
+        self.trace(lens, lanes, aims, bundle, transmittances.as_mut(), out);
     }
 }
 
@@ -496,14 +565,22 @@ mod tests {
         const STEPS: u32 = 20_000;
         for probabilities in [[0.2, 0.7, 0.0, 0.4], [1.0; HERO], [0.01, 0.02, 0.0, 1.0]] {
             let (mut counts, mut sums) = ([0.0; HERO], [0.0; HERO]);
-            for step in 0..STEPS {
-                let uniform = (f64::from(step) + 0.5) / f64::from(STEPS);
-                choose(&probabilities, uniform, |line, chosen| {
-                    assert!((0.0..=1.0).contains(&chosen.uniform));
-                    assert_eq!(chosen.probability, probabilities[line]);
-                    counts[line] += 1.0 / f64::from(STEPS);
-                    sums[line] += chosen.uniform / f64::from(STEPS);
-                });
+            for first in (0..STEPS).step_by(LANES) {
+                let even = |lane: usize| (f64::from(first) + lane as f64 + 0.5) / f64::from(STEPS);
+                let mut choices = Choices {
+                    probability: probabilities.map(|p| [p; LANES]),
+                    ..Choices::default()
+                };
+                choices.uniform[MAIN] = std::array::from_fn(even);
+                dispatch(Choosing(&mut choices));
+                for line in OTHERS {
+                    for lane in bits(choices.chosen[line]) {
+                        let uniform = choices.uniform[line][lane];
+                        assert!((0.0..=1.0).contains(&uniform));
+                        counts[line] += 1.0 / f64::from(STEPS);
+                        sums[line] += uniform / f64::from(STEPS);
+                    }
+                }
             }
             for line in OTHERS {
                 let (p, mean) = (probabilities[line], sums[line] / counts[line]);
@@ -540,22 +617,20 @@ mod tests {
         let (mut corrections, mut accepted) =
             (SpectralCorrections::default(), CameraRays::default());
         camera.shoot_by_wavelength(lenses, samples, &mut bundle, &mut rays, &mut corrections);
-        corrections.accept(|number| number % 2 == 0, &mut rays, &mut accepted);
+        corrections.accept(|_, [number, _]| number % 2 == 0, &mut rays, &mut accepted);
         let mut sums = vec![DVec3::ZERO; samples.len()];
         for rays in [&rays, &accepted] {
-            let mut add = |number: usize, color: DMat3| {
-                let (packet, lane) = (&rays.packets()[number / LANES], number % LANES);
+            let mut add = |number: u32, color: DMat3| {
+                let (packet, lane) = rays.lane(number);
                 sums[packet.samples[lane] as usize] += color * radiance(packet.ray(lane).1);
             };
-            for number in 0..rays.len() {
-                let (packet, lane) = (&rays.packets()[number / LANES], number % LANES);
-                add(number, DMat3::IDENTITY * packet.weights[lane]);
+            for (first, packet) in (0..).step_by(LANES).zip(rays.packets()) {
+                for lane in bits(packet.rays.mask) {
+                    add(first + lane as u32, DMat3::IDENTITY * packet.weights[lane]);
+                }
             }
             for color in &rays.colors {
-                add(
-                    color.number as usize,
-                    lenses.color(color.line) * color.factor,
-                );
+                add(color.number, lenses.color(color.line) * color.factor);
             }
         }
         sums

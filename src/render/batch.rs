@@ -10,7 +10,7 @@ use super::shares::SampleShares;
 use super::surfaces::SurfaceSum;
 use super::tile::Tile;
 use super::units::{is_border, pieces};
-use crate::bvh::Hit;
+use crate::bvh::PacketHits;
 use crate::camera::{CameraRays, SpectralCorrections};
 use crate::film::{Exposed, Resolution};
 use crate::lens::Bundle;
@@ -65,8 +65,10 @@ pub(super) struct Batch<'a> {
     corrections: SpectralCorrections,
     /// The rays of `corrections` that are shaded.
     accepted: CameraRays,
+    /// The radiances along `accepted`.
+    light: Vec<Vec3Lanes>,
     /// The hits of `rays` and of `corrections`.
-    hits: [Vec<Option<Hit>>; 2],
+    hits: [Vec<PacketHits>; 2],
     exposures: Vec<DVec3>,
     pub work: Work,
     /// The rays from the film that were added to the batch and that passed.
@@ -88,6 +90,7 @@ impl<'a> Batch<'a> {
             radiances: Vec::new(),
             corrections: SpectralCorrections::default(),
             accepted: CameraRays::default(),
+            light: Vec::new(),
             hits: Default::default(),
             exposures: Vec::new(),
             work: Work::default(),
@@ -180,12 +183,12 @@ impl<'a> Batch<'a> {
             self.shoot();
             let shader = self.render.shader;
             for packet in self.rays.packets() {
-                let [hits, _] = &mut self.hits;
-                hits.clear();
-                shader.intersect(&packet.rays, &mut self.work, hits);
-                for (lane, hit) in bits(packet.rays.mask).zip(hits) {
+                let mut hits = PacketHits::default();
+                shader.hits(&packet.rays, &mut hits, &mut self.work);
+                for lane in bits(packet.rays.mask) {
                     let ray = packet.rays.ray(lane);
-                    let point = hit.as_ref().map(|hit| shader.scene().point(&ray, hit));
+                    let point = hits.hit(lane);
+                    let point = point.map(|hit| shader.scene().point(&ray, &hit));
                     sum.add(point.as_ref());
                 }
             }
@@ -254,17 +257,20 @@ impl<'a> Batch<'a> {
 
     /// Computes the radiances along all rays that passed through the lens, a packet at a time.
     fn shade(&mut self) {
-        let [hits, _] = &mut self.hits;
-        hits.clear();
-        let keeps_hits = !self.corrections.rays.is_empty();
+        let shader = self.render.shader;
         let packets = self.rays.packets();
         self.radiances.resize(packets.len(), [[0.0; LANES]; 3]);
-        for (packet, radiances) in packets.iter().zip(&mut self.radiances) {
-            let shader = self.render.shader;
-            shader.radiances(&packet.rays, radiances, &mut self.work);
-            if keeps_hits {
-                shader.last_hits(&packet.rays, &self.work, hits);
-            }
+        let [hits, _] = &mut self.hits;
+        // Only corrections need the hits of all packets.
+        let keeps_hits = !self.corrections.rays.is_empty();
+        hits.resize(
+            if keeps_hits { packets.len() } else { 1 },
+            PacketHits::default(),
+        );
+        for (number, packet) in packets.iter().enumerate() {
+            let hits = &mut hits[if keeps_hits { number } else { 0 }];
+            let radiances = &mut self.radiances[number];
+            shader.radiances(&packet.rays, hits, radiances, &mut self.work);
         }
     }
 
@@ -272,31 +278,32 @@ impl<'a> Batch<'a> {
     /// ray's.
     fn correct(&mut self) {
         let shader = self.render.shader;
+        let corrections = &self.corrections;
         let [hits, others] = &mut self.hits;
-        others.clear();
-        for packet in self.corrections.rays.packets() {
-            shader.intersect(&packet.rays, &mut self.work, others);
+        let packets = corrections.rays.packets();
+        others.resize(packets.len(), PacketHits::default());
+        for (packet, hits) in packets.iter().zip(&mut *others) {
+            shader.hits(&packet.rays, hits, &mut self.work);
         }
-        let ray = |rays: &CameraRays, i: usize| rays.packets()[i / LANES].rays.ray(i % LANES);
-        let unlike: Vec<bool> = (0..self.corrections.rays.len())
-            .map(|number| {
-                let first = self.corrections.firsts[number] as usize;
-                let one = ray(&self.rays, first);
-                let other = ray(&self.corrections.rays, number);
-                let pair = [(&one, hits[first]), (&other, others[number])];
-                shader.scene().is_unlike(pair)
-            })
-            .collect();
+        let is_unlike = |rays: &CameraRays, [number, main]: [u32; 2]| {
+            let hit = |rays: &CameraRays, hits: &[PacketHits], number: u32| {
+                let (packet, lane) = rays.lane(number);
+                (
+                    packet.rays.ray(lane),
+                    hits[number as usize / LANES].hit(lane),
+                )
+            };
+            let other = hit(&corrections.rays, others, number);
+            shader.scene().is_unlike([hit(rays, hits, main), other])
+        };
         let accepted = &mut self.accepted;
-        self.corrections
-            .accept(|i| unlike[i], &mut self.rays, accepted);
-        let mut light = Vec::new();
-        for packet in accepted.packets() {
-            let mut radiances = Vec3Lanes::default();
-            shader.radiances(&packet.rays, &mut radiances, &mut self.work);
-            light.push(radiances);
+        corrections.accept(is_unlike, &mut self.rays, accepted);
+        let packets = accepted.packets();
+        self.light.resize(packets.len(), [[0.0; LANES]; 3]);
+        for (packet, light) in packets.iter().zip(&mut self.light) {
+            shader.radiances(&packet.rays, &mut others[0], light, &mut self.work);
         }
         let camera = self.render.camera;
-        camera.expose(accepted, &light, &mut self.exposures);
+        camera.expose(accepted, &self.light, &mut self.exposures);
     }
 }

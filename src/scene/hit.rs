@@ -307,8 +307,8 @@ impl RenderScene {
 
     /// Whether the hits of two neighboring rays may have very different light: they are on
     /// different surfaces, or the angle between their faces exceeds 10 degrees.
-    pub(crate) fn is_unlike(&self, [a, b]: [(&Ray, Option<Hit>); 2]) -> bool {
-        let (ray, other) = (a.0, b.0);
+    pub(crate) fn is_unlike(&self, [a, b]: [(Ray, Option<Hit>); 2]) -> bool {
+        let (ray, other) = (&a.0, &b.0);
         let (Some(a), Some(b)) = (a.1, b.1) else {
             return a.1.is_some() != b.1.is_some();
         };

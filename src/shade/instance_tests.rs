@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 
 use super::shader::{ShadeOptions, Shader, Work};
 use super::shading::Shading;
-use crate::bvh::{Ray, RayPacket};
+use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::iv::{Document, Limits, NoFiles};
 use crate::math::lanes::{LANES, Vec3Lanes, of_lane};
 use crate::scene::{CompileOptions, Instancing, RenderScene};
@@ -38,9 +38,9 @@ fn compiled(scene: &str, shading: Shading, instancing: Instancing) -> RenderScen
 
 /// The bits of a picture of 48 x 32 pixels, seen from the origin along -z, and the number of rays
 /// that hit something.
-fn picture(scene: &RenderScene, shading: Shading) -> (Vec<[u32; 3]>, usize) {
+fn picture(scene: &RenderScene, shading: Shading) -> (Vec<[u32; 3]>, u32) {
     let shader = Shader::new(scene, shading, ShadeOptions::default());
-    let (mut pixels, mut hits, mut work) = (Vec::new(), Vec::new(), Work::default());
+    let (mut pixels, mut hits, mut work) = (Vec::new(), 0, Work::default());
     for first in (0..48 * 32u16).step_by(LANES) {
         let mut rays = RayPacket::default();
         for lane in 0..LANES {
@@ -50,12 +50,13 @@ fn picture(scene: &RenderScene, shading: Shading) -> (Vec<[u32; 3]>, usize) {
             rays.set(lane, &Ray::new(Vec3::new(0.01, 0.02, 0.0), aim));
         }
         let mut radiances = Vec3Lanes::default();
-        shader.radiances(&rays, &mut radiances, &mut work);
-        shader.last_hits(&rays, &work, &mut hits);
+        let mut found = PacketHits::default();
+        shader.radiances(&rays, &mut found, &mut radiances, &mut work);
+        hits += found.mask.count_ones();
         let pixel = |lane: usize| of_lane(&radiances, lane).to_array().map(f32::to_bits);
         pixels.extend((0..LANES).map(pixel));
     }
-    (pixels, hits.iter().flatten().count())
+    (pixels, hits)
 }
 
 /// Compares the pictures of a scene by all shading models, and returns the numbers of parts and of

@@ -246,7 +246,7 @@ impl SimdKernel for PickLights<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bvh::Ray;
+    use crate::bvh::{PacketHits, Ray};
     use crate::iv::Document;
     use crate::scene::{CompileOptions, RenderScene};
     use crate::shade::{ShadeOptions, Shading};
@@ -290,7 +290,8 @@ mod tests {
                 );
             }
             let mut radiances = Vec3Lanes::default();
-            shader.radiances(&rays, &mut radiances, &mut work);
+            let mut hits = PacketHits::default();
+            shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
             for lane in 0..LANES {
                 let known = shader.radiance(&rays.ray(lane), &mut alone);
                 differences.push((of_lane(&radiances, lane) - known).element_sum());

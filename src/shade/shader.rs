@@ -63,9 +63,7 @@ pub(crate) struct Work {
     /// The rays traced so far.
     pub counts: RayCounts,
     pub(super) pending: Vec<Pending>,
-    /// The hits of the packet that was shaded last.
-    pub(super) hits: PacketHits,
-    /// The points of that packet that are lit in lanes.
+    /// The points of the packet that was shaded last that are lit in lanes.
     pub(super) points: Box<PointLanes>,
     /// The choice among many lights.
     pub(super) choice: LightChoice,
@@ -151,18 +149,21 @@ impl<'a> Shader<'a> {
         self.follow_pending(color, work)
     }
 
-    /// Computes the radiances along a packet of rays. They equal those of [`Shader::radiance`] up
-    /// to rounding and take less time.
-    pub(crate) fn radiances(&self, rays: &RayPacket, radiances: &mut Vec3Lanes, work: &mut Work) {
-        work.counts.scene += u64::from(rays.mask.count_ones());
-        let mut hits = std::mem::take(&mut work.hits);
-        self.scene.hits(rays, &mut hits);
-        let done = self.shade_packet(rays, &hits, radiances, work);
+    /// Computes the hits of a packet of rays, and the radiances along them. They equal those of
+    /// [`Shader::radiance`] up to rounding and take less time.
+    pub(crate) fn radiances(
+        &self,
+        rays: &RayPacket,
+        hits: &mut PacketHits,
+        radiances: &mut Vec3Lanes,
+        work: &mut Work,
+    ) {
+        self.hits(rays, hits, work);
+        let done = self.shade_packet(rays, hits, radiances, work);
         for lane in bits(rays.mask & !done) {
             let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);
             set_lane(radiances, lane, color);
         }
-        work.hits = hits;
     }
 
     /// Traces the pending rays and adds their radiances to a color.
@@ -194,16 +195,10 @@ impl<'a> Shader<'a> {
         self.accumulate(&hit, &point, light, path, color, &mut work.pending);
     }
 
-    /// Traces a packet without shading, and appends the hits of its rays.
-    pub(crate) fn intersect(&self, rays: &RayPacket, work: &mut Work, hits: &mut Vec<Option<Hit>>) {
+    /// Computes the hits of a packet of rays without shading.
+    pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits, work: &mut Work) {
         work.counts.scene += u64::from(rays.mask.count_ones());
-        self.scene.hits(rays, &mut work.hits);
-        self.last_hits(rays, work, hits);
-    }
-
-    /// Appends the hits of the packet that was shaded last.
-    pub(crate) fn last_hits(&self, rays: &RayPacket, work: &Work, hits: &mut Vec<Option<Hit>>) {
-        hits.extend(bits(rays.mask).map(|lane| work.hits.hit(lane)));
+        self.scene.hits(rays, hits);
     }
 
     /// The light that leaves a point, before texture and fog.
@@ -546,7 +541,8 @@ mod tests {
                     rays.set(usize::from(lane), &Ray::new(Vec3::new(0.1, 0.2, 12.0), aim));
                 }
                 let mut radiances = Vec3Lanes::default();
-                shader.radiances(&rays, &mut radiances, &mut work);
+                let mut hits = PacketHits::default();
+                shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
                 for lane in 0..LANES {
                     let found = of_lane(&radiances, lane);
                     let known = shader.radiance(&rays.ray(lane), &mut alone);

@@ -40,6 +40,12 @@ impl Aims {
         })
     }
 
+    /// Copies the point and the area of a lane of other aims to a lane.
+    #[inline(always)]
+    pub(crate) fn copy(&mut self, lane: usize, (from, at): (&Self, usize)) {
+        (self.x[lane], self.y[lane], self.area[lane]) = (from.x[at], from.y[at], from.area[at]);
+    }
+
     /// Sets the aim of a lane to the point of a window for a pair of numbers in the unit square.
     pub(crate) fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
         [self.area[lane], self.open_share[lane]] = [0.0; 2];
