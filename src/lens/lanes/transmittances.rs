@@ -105,7 +105,7 @@ impl Transmittances {
             [into, FLUORIDE].map(|n| 1.0 / (n * n)),
         ];
         let in_from = 1.0 / (from * from);
-        let [mut turn, mut last, mut twice] = [[0.0; LANES]; 3];
+        let [mut depth, mut turn, mut last, mut twice] = [[0.0; LANES]; 4];
         // For each polarization, the parts of X + Y + (X − Y) cos φ, and those of the numerator.
         let [mut s, mut ds, mut p, mut dp, mut up, mut dup] = [[0.0; LANES]; 6];
         for i in 0..LANES {
@@ -118,14 +118,17 @@ impl Transmittances {
             let halves = [0.5 * own.above, 0.5 * other.above];
             up[i] = fused::<FUSED>(halves[0], other.sum, halves[1] * own.sum);
             dup[i] = fused::<FUSED>(halves[0], other.difference, halves[1] * own.difference);
-            turn[i] = f;
+            depth[i] = f;
         }
         for i in 0..LANES {
-            let f = turn[i];
-            turn[i] = cosine::<FUSED>(self.first * f);
+            turn[i] = cosine::<FUSED>(self.first * depth[i]);
+        }
+        if self.own.len() > 1 {
             // The cosines of evenly spaced phases follow from the two before.
-            last[i] = cosine::<FUSED>((self.first - self.step) * f);
-            twice[i] = 2.0 * cosine::<FUSED>(self.step * f);
+            for i in 0..LANES {
+                last[i] = cosine::<FUSED>((self.first - self.step) * depth[i]);
+                twice[i] = 2.0 * cosine::<FUSED>(self.step * depth[i]);
+            }
         }
         for [above, below] in &mut self.own {
             for i in 0..LANES {
