@@ -98,12 +98,12 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Adds samples to the pixels of one tile, which are in `sums` row by row. It needs nothing but
-    /// the tile's own pixels, so tiles can be exposed in any order and anywhere. The batch must be
-    /// empty, and is empty afterwards; its memory serves the next tile.
+    /// Adds samples to the pixels of some tiles, which are in `sums` tile by tile and row by row. It
+    /// needs nothing but the tiles' own pixels, so tiles can be exposed in any order and anywhere.
+    /// The batch must be empty, and is empty afterwards; its memory serves the next tiles.
     pub(super) fn expose(
         &mut self,
-        tile: Tile,
+        tiles: &[Tile],
         sums: &mut [Exposed],
         samples: &Range<u32>,
         shares: &SampleShares,
@@ -117,7 +117,8 @@ impl<'a> Batch<'a> {
             unit.clear();
             unit.resize(if is_unit { sums.len() } else { 0 }, Exposed::default());
             let target = if is_unit { &mut unit[..] } else { &mut *sums };
-            for (slot, (x, y)) in tile.pixels().enumerate() {
+            let pixels = tiles.iter().flat_map(|tile| tile.pixels());
+            for (slot, (x, y)) in pixels.enumerate() {
                 let samples = shares.samples(y * width + x, &piece);
                 self.add((x, y), sampler, samples, &mut target[..=slot]);
             }

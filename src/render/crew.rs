@@ -179,17 +179,17 @@ impl Render<'_> {
                 let render = Render { sampler, ..*self };
                 let shares = if shared { shares } else { &SampleShares::EVEN };
                 let mut rest = &sums[..];
-                let starts = tiles.iter().map(|tile| {
-                    let pixels = tile.pixels().count();
-                    let (own, after) = rest.split_at(pixels.min(rest.len()));
+                let starts = tiles.chunks(render.tiles_at_once(&samples)).map(|tiles| {
+                    let pixels = tiles.iter().map(|tile| tile.pixels().count()).sum();
+                    let (own, after) = rest.split_at(rest.len().min(pixels));
                     rest = after;
                     let mut own = own.to_vec();
                     own.resize(pixels, Exposed::default());
-                    (*tile, own)
+                    (tiles, own)
                 });
-                let starts: Vec<(Tile, Vec<Exposed>)> = starts.collect();
-                let expose = |batch: &mut Batch<'_>, (tile, mut own): (Tile, Vec<Exposed>)| {
-                    let counts = batch.expose(tile, &mut own, &samples, shares);
+                let starts: Vec<(&[Tile], Vec<Exposed>)> = starts.collect();
+                let expose = |batch: &mut Batch<'_>, (tiles, mut own): (&[Tile], Vec<Exposed>)| {
+                    let counts = batch.expose(tiles, &mut own, &samples, shares);
                     (own, counts)
                 };
                 let starts = starts.into_par_iter();
@@ -303,15 +303,8 @@ impl Job for TileJob<'_, '_> {
         let Outcome::Tiles(sums, counts) = outcome else {
             return false;
         };
-        let (mut rest, mut finished) = (&sums[..], 0);
-        let mut counts = Some(counts);
-        for tile in self.some(&piece) {
-            let (own, after) = rest.split_at(tile.pixels().count().min(rest.len()));
-            rest = after;
-            let counts = counts.take().unwrap_or_default();
-            finished = self.segment.finish(*tile, own, &counts);
-        }
-        (self.proceed)(finished)
+        let tiles = self.some(&piece);
+        (self.proceed)(self.segment.finish(tiles, &sums, &counts))
     }
 }
 

@@ -15,7 +15,7 @@ use super::sums::{Keeper, Place, Sums};
 use super::tile::{Tile, strips};
 use super::units::{border_after, border_before};
 use crate::camera::Camera;
-use crate::film::{ErrorEstimate, Film, Region, Resolution, SquaredError};
+use crate::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
 use crate::sampling::{FilterTable, PixelSampler, Sampler, mix};
 use crate::shade::Shader;
 use crate::team::Team;
@@ -354,16 +354,25 @@ impl Render<'_> {
         if let Some(team) = self.team {
             return self.fill_by_team(team, segment, shares, proceed);
         }
-        let one = |batch: &mut Batch<'_>, tile: Tile| {
-            let mut sums = segment.pixels(tile);
-            let counts = batch.expose(tile, &mut sums, &segment.samples, shares);
-            proceed(segment.finish(tile, &sums, &counts))
+        let some = |batch: &mut Batch<'_>, tiles: &[Tile]| {
+            let mut sums: Vec<Exposed> = tiles.iter().flat_map(|t| segment.pixels(*t)).collect();
+            let counts = batch.expose(tiles, &mut sums, &segment.samples, shares);
+            proceed(segment.finish(tiles, &sums, &counts))
         };
+        let at_once = self.tiles_at_once(&segment.samples);
         let rows = segment.open_tiles().into_par_iter();
         rows.all(|tiles| {
-            let goes_on = tiles.into_par_iter().map_init(|| Batch::new(self), one);
+            let parts = tiles.par_chunks(at_once);
+            let goes_on = parts.map_init(|| Batch::new(self), some);
             goes_on.all(|goes_on| goes_on)
         })
+    }
+
+    /// Returns the number of tiles that a thread exposes at once: as many as fill a batch if pixels
+    /// get few samples.
+    pub(super) fn tiles_at_once(&self, samples: &Range<u32>) -> usize {
+        let of_tile = Tile::PIXELS * samples.len().max(1);
+        (self.camera.batch() / of_tile).max(1)
     }
 
     /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
@@ -408,7 +417,7 @@ impl Render<'_> {
         work: &mut crate::shade::Work,
     ) -> glam::DVec3 {
         let mut batch = Batch::new(self);
-        let mut sums = [crate::film::Exposed::default()];
+        let mut sums = [Exposed::default()];
         std::mem::swap(&mut batch.work, work);
         batch.add(pixel, self.sampler, index..index + 1, &mut sums);
         batch.flush(&mut sums);

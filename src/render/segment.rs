@@ -91,19 +91,29 @@ impl<'a> Segment<'a> {
         pixels
     }
 
-    /// Replaces the pixels of a tile, which is then finished, and adds the rays that it took.
+    /// Replaces the pixels of tiles, which are then finished, and adds the rays that they took.
     /// Returns the number of finished tiles.
-    pub(super) fn finish(&self, tile: Tile, pixels: &[Exposed], counts: &Counts) -> u64 {
-        let mut row = self.row(tile);
-        let width = (tile.x1 - tile.x0) as usize;
-        for (range, pixels) in row.ranges(tile).zip(pixels.chunks_exact(width)) {
-            row.pixels[range].copy_from_slice(pixels);
+    pub(super) fn finish(&self, tiles: &[Tile], pixels: &[Exposed], counts: &Counts) -> u64 {
+        let (mut rest, mut counts) = (pixels, Some(counts));
+        for tiles in tiles.chunk_by(|a, b| a.y0 == b.y0) {
+            let mut row = self.row(tiles[0]);
+            for tile in tiles {
+                for range in row.ranges(*tile) {
+                    let (own, after) = rest.split_at(range.len().min(rest.len()));
+                    row.pixels[range][..own.len()].copy_from_slice(own);
+                    rest = after;
+                }
+                if let Some(number) = row.tiles.iter().position(|t| t == tile) {
+                    row.is_finished[number] = true;
+                }
+            }
+            counts
+                .take()
+                .into_iter()
+                .for_each(|all| row.counts.add(all));
         }
-        if let Some(number) = row.tiles.iter().position(|t| *t == tile) {
-            row.is_finished[number] = true;
-        }
-        row.counts.add(counts);
-        self.finished.fetch_add(1, Ordering::Relaxed) + 1
+        let count = tiles.len() as u64;
+        self.finished.fetch_add(count, Ordering::Relaxed) + count
     }
 
     /// Returns the number of finished tiles.
@@ -201,7 +211,7 @@ mod tests {
                 .for_each(|(pixel, (x, y))| {
                     pixel.count += 100 * y + x;
                 });
-            segment.finish(tile, &own, &Counts::default());
+            segment.finish(&[tile], &own, &Counts::default());
         }
         assert!(segment.open_tiles().concat().is_empty());
         drop(segment);

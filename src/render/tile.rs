@@ -18,6 +18,9 @@ pub(crate) struct Tile {
 }
 
 impl Tile {
+    /// The number of pixels of a whole tile.
+    pub(super) const PIXELS: usize = (TILE * TILE) as usize;
+
     /// Returns the parts of all tiles inside a region of the picture, row by row.
     pub(super) fn inside(region: Region) -> impl Iterator<Item = Self> {
         let columns = cuts(region.left, region.width);
