@@ -13,6 +13,9 @@ use crate::lens::lanes::step::Step;
 use crate::math::lanes::{LANES, Lane, fused};
 use crate::prescription::glass::coating::{FLUORIDE, QUARTER_WAVE_AT, Reflection};
 
+/// The number of lanes whose transmittances are multiplied at a time.
+const AT_ONCE: usize = 8;
+
 /// The shares of the light of a bundle's rays that surfaces transmit, at wavelengths whose
 /// reciprocals are evenly spaced.
 #[derive(Clone, Debug)]
@@ -130,12 +133,15 @@ impl Transmittances {
                 twice[i] = 2.0 * cosine::<FUSED>(self.step * depth[i]);
             }
         }
-        for [above, below] in &mut self.own {
-            for i in 0..LANES {
-                let t = turn[i];
-                above[i] *= fused::<FUSED>(dup[i], t, up[i]);
-                below[i] *= fused::<FUSED>(ds[i], t, s[i]) * fused::<FUSED>(dp[i], t, p[i]);
-                (turn[i], last[i]) = (fused::<FUSED>(twice[i], t, -last[i]), t);
+        // A few lanes at a time stay in registers over all wavelengths.
+        for first in (0..LANES).step_by(AT_ONCE) {
+            for [above, below] in &mut self.own {
+                for i in first..first + AT_ONCE {
+                    let t = turn[i];
+                    above[i] *= fused::<FUSED>(dup[i], t, up[i]);
+                    below[i] *= fused::<FUSED>(ds[i], t, s[i]) * fused::<FUSED>(dp[i], t, p[i]);
+                    (turn[i], last[i]) = (fused::<FUSED>(twice[i], t, -last[i]), t);
+                }
             }
         }
     }
