@@ -727,8 +727,8 @@ fn on_disc(radius: f64, u: f64, v: f64) -> DVec2 {
     radius * DVec2::new(x, y)
 }
 
-/// Returns the share of the aimed rays that pass, over the area of the film that receives light. The
-/// film is a disc, with a radius in millimeters.
+/// Returns the share of the aimed rays that pass, over the area of the film that receives light.
+/// The film is a disc, with a radius in millimeters.
 pub(super) fn pass_share(
     lens: &Lens,
     target: &PupilTarget,
