@@ -102,8 +102,8 @@ impl SpectralCorrections {
     }
 
     /// Copies the rays to be shaded to `accepted`, and subtracts their share from their main rays
-    /// in `rays`. `is_unlike` returns whether a correction hits another surface than its main ray; it
-    /// receives their numbers in `self.rays` and `rays`.
+    /// in `rays`. `is_unlike` returns whether a correction hits another surface than its main ray;
+    /// it receives their numbers in `self.rays` and `rays`.
     pub(crate) fn accept(
         &self,
         is_unlike: impl Fn(&CameraRays, [u32; 2]) -> bool,
@@ -462,8 +462,8 @@ impl SetTracing<'_> {
         packets[*used - 1].push(aimed, aim, chosen);
     }
 
-    /// Traces the other rays of a set, wavelength by wavelength. What is added to a sample must have
-    /// an order that does not depend on the other samples.
+    /// Traces the other rays of a set, wavelength by wavelength. What is added to a sample must
+    /// have an order that does not depend on the other samples.
     fn trace_others(&mut self, set: usize) {
         for line in OTHERS {
             let (mut packets, used) = std::mem::take(&mut self.others[line]);
