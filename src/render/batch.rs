@@ -100,7 +100,8 @@ impl<'a> Batch<'a> {
 
     /// Adds samples to the pixels of some tiles, which are in `sums` tile by tile and row by row.
     /// It needs nothing but the tiles' own pixels, so tiles can be exposed in any order and
-    /// anywhere. The batch must be empty, and is empty afterwards; its memory serves the next tiles.
+    /// anywhere. The batch must be empty, and is empty afterwards; its memory serves the next
+    /// tiles.
     pub(super) fn expose(
         &mut self,
         tiles: &[Tile],
