@@ -50,10 +50,10 @@ pub(super) fn probability(size: f64, distance: f64) -> f64 {
     (size * (distance / FAR + MIN_DISTANCE).sqrt()).clamp(1e-3, 1.0)
 }
 
-/// The distance between the directions of two rays, each in a lane of a packet, in radians.
+/// The distance between the directions of the rays in a lane of two packets, in radians.
 #[inline(always)]
-pub(super) fn distance([a, b]: [&ExitRays; 2], [i, j]: [usize; 2]) -> f64 {
-    let apart = |axis: usize| a.rays.direction[axis][i] - b.rays.direction[axis][j];
+pub(super) fn distance([a, b]: [&ExitRays; 2], lane: usize) -> f64 {
+    let apart = |axis: usize| a.rays.direction[axis][lane] - b.rays.direction[axis][lane];
     let squares = [0, 1, 2].map(|axis| f64::from(apart(axis) * apart(axis)));
     squares.iter().sum::<f64>().sqrt()
 }
@@ -399,9 +399,9 @@ impl SetTracing<'_> {
                 let through = main.rays.mask;
                 if round == 0 {
                     self.rays.passed += through.count_ones() as usize;
-                    let is_open = |lane: &usize| aims.area[*lane] > 0.0;
-                    for lane in bits(!through).take_while(|lane| *lane < chunk.len()) {
-                        for line in OTHERS.into_iter().filter(|_| is_open(&lane)) {
+                    let missed = bits(!through).take_while(|lane| *lane < chunk.len());
+                    for lane in missed.filter(|lane| aims.area[*lane] > 0.0) {
+                        for line in OTHERS {
                             self.push(line, &chunk[lane], (&aims, lane), None);
                         }
                     }

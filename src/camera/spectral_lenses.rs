@@ -144,8 +144,7 @@ impl SpectralLenses {
         });
         std::array::from_fn(|line| {
             let both = rays[MAIN].rays.mask & rays[line].rays.mask;
-            let squares =
-                bits(both).map(|lane| distance([&rays[MAIN], &rays[line]], [lane; 2]).powi(2));
+            let squares = bits(both).map(|lane| distance([&rays[MAIN], &rays[line]], lane).powi(2));
             let mean = squares.sum::<f64>() / f64::from(both.count_ones().max(1));
             match line {
                 MAIN => 0.0,

@@ -107,10 +107,9 @@ impl<'a> Segment<'a> {
                     row.is_finished[number] = true;
                 }
             }
-            counts
-                .take()
-                .into_iter()
-                .for_each(|all| row.counts.add(all));
+            if let Some(counts) = counts.take() {
+                row.counts.add(counts);
+            }
         }
         let count = tiles.len() as u64;
         self.finished.fetch_add(count, Ordering::Relaxed) + count
