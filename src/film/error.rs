@@ -38,6 +38,8 @@ pub enum ErrorUnknown {
         /// The number of pairs.
         pairs: usize,
     },
+    /// All samples of each pixel have the same light.
+    NoScatter,
     /// A few pixels carry most of the estimate's variance.
     FewPixels {
         /// The number of pixels.
@@ -68,6 +70,7 @@ impl fmt::Display for ErrorUnknown {
             Self::FewPairs { pairs } => {
                 write!(f, "only {pairs} pairs of exposures estimate it")
             }
+            Self::NoScatter => write!(f, "all samples of each pixel are equal"),
             Self::FewPixels { pixels, share } => {
                 let (noun, verb) = match pixels {
                     1 => ("pixel", "carries"),

@@ -303,6 +303,9 @@ impl SquaredError {
         if self.pairs < LEAST_PAIRS {
             return Err(ErrorUnknown::FewPairs { pairs: self.pairs });
         }
+        if self.sum == 0.0 {
+            return Err(ErrorUnknown::NoScatter);
+        }
         let scatter = self.variance.sqrt() / self.sum;
         let freedom = self.variance * self.variance / self.spread;
         let quantile = student(if freedom.is_finite() { freedom } else { 1e9 });
@@ -579,6 +582,8 @@ mod tests {
             text.contains("2.0e-2 pixels, 500 times as bright"),
             "{text}"
         );
+        let still = SquaredError { sum: 0.0, ..error };
+        assert_eq!(still.relative(768, 1.0), Err(ErrorUnknown::NoScatter));
         let few = SquaredError::of(&all[..8], &picture).unwrap();
         let text = few.relative(768, 1.0).unwrap_err().to_string();
         assert_eq!(text, "only 8 pairs of exposures estimate it");
