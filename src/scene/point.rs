@@ -102,12 +102,17 @@ impl Point<'_> {
 
     /// Makes the diffuse color white if a texture of colors replaces it (VRML 97).
     fn make_diffuse_white(&mut self) {
-        if let Some(texture) = &self.surface.texture
-            && texture.model == TextureModel::Diffuse
-            && texture.texture.has_color()
-        {
+        if self.has_white_diffuse() {
             self.diffuse = Vec3::ONE;
         }
+    }
+
+    /// Whether a texture of colors replaces the diffuse color.
+    pub(crate) fn has_white_diffuse(&self) -> bool {
+        let texture = self.surface.texture.as_ref();
+        texture.is_some_and(|texture| {
+            texture.model == TextureModel::Diffuse && texture.texture.has_color()
+        })
     }
 
     /// Applies the texture to a lit color by OpenGL's texture environment.
@@ -151,6 +156,28 @@ impl RenderScene {
         hit: &Hit,
         place: &TrianglePoint,
     ) -> Point<'_> {
+        let mut point = self.unmixed_on_triangle(ray, hit, place);
+        point.mix_texture();
+        point
+    }
+
+    /// Returns the point of [`Self::point_before_texture`] at a hit on a triangle that was placed
+    /// already.
+    pub(crate) fn point_before_texture_on_triangle(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        place: &TrianglePoint,
+    ) -> Point<'_> {
+        let mut point = self.unmixed_on_triangle(ray, hit, place);
+        point.make_diffuse_white();
+        point
+    }
+
+    /// The point at a hit on a triangle that was placed already, with the texture's color in
+    /// `texel` whatever its model.
+    #[inline(always)]
+    fn unmixed_on_triangle(&self, ray: &Ray, hit: &Hit, place: &TrianglePoint) -> Point<'_> {
         let surface = self.surface(hit);
         let local = (hit.primitive - surface.first) as usize;
         let mut out = Point {
@@ -168,7 +195,6 @@ impl RenderScene {
             let stored = surface.coordinates_between(local, hit.u, hit.v);
             let wide = self.texels_on_triangle(&out, ray, hit, texture, place.doubled_area);
             out.add_texture(texture, ray, stored, wide);
-            out.mix_texture();
         }
         out
     }

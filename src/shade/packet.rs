@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use super::lanes::PointLanes;
+use super::lighting::fogged;
 use super::many_lights::MANY_LIGHTS;
 use super::shader::{Pending, Shader, Work};
 use super::shading::Shading;
@@ -25,15 +26,11 @@ impl Shader<'_> {
             let direction = of_lane(&rays.direction, lane);
             set_lane(radiances, lane, self.scene.background().color(direction));
         }
-        let lit = matches!(
-            self.shading,
-            Shading::Diffuse | Shading::Phong | Shading::Recursive
-        );
-        if !lit {
-            return done;
-        }
         work.points
             .gather(self.scene, self.surface_values(), rays, hits);
+        if self.shading == Shading::Gl {
+            return done | self.interpolate_all(rays, hits, radiances, work);
+        }
         let plain = work.points.plain;
         let others = hits.mask & !plain;
         if others == 0 {
@@ -104,6 +101,58 @@ impl Shader<'_> {
         lit
     }
 
+    /// Interpolates the radiances of points on triangles between their lit corners: model `g` in
+    /// lanes. Returns a bit mask of the lanes for which that was possible.
+    fn interpolate_all(
+        &self,
+        rays: &RayPacket,
+        hits: &PacketHits,
+        radiances: &mut Vec3Lanes,
+        work: &mut Work,
+    ) -> u32 {
+        let (plain, mut lanes) = (work.points.plain, work.points.plain);
+        let points: [Option<Point<'_>>; LANES] = std::array::from_fn(|lane| {
+            let hit = hits.hit(lane)?;
+            let is_other = (work.points.mask & work.points.placed_here & !plain) >> lane & 1 == 1;
+            let placed = is_other.then(|| work.points.on_triangle(lane))?;
+            let ray = rays.ray(lane);
+            let point = self
+                .scene
+                .point_before_texture_on_triangle(&ray, &hit, &placed);
+            lanes |= u32::from(point.surface.is_opaque()) << lane;
+            Some(point)
+        });
+        let mut sum = Vec3Lanes::default();
+        for corner in 0..3 {
+            work.points.stand_at(corner, lanes, self.scene, hits);
+            for lane in bits(lanes & !plain) {
+                if let Some(point) = points[lane].as_ref().filter(|p| p.has_white_diffuse()) {
+                    work.points.recolor(lane, point);
+                }
+            }
+            lanes = self.lit(lanes, radiances, work);
+            let weights = match corner {
+                0 => std::array::from_fn(|lane| 1.0 - hits.u[lane] - hits.v[lane]),
+                1 => hits.u,
+                _ => hits.v,
+            };
+            for (sum, light) in sum.iter_mut().zip(&*radiances) {
+                for lane in 0..LANES {
+                    sum[lane] += weights[lane] * light[lane];
+                }
+            }
+        }
+        for lane in bits(lanes) {
+            let mut color = of_lane(&sum, lane);
+            if let Some(point) = &points[lane] {
+                let eye = of_lane(&rays.origin, lane);
+                color = fogged(point.textured(color), point, eye, self.options.backward);
+            }
+            set_lane(radiances, lane, color);
+        }
+        lanes
+    }
+
     /// Traces the pending rays, and adds the radiance of each to its lane's color. They are traced
     /// in the order in which they were found, so the order of each lane's sum does not depend on
     /// the other lanes.
@@ -138,6 +187,13 @@ impl Shader<'_> {
     /// Lights the points of some lanes, before texture and fog. Returns a bit mask of the lanes for
     /// which that was possible.
     fn lit(&self, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> u32 {
+        match self.shading {
+            Shading::Flat | Shading::Normal | Shading::Ambient => {
+                work.points.show(self.shading, lanes, radiances);
+                return lanes;
+            }
+            Shading::Diffuse | Shading::Phong | Shading::Gl | Shading::Recursive => {}
+        }
         let (mut left, mut known) = (lanes, 0);
         while left != 0 {
             let set = work.points.lights(left.trailing_zeros() as usize);

@@ -514,50 +514,74 @@ mod tests {
         Cone { } }\n\
         Translation { translation 2 2 0 } Environment { fogType FOG fogVisibility 40 }\n\
         Separator { BaseColor { rgb .9 .9 0 } Cylinder { } }\n\
-        Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { }\n";
+        Separator { Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { } }\n\
+        Translation { translation 2 -4 1 }\n\
+        Material { diffuseColor [ .9 .1 .1, .1 .9 .1, .1 .1 .9, .8 .8 .2 ] specularColor .5 .5 .5 }\n\
+        MaterialBinding { value PER_VERTEX } NormalBinding { value PER_VERTEX }\n\
+        Normal { vector [ -1 -1 1, 1 -1 1, 1 1 1, -1 1 1 ] }\n\
+        Coordinate3 { point [ -1 -1 0, 1 -1 0, 1 1 0, -1 1 0 ] } FaceSet { numVertices 4 }\n";
+
+    /// A texture that replaces the diffuse color, and one that multiplies it.
+    const TEXTURES: &str = "#VRML V2.0 utf8\n\
+        DirectionalLight { direction .3 -.5 -1 }\n\
+        Transform { translation 1 0 0 children Shape { geometry Box { }\n\
+        appearance Appearance { material Material { diffuseColor .9 .2 .1 specularColor .3 .3 .3\n\
+        emissiveColor .6 .6 .6 }\n\
+        texture PixelTexture { image 2 2 3 0xff0000 0x00ff00 0x0000ff 0xffffff } } } }\n\
+        Transform { translation -2 0 0 children Shape { geometry Sphere { }\n\
+        appearance Appearance { material Material { diffuseColor .9 .2 .1 }\n\
+        texture PixelTexture { image 2 2 1 0xff 0x40 0x80 0xc0 } } } }\n";
 
     #[test]
     fn packets_are_lit_like_single_rays() {
         use crate::iv::Document;
-        use crate::math::lanes::{LANES, of_lane};
-        use crate::scene::CompileOptions;
         use crate::snapshot::Snapshot;
-        let document = Document::read_headerless("lit.iv", SCENE.as_bytes().to_vec()).unwrap();
-        let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default())
-            .unwrap();
-        for shading in Shading::ALL {
-            let shader = Shader::new(&scene, shading, ShadeOptions::default());
-            let (mut work, mut alone) = (Work::default(), Work::default());
-            let (mut farthest, mut brightest) = (0.0f32, 0.0f32);
-            for row in 0..400u16 {
-                let mut rays = RayPacket::default();
-                for lane in 0..LANES as u16 {
-                    let place = |i: u16, of: u16| 2.0 * (f32::from(i) + 0.5) / f32::from(of) - 1.0;
-                    let aim = Vec3::new(
-                        5.0 * place(20 * (row % 20) + lane % 8, 408),
-                        5.0 * place(20 * (row / 20) + lane / 8, 404),
-                        -9.0,
-                    );
-                    rays.set(usize::from(lane), &Ray::new(Vec3::new(0.1, 0.2, 12.0), aim));
-                }
-                let mut radiances = Vec3Lanes::default();
-                let mut hits = PacketHits::default();
-                shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
-                for lane in 0..LANES {
-                    let found = of_lane(&radiances, lane);
-                    let known = shader.radiance(&rays.ray(lane), &mut alone);
-                    let off = (found - known).abs().max_element();
-                    assert!(off < 2e-3, "{shading:?}, row {row}: {found} {known}");
-                    farthest += off;
-                    brightest = brightest.max(known.max_element());
-                }
+        let read = |text: &str| Document::read_headerless("lit", text.as_bytes().to_vec()).unwrap();
+        for document in [SCENE, TEXTURES].map(read) {
+            for shading in Shading::ALL {
+                let options = crate::scene::CompileOptions {
+                    needs: shading.needs(),
+                    ..Default::default()
+                };
+                let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap();
+                compare_packets(&scene, shading);
             }
-            // The sum over 12,800 rays.
-            assert!(farthest < 0.05, "{shading:?}: {farthest}");
-            assert!(brightest > 0.5, "{shading:?}");
-            let (found, known) = (work.counts, alone.counts);
-            assert_eq!(found.scene, known.scene, "{shading:?}");
-            assert!(found.shadow.abs_diff(known.shadow) < 20, "{shading:?}");
         }
+    }
+
+    fn compare_packets(scene: &RenderScene, shading: Shading) {
+        use crate::math::lanes::{LANES, of_lane};
+        let shader = Shader::new(scene, shading, ShadeOptions::default());
+        let (mut work, mut alone) = (Work::default(), Work::default());
+        let (mut farthest, mut brightest) = (0.0f32, 0.0f32);
+        for row in 0..400u16 {
+            let mut rays = RayPacket::default();
+            for lane in 0..LANES as u16 {
+                let place = |i: u16, of: u16| 2.0 * (f32::from(i) + 0.5) / f32::from(of) - 1.0;
+                let aim = Vec3::new(
+                    5.0 * place(20 * (row % 20) + lane % 8, 408),
+                    5.0 * place(20 * (row / 20) + lane / 8, 404),
+                    -9.0,
+                );
+                rays.set(usize::from(lane), &Ray::new(Vec3::new(0.1, 0.2, 12.0), aim));
+            }
+            let mut radiances = Vec3Lanes::default();
+            let mut hits = PacketHits::default();
+            shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
+            for lane in 0..LANES {
+                let found = of_lane(&radiances, lane);
+                let known = shader.radiance(&rays.ray(lane), &mut alone);
+                let off = (found - known).abs().max_element();
+                assert!(off < 2e-3, "{shading:?}, row {row}: {found} {known}");
+                farthest += off;
+                brightest = brightest.max(known.max_element());
+            }
+        }
+        // The sum over 12,800 rays.
+        assert!(farthest < 0.05, "{shading:?}: {farthest}");
+        assert!(brightest > 0.5, "{shading:?}");
+        let (found, known) = (work.counts, alone.counts);
+        assert_eq!(found.scene, known.scene, "{shading:?}");
+        assert!(found.shadow.abs_diff(known.shadow) < 20, "{shading:?}");
     }
 }
