@@ -516,7 +516,8 @@ mod tests {
         Separator { BaseColor { rgb .9 .9 0 } Cylinder { } }\n\
         Separator { Translation { translation 0 -4 0 } LightModel { model BASE_COLOR } Cube { } }\n\
         Translation { translation 2 -4 1 }\n\
-        Material { diffuseColor [ .9 .1 .1, .1 .9 .1, .1 .1 .9, .8 .8 .2 ] specularColor .5 .5 .5 }\n\
+        Material { specularColor .5 .5 .5\n\
+        diffuseColor [ .9 .1 .1, .1 .9 .1, .1 .1 .9, .8 .8 .2 ] }\n\
         MaterialBinding { value PER_VERTEX } NormalBinding { value PER_VERTEX }\n\
         Normal { vector [ -1 -1 1, 1 -1 1, 1 1 1, -1 1 1 ] }\n\
         Coordinate3 { point [ -1 -1 0, 1 -1 0, 1 1 0, -1 1 0 ] } FaceSet { numVertices 4 }\n";
