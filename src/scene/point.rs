@@ -85,7 +85,7 @@ impl Point<'_> {
     }
 
     /// Moves a texture that is part of the material to the diffuse color.
-    fn mix_texture(&mut self) {
+    pub(crate) fn mix_texture(&mut self) {
         let Some(texture) = &self.surface.texture else {
             return;
         };
@@ -101,7 +101,7 @@ impl Point<'_> {
     }
 
     /// Makes the diffuse color white if a texture of colors replaces it (VRML 97).
-    fn make_diffuse_white(&mut self) {
+    pub(crate) fn make_diffuse_white(&mut self) {
         if self.has_white_diffuse() {
             self.diffuse = Vec3::ONE;
         }
@@ -148,7 +148,8 @@ impl RenderScene {
         point
     }
 
-    /// Returns the point at a hit on a triangle that was placed already.
+    /// Returns the point at a hit on a triangle that was placed already, with the texture's color
+    /// in `texel` whatever its model.
     #[inline(always)]
     pub(crate) fn point_on_triangle(
         &self,
@@ -156,28 +157,6 @@ impl RenderScene {
         hit: &Hit,
         place: &TrianglePoint,
     ) -> Point<'_> {
-        let mut point = self.unmixed_on_triangle(ray, hit, place);
-        point.mix_texture();
-        point
-    }
-
-    /// Returns the point of [`Self::point_before_texture`] at a hit on a triangle that was placed
-    /// already.
-    pub(crate) fn point_before_texture_on_triangle(
-        &self,
-        ray: &Ray,
-        hit: &Hit,
-        place: &TrianglePoint,
-    ) -> Point<'_> {
-        let mut point = self.unmixed_on_triangle(ray, hit, place);
-        point.make_diffuse_white();
-        point
-    }
-
-    /// The point at a hit on a triangle that was placed already, with the texture's color in
-    /// `texel` whatever its model.
-    #[inline(always)]
-    fn unmixed_on_triangle(&self, ray: &Ray, hit: &Hit, place: &TrianglePoint) -> Point<'_> {
         let surface = self.surface(hit);
         let local = (hit.primitive - surface.first) as usize;
         let mut out = Point {

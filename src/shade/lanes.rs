@@ -29,8 +29,6 @@ pub(super) struct PointLanes {
     pub plain: u32,
     /// A bit mask of the points that have a highlight.
     pub shiny: u32,
-    /// A bit mask of the points on triangles whose corners have materials of their own.
-    colored: u32,
     pub gathered: Gathered,
     pub placed: Placed,
     /// The light that reaches the points: see [`PointLanes::reach`].
@@ -193,8 +191,7 @@ impl PointLanes {
         rays: &RayPacket,
         hits: &PacketHits,
     ) {
-        (self.mask, self.placed_here, self.plain) = (0, 0, 0);
-        (self.shiny, self.colored) = (0, 0);
+        (self.mask, self.placed_here, self.plain, self.shiny) = (0, 0, 0, 0);
         match scene.has_instances() {
             true => self.take_all::<true>(scene, surfaces, hits),
             false => self.take_all::<false>(scene, surfaces, hits),
@@ -307,7 +304,6 @@ impl PointLanes {
         to.turn[lane] = if values.counterclockwise { 1.0 } else { -1.0 };
         to.two_sided[lane] = f32::from(u8::from(values.two_sided));
         let diffuse = if values.has_materials {
-            self.colored |= 1 << lane;
             let surface = &scene.surfaces()[number];
             let blend = surface.diffuse_between(local, hits.u[lane], hits.v[lane]);
             blend.clamp(Vec3::ZERO, Vec3::ONE)
@@ -354,44 +350,6 @@ impl PointLanes {
         let to = &mut self.gathered;
         set_lane(&mut to.diffuse, lane, point.diffuse);
         set_lane(&mut to.glow, lane, point.surface.glow(point.diffuse));
-    }
-}
-
-/// Moves points on triangles to one of their corners.
-struct Standing<'a> {
-    corners: &'a Vec3Lanes,
-    normals: &'a Vec3Lanes,
-    from: &'a Gathered,
-    to: &'a mut Placed,
-}
-
-impl SimdKernel for Standing<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let Self {
-            corners,
-            normals,
-            from,
-            to,
-        } = self;
-        to.position = *corners;
-        let mut scale = [0.0f32; LANES];
-        for i in 0..LANES {
-            let [x, y, z] = [normals[0][i], normals[1][i], normals[2][i]];
-            let size = x * x + y * y + z * z;
-            let back = (from.two_sided[i] > 0.0) & (to.front >> i & 1 == 0);
-            let side = if back { -1.0 } else { 1.0 };
-            scale[i] = if size > 0.0 { side / size.sqrt() } else { 0.0 };
-        }
-        // Without normals at the corners, that of the triangle stays.
-        for (to, normal) in to.normal.iter_mut().zip(normals) {
-            for i in 0..LANES {
-                let own = scale[i] * normal[i];
-                to[i] = if from.smooth[i] > 0.0 { own } else { to[i] };
-            }
-        }
     }
 }
 
@@ -501,56 +459,22 @@ pub(super) struct LightLanes {
 impl PointLanes {
     /// Sets the radiances of some lanes to those by a shading model without lights.
     pub(super) fn show(&self, shading: Shading, lanes: u32, radiances: &mut Vec3Lanes) {
-        let shown = match shading {
-            Shading::Flat => &self.gathered.diffuse,
-            Shading::Normal => &self.placed.normal,
-            _ => &self.gathered.glow,
-        };
-        dispatch(Copying {
-            from: shown,
-            lanes,
-            to: &mut *radiances,
-        });
         for lane in bits(lanes) {
-            let color = of_lane(radiances, lane);
             let color = match shading {
-                Shading::Normal => 0.5 * color + 0.5,
-                _ => color.clamp(Vec3::ZERO, Vec3::ONE),
+                Shading::Flat => of_lane(&self.gathered.diffuse, lane),
+                Shading::Normal => 0.5 * of_lane(&self.placed.normal, lane) + 0.5,
+                _ => of_lane(&self.gathered.glow, lane).clamp(Vec3::ZERO, Vec3::ONE),
             };
             set_lane(radiances, lane, color);
         }
     }
 
-    /// Moves points on triangles to a corner, with its normal and its color.
-    pub(super) fn stand_at(
-        &mut self,
-        corner: usize,
-        lanes: u32,
-        scene: &RenderScene,
-        hits: &PacketHits,
-    ) {
-        dispatch(Standing {
-            corners: &self.gathered.corners[corner],
-            normals: &self.gathered.normals[corner],
-            from: &self.gathered,
-            to: &mut self.placed,
-        });
-        for lane in bits(lanes & self.colored) {
-            let (primitive, place) = (hits.primitive[lane], hits.place[lane]);
-            let surface = &scene.surfaces()[scene.owner(primitive, place) as usize];
-            let material = surface.materials_of((primitive - surface.first) as usize)[corner];
-            let diffuse = surface.diffuse_at(material).clamp(Vec3::ZERO, Vec3::ONE);
-            set_lane(&mut self.gathered.diffuse, lane, diffuse);
-            set_lane(&mut self.gathered.glow, lane, surface.glow(diffuse));
-        }
-    }
-
     /// Sets the radiances of some lanes to those of their points without any light.
     pub(super) fn glow(&self, lanes: u32, radiances: &mut Vec3Lanes) {
-        dispatch(Copying {
-            from: &self.gathered.glow,
+        dispatch(Glow {
+            glow: &self.gathered.glow,
             lanes,
-            to: radiances,
+            radiances,
         });
     }
 
@@ -643,22 +567,22 @@ impl PointLanes {
     }
 }
 
-/// Copies the values of some lanes.
-struct Copying<'a> {
-    from: &'a Vec3Lanes,
+/// Sets radiances to those without any light.
+struct Glow<'a> {
+    glow: &'a Vec3Lanes,
     lanes: u32,
-    to: &'a mut Vec3Lanes,
+    radiances: &'a mut Vec3Lanes,
 }
 
-impl SimdKernel for Copying<'_> {
+impl SimdKernel for Glow<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        for (to, from) in self.to.iter_mut().zip(self.from) {
+        for (radiance, glow) in self.radiances.iter_mut().zip(self.glow) {
             for i in 0..LANES {
                 let on = self.lanes >> i & 1 == 1;
-                to[i] = if on { from[i] } else { to[i] };
+                radiance[i] = if on { glow[i] } else { radiance[i] };
             }
         }
     }

@@ -8,7 +8,7 @@ use super::many_lights::MANY_LIGHTS;
 use super::shader::{Pending, Shader, Work};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
-use crate::math::lanes::{LANES, Vec3Lanes, bits, of_lane, set_lane};
+use crate::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane, set_lane};
 use crate::scene::{Light, Point};
 
 impl Shader<'_> {
@@ -54,9 +54,9 @@ impl Shader<'_> {
     #[inline(always)]
     fn point(&self, lane: usize, ray: &Ray, hit: &Hit, points: &mut PointLanes) -> Point<'_> {
         if points.placed_here >> lane & 1 == 1 {
-            let point = self
-                .scene
-                .point_on_triangle(ray, hit, &points.on_triangle(lane));
+            let placed = points.on_triangle(lane);
+            let mut point = self.scene.point_on_triangle(ray, hit, &placed);
+            point.mix_texture();
             if point.has_color_of_texture() {
                 points.recolor(lane, &point);
             }
@@ -110,32 +110,32 @@ impl Shader<'_> {
         radiances: &mut Vec3Lanes,
         work: &mut Work,
     ) -> u32 {
-        let (plain, mut lanes) = (work.points.plain, work.points.plain);
+        let mut lanes = work.points.plain;
+        let others = work.points.mask & work.points.placed_here & !lanes;
         let points: [Option<Point<'_>>; LANES] = std::array::from_fn(|lane| {
-            let hit = hits.hit(lane)?;
-            let is_other = (work.points.mask & work.points.placed_here & !plain) >> lane & 1 == 1;
-            let placed = is_other.then(|| work.points.on_triangle(lane))?;
-            let ray = rays.ray(lane);
-            let point = self
-                .scene
-                .point_before_texture_on_triangle(&ray, &hit, &placed);
+            if others >> lane & 1 == 0 {
+                return None;
+            }
+            let (ray, hit) = (rays.ray(lane), hits.hit(lane)?);
+            let placed = work.points.on_triangle(lane);
+            let mut point = self.scene.point_on_triangle(&ray, &hit, &placed);
+            point.make_diffuse_white();
             lanes |= u32::from(point.surface.is_opaque()) << lane;
             Some(point)
         });
-        let mut sum = Vec3Lanes::default();
-        for corner in 0..3 {
-            work.points.stand_at(corner, lanes, self.scene, hits);
-            for lane in bits(lanes & !plain) {
+        let rest: Lanes<f32> = std::array::from_fn(|lane| 1.0 - hits.u[lane] - hits.v[lane]);
+        let corners = [(0.0, 0.0, &rest), (1.0, 0.0, &hits.u), (0.0, 1.0, &hits.v)];
+        let (mut sum, mut corner) = (Vec3Lanes::default(), hits.clone());
+        for (u, v, weights) in corners {
+            (corner.u, corner.v) = ([u; LANES], [v; LANES]);
+            work.points
+                .gather(self.scene, self.surface_values(), rays, &corner);
+            for lane in bits(lanes & others) {
                 if let Some(point) = points[lane].as_ref().filter(|p| p.has_white_diffuse()) {
                     work.points.recolor(lane, point);
                 }
             }
             lanes = self.lit(lanes, radiances, work);
-            let weights = match corner {
-                0 => std::array::from_fn(|lane| 1.0 - hits.u[lane] - hits.v[lane]),
-                1 => hits.u,
-                _ => hits.v,
-            };
             for (sum, light) in sum.iter_mut().zip(&*radiances) {
                 for lane in 0..LANES {
                     sum[lane] += weights[lane] * light[lane];
