@@ -177,12 +177,6 @@ impl Patch {
         }
     }
 
-    /// The place of a position.
-    pub(super) fn place(&self, at: Position) -> [f64; 2] {
-        let [u, v] = [0, 1].map(|k| self.inverse[k].recip());
-        [self.low[0] + at.u * u, self.low[1] + at.v * v]
-    }
-
     /// Whether a place is in the patch.
     #[inline(always)]
     pub(super) fn contains(&self, place: [f64; 2]) -> bool {
@@ -201,12 +195,6 @@ impl Patch {
     #[inline(always)]
     pub(super) fn area<const FUSED: bool>(&self, at: Position) -> f64 {
         0.5 * at.quadratic::<FUSED>(&self.before[SIDES])
-    }
-
-    /// The share of the area before a corner.
-    pub(super) fn share_before(&self, corner: usize, at: Position) -> f64 {
-        let of = |j: usize| at.quadratic::<false>(&self.before[j]);
-        of(corner) / of(SIDES)
     }
 
     /// The polygon from a film point in a direction.

@@ -16,11 +16,11 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::Aims;
 use crate::lens::pupil::patch::{Located, Patch, Position};
 use crate::lens::pupil::radial::support_around;
-use crate::lens::pupil::rim_shares::open_shares_over;
+use crate::lens::pupil::rim_shares::{open_share, open_shares_over};
 use crate::lens::pupil::sampler::PupilSampler;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
-use crate::lens::pupil::sides::{SIDES, Support};
+use crate::lens::pupil::sides::{Outline, SIDES, Support};
 use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
 use crate::lens::pupil::symmetry::{Symmetry, WedgeCopy, inverse};
 use crate::math::lanes::{LANES, Lane, SimdKernel};
@@ -48,6 +48,9 @@ const MIN_END_ARC: f64 = 1.0 / 8.0;
 /// The least arc if the lens has rotational symmetry, so that only the distance of the film differs
 /// around the axis. It was chosen by trial.
 const MIN_ARC_ROTATIONAL: f64 = 0.2;
+
+/// The places along a side of a cell at which open shares are measured.
+const PLACES: usize = 5;
 
 /// Measured pupils over the film.
 #[derive(Clone, Debug)]
@@ -97,6 +100,8 @@ struct Cell {
     is_interpolated: bool,
     /// The four quarters, row by row. Each is prepared when a film point in it is first asked for.
     quarters: [OnceLock<Box<Patch>>; 4],
+    /// For each lens, row by row: see [`Cells::open_share`].
+    open_shares: Vec<OnceLock<Option<f64>>>,
 }
 
 /// A figure, stored as its center relative to the direction of the film point, and its support from
@@ -321,12 +326,29 @@ impl Cells {
             if !cell.is_interpolated || !self.lenses[0].is_iris_convex() {
                 return Box::new(patch);
             }
-            let film = |at| {
-                let place = patch.place(at);
-                Some((self.point(place)?, self.direction(place)))
-            };
-            let shares = open_shares_over(&patch, &self.lenses, film);
+            let share = |lens, k| self.open_share(cell, lens, [2 * i + k % 3, 2 * j + k / 3]);
+            let shares = open_shares_over(self.lenses.len(), share);
             Box::new(patch.with_open_shares(shares.unwrap_or_default()))
+        })
+    }
+
+    /// The open share for a lens at one of the places that divide each side of a cell into four
+    /// parts. It is measured when it is first asked for, from the cell alone, because quarters
+    /// share places.
+    fn open_share(&self, cell: &Cell, lens: usize, [i, j]: [usize; 2]) -> Option<f64> {
+        let known = &cell.open_shares[PLACES * (PLACES * lens + j) + i];
+        *known.get_or_init(|| {
+            let place =
+                [(0, i), (1, j)].map(|(k, at)| cell.low[k] + 0.5 * at as f64 * cell.half[k]);
+            let direction = self.direction(place);
+            let row = |j: usize| {
+                let [a, b] = [i / 2, i.div_ceil(2)].map(|i| &cell.figures[3 * j + i]);
+                CenteredFigure::mix(a, b, 0.5)
+            };
+            let figure = CenteredFigure::mix(&row(j / 2), &row(j.div_ceil(2)), 0.5);
+            let support = figure.seen_from(direction, &self.sides);
+            let outline = Outline::of(&support, &self.sides);
+            open_share(&self.lenses[lens], self.point(place)?, &outline)
         })
     }
 
@@ -550,6 +572,7 @@ impl Lattice<'_> {
             figures,
             is_interpolated,
             quarters: Default::default(),
+            open_shares: vec![OnceLock::new(); PLACES * PLACES * cells.lenses.len()],
         }))
     }
 }

@@ -1,11 +1,13 @@
 //! The open share of a figure at which rays are aimed: the part of its area from which light gets
 //! through, measured as the distance of the rim in directions around the figure's middle.
 
+use std::iter::zip;
+
 use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
-use crate::lens::pupil::patch::{Biquadratic, Patch, Position, biquadratic_through};
-use crate::lens::pupil::sides::SIDES;
+use crate::lens::pupil::patch::{Biquadratic, biquadratic_through};
+use crate::lens::pupil::sides::{Outline, SIDES};
 use crate::math::lanes::{LANES, Lane};
 
 /// Every aim in this share of the area, from the middle outward, must get through; otherwise the
@@ -23,29 +25,36 @@ const SEARCHES: usize = 2;
 /// The largest number of searches, for directions in which rays beyond the rim miss a surface or
 /// are totally reflected: they have no fill, and the remaining area is bisected.
 const MOST_SEARCHES: usize = 9;
+/// The difference in the middle of a patch up to which its open share is linear along its sides. It
+/// is below the error that the open share has anyway (docs/accuracy.md).
+const STRAIGHT: f64 = 2e-4;
 
-/// Measures the open share of a figure; none if the figure is not open in one piece.
-///
-/// `before` returns the share of the area before each corner. `fills` returns the fills of rays to
-/// the points at shares of the area around the middle (the first argument) and outward.
-pub(super) fn open_share(
-    before: impl Fn(usize) -> f64,
-    fills: impl Fn(&Lane, &Lane) -> Lane,
-) -> Option<f64> {
+/// Measures the open share of a figure at which rays from a film point are aimed; none if the
+/// figure is not open in one piece. The film point is in lens space, in millimeters.
+pub(super) fn open_share(lens: &Lens, film: DVec3, figure: &Outline) -> Option<f64> {
     const { assert!(LANES == SIDES) }
-    let before: [f64; SIDES + 1] = std::array::from_fn(before);
+    let [corners, next] =
+        [0, 1].map(|k| -> [DVec2; SIDES] { std::array::from_fn(|j| figure.corner_offset(j + k)) });
+    let areas: Lane = std::array::from_fn(|j| corners[j].perp_dot(next[j]));
     let gauss = 0.5 - 0.5 / 3.0f64.sqrt();
-    let mut sum = 0.0;
+    let mut open = 0.0;
     // Over a side of the polygon the rim is an arc, so there are two directions in each triangle,
     // at the points of Gauss's rule.
     for part in [gauss, 1.0 - gauss] {
-        let around: Lane = std::array::from_fn(|j| before[j] + part * (before[j + 1] - before[j]));
-        let rims = rims(|shares| fills(&around, shares))?;
-        for (j, rim) in rims.into_iter().enumerate() {
-            sum += 0.5 * (before[j + 1] - before[j]) * rim;
-        }
+        let ends: [DVec2; SIDES] = std::array::from_fn(|j| corners[j].lerp(next[j], part));
+        let rims = rims(|shares| {
+            let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
+            for i in 0..LANES {
+                let aim = figure.center() + shares[i].sqrt() * ends[i];
+                [x[i], y[i]] = aim.to_array();
+            }
+            lens.fills(film, &x, &y).fill
+        })?;
+        let sum: f64 = zip(&areas, &rims).map(|(area, rim)| area * rim).sum();
+        open += 0.5 * sum;
     }
-    Some(sum)
+    let all: f64 = areas.iter().sum();
+    Some(open / all).filter(|_| all > 0.0)
 }
 
 /// The shares of the area up to the rim in some directions; none if the figure is not open in one
@@ -87,39 +96,36 @@ fn rims(fills: impl Fn(&Lane) -> Lane) -> Option<Lane> {
     Some(rim)
 }
 
-/// The open shares over a patch for some lenses, none if a value is not known. `film` returns a
-/// position's film point in lens space, in millimeters, and its direction in the first wedge.
+/// The open shares over a patch for some lenses, none if a value is not known. `share` returns the
+/// share for the lens with a number at one of nine positions of the patch, row by row.
 ///
-/// The share of the middle lens goes through its values at nine positions. The difference of
-/// another lens's share, at another wavelength, is so smooth that it is bilinear between the four
-/// corners.
+/// The share of the middle lens goes through its values at the nine positions. It is linear along
+/// the sides of the patch if the value in the middle differs little from the mean of the corners'.
+/// The difference of another lens's share, at another wavelength, is so smooth that it is bilinear
+/// between the four corners.
 pub(super) fn open_shares_over(
-    patch: &Patch,
-    lenses: &[Lens],
-    film: impl Fn(Position) -> Option<(DVec3, DVec2)>,
+    lenses: usize,
+    share: impl Fn(usize, usize) -> Option<f64>,
 ) -> Option<Vec<Biquadratic>> {
-    let share = |lens: &Lens, k: usize| {
-        let at = Position {
-            u: 0.5 * (k % 3) as f64,
-            v: 0.5 * (k / 3) as f64,
-        };
-        let (film, direction) = film(at).filter(|_| patch.area::<false>(at) > 0.0)?;
-        let point = |around: f64, out: f64| patch.point(at, direction, around, out);
-        open_share(
-            |corner| patch.share_before(corner, at),
-            |around, shares| fills(lens, film, around, shares, &point),
-        )
-    };
-    let middle = lenses.len() / 2;
+    let middle = lenses / 2;
     let mut values = [0.0; 9];
-    for (k, value) in values.iter_mut().enumerate() {
-        *value = share(&lenses[middle], k)?;
+    for k in [0, 2, 4, 6, 8] {
+        values[k] = share(middle, k)?;
+    }
+    let mean = |ends: [usize; 2]| 0.5 * (values[ends[0]] + values[ends[1]]);
+    let straight = [[0, 2], [0, 6], [2, 8], [6, 8]].map(mean);
+    let is_straight = (values[4] - 0.5 * (straight[0] + straight[3])).abs() < STRAIGHT;
+    for (k, straight) in zip([1, 3, 5, 7], straight) {
+        values[k] = match is_straight {
+            true => straight,
+            false => share(middle, k)?,
+        };
     }
     let own = biquadratic_through(values);
-    let of = |(number, lens): (usize, &Lens)| {
+    let of = |number: usize| {
         let mut all = own;
         if number != middle {
-            let difference = |k: usize| Some(share(lens, k)? - values[k]);
+            let difference = |k: usize| Some(share(number, k)? - values[k]);
             let [a, b, c, d] = [
                 difference(0)?,
                 difference(2)?,
@@ -132,24 +138,7 @@ pub(super) fn open_shares_over(
         }
         Some(all)
     };
-    lenses.iter().enumerate().map(of).collect()
-}
-
-/// The fills of rays from a film point, in lens space, to the points of a figure at shares of its
-/// area around its middle and outward. `point` returns the point at a share around and at a share
-/// of the distance from the middle to the rim.
-pub(super) fn fills(
-    lens: &Lens,
-    film: DVec3,
-    around: &Lane,
-    shares: &Lane,
-    point: &impl Fn(f64, f64) -> DVec2,
-) -> Lane {
-    let (mut x, mut y) = ([0.0; LANES], [0.0; LANES]);
-    for i in 0..LANES {
-        [x[i], y[i]] = point(around[i], shares[i].sqrt()).to_array();
-    }
-    lens.fills(film, &x, &y).fill
+    (0..lenses).map(of).collect()
 }
 
 #[cfg(test)]

@@ -10,8 +10,7 @@ use glam::DVec2;
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::patch::quadratic_through;
-use crate::lens::pupil::rim_shares::{fills, open_share};
-use crate::lens::pupil::sides::SIDES;
+use crate::lens::pupil::rim_shares::open_share;
 use crate::lens::pupil::spans::Spans;
 
 /// The open share of a span's figure, as the coefficients of a quadratic of the mixing parameter;
@@ -35,12 +34,7 @@ impl PupilTransmission {
             let (start, end) = (spans.start(number), spans.ends[number]);
             let film = place.point(DVec2::new(start + t * (end - start), 0.0));
             let span = &spans.spans[number];
-            let point = |around: f64, out: f64| span.point(t, around, out);
-            let all = Some(span.twice_area_before(SIDES, t)).filter(|all| *all > 0.0)?;
-            open_share(
-                |corner| span.twice_area_before(corner, t) / all,
-                |around, shares| fills(lens, film, around, shares, &point),
-            )
+            open_share(lens, film, &span.outline(t))
         };
         let quadratic = |number: usize| {
             let values = [
