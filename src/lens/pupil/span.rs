@@ -13,69 +13,63 @@ use crate::lens::pupil::sides::{Outline, SIDES, TriangleTable, share};
 pub struct Span {
     low: Outline,
     high: Outline,
-    /// Twice the area of the triangles before each corner, as a quadratic of the mixing parameter.
-    before: [[f64; 3]; SIDES + 1],
-    wedges: [Wedge; SIDES],
+    corners: [Corner; SIDES + 1],
     triangles: TriangleTable,
 }
 
-/// The quantities that a point in one of the triangles depends on, as quadratics of the mixing
-/// parameter: the vectors from the center to the two corners, the center, and twice the areas
-/// before those corners. The coefficients of one power are adjacent, so that all are evaluated as
-/// one vector.
+/// A corner as a function of the mixing parameter. It fills a line of the processor's cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Wedge([[f64; 8]; 3]);
+struct Corner {
+    /// The vector from the center to the corner, and how it changes.
+    offset: [DVec2; 2],
+    /// Twice the area of the triangles before the corner, as the coefficients of a quadratic.
+    before: [f64; 3],
+}
 
-impl Wedge {
-    /// The quantities at the mixing parameter `t`.
+impl Corner {
+    /// The vector from the center at the mixing parameter `t`.
     #[inline(always)]
-    fn at(&self, t: f64) -> [f64; 8] {
-        let Self([a, b, c]) = self;
-        let mut all = [0.0; 8];
-        for i in 0..8 {
-            all[i] = a[i] + t * (b[i] + t * c[i]);
-        }
-        all
+    fn offset(&self, t: f64) -> DVec2 {
+        let [start, change] = self.offset;
+        start + t * change
+    }
+
+    /// Twice the area of the triangles before the corner, in square millimeters.
+    #[inline(always)]
+    fn twice_area_before(&self, t: f64) -> f64 {
+        let [a, b, c] = self.before;
+        a + t * (b + t * c)
     }
 }
 
 impl Span {
     /// The span between two polygons, at the mixing parameters 0 and 1.
     pub fn new(low: Outline, high: Outline) -> Self {
-        let mut before = [[0.0; 3]; SIDES + 1];
-        let from_center = |j: usize| {
-            let start = low.corners[j] - low.center;
-            (start, high.corners[j] - high.center - start)
-        };
+        let mut corners: [Corner; SIDES + 1] = std::array::from_fn(|j| {
+            let start = low.corner_offset(j);
+            Corner {
+                offset: [start, high.corner_offset(j) - start],
+                before: [0.0; 3],
+            }
+        });
         for j in 0..SIDES {
-            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
+            let ([p, dp], [q, dq]) = (corners[j].offset, corners[j + 1].offset);
             let twice = [
                 p.perp_dot(q),
                 p.perp_dot(dq) + dp.perp_dot(q),
                 dp.perp_dot(dq),
             ];
-            before[j + 1] = std::array::from_fn(|i| before[j][i] + twice[i]);
+            corners[j + 1].before = std::array::from_fn(|i| corners[j].before[i] + twice[i]);
         }
-        let (center, moved) = (low.center, high.center - low.center);
-        let wedges = std::array::from_fn(|j| {
-            let ((p, dp), (q, dq)) = (from_center(j), from_center(j + 1));
-            let (from, to) = (before[j], before[j + 1]);
-            Wedge([
-                [p.x, p.y, q.x, q.y, center.x, center.y, from[0], to[0]],
-                [dp.x, dp.y, dq.x, dq.y, moved.x, moved.y, from[1], to[1]],
-                [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, from[2], to[2]],
-            ])
-        });
         let triangles = TriangleTable::new(|j| {
-            let [a, b, c] = before[j];
+            let [a, b, c] = corners[j].before;
             a + b / 2.0 + c / 3.0
         });
         Self {
             low,
             high,
-            before,
-            wedges,
+            corners,
             triangles,
         }
     }
@@ -84,8 +78,7 @@ impl Span {
     /// millimeters.
     #[inline(always)]
     pub fn twice_area_before(&self, j: usize, t: f64) -> f64 {
-        let [a, b, c] = self.before[j];
-        a + t * (b + t * c)
+        self.corners[j].twice_area_before(t)
     }
 
     /// The polygon at the mixing parameter `t`.
@@ -104,18 +97,17 @@ impl Span {
     #[inline(always)]
     pub fn point(&self, t: f64, u: f64, out: f64) -> DVec2 {
         let place = u * self.twice_area_before(SIDES, t);
-        let guess = self.triangles.lookup(u);
-        let mut wedge = self.wedges[guess].at(t);
+        let mut j = self.triangles.lookup(u);
+        let before = |j: usize| self.twice_area_before(j, t);
+        let (mut start, mut end) = (before(j), before(j + 1));
         // The tabulated triangle nearly always contains the point.
-        if !(wedge[6] <= place && place < wedge[7]) {
-            wedge = self.wedges[self.search(guess, t, place)].at(t);
+        if !(start <= place && place < end) {
+            j = self.search(j, t, place);
+            (start, end) = (before(j), before(j + 1));
         }
-        let [px, py, qx, qy, x, y, start, end] = wedge;
-        let at = share(place, start, end);
-        DVec2::new(
-            x + out * (px + at * (qx - px)),
-            y + out * (py + at * (qy - py)),
-        )
+        let [p, q] = [j, j + 1].map(|j| self.corners[j].offset(t));
+        let center = self.low.center + t * (self.high.center - self.low.center);
+        center + out * (p + share(place, start, end) * (q - p))
     }
 
     /// Searches for the triangle that contains a place, starting from a neighbor.
