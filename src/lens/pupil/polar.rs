@@ -96,11 +96,9 @@ struct Cell {
     /// Half of the size.
     half: [f64; 2],
     figures: [CenteredFigure; 9],
-    /// Whether the figures are interpolated. Otherwise all are the hull of those measured.
-    is_interpolated: bool,
     /// The four quarters, row by row. Each is prepared when a film point in it is first asked for.
     quarters: [OnceLock<Box<Patch>>; 4],
-    /// For each lens, row by row: see [`Cells::open_share`].
+    /// For each lens, row by row: see [`Cells::open_share`]. Empty if they are not measured.
     open_shares: Vec<OnceLock<Option<f64>>>,
 }
 
@@ -322,8 +320,7 @@ impl Cells {
                 corners.map(|figure| (figure.center, &figure.support)),
                 &self.sides,
             );
-            // The open share of a hull varies too much to be interpolated.
-            if !cell.is_interpolated || !self.lenses[0].is_iris_convex() {
+            if cell.open_shares.is_empty() {
                 return Box::new(patch);
             }
             let share = |lens, k| self.open_share(cell, lens, [2 * i + k % 3, 2 * j + k / 3]);
@@ -549,6 +546,11 @@ impl Lattice<'_> {
             return CellResult::Dark;
         };
         let is_interpolated = all.ratio <= 1.0;
+        // The open share of a hull varies too much to be interpolated.
+        let places = match is_interpolated && cells.lenses[0].is_iris_convex() {
+            true => PLACES * PLACES * cells.lenses.len(),
+            false => 0,
+        };
         let figures = match is_interpolated {
             true => figures.map(|f| f.unwrap_or(**first).widened(MARGIN + all.cut)),
             false => {
@@ -570,9 +572,8 @@ impl Lattice<'_> {
             low: [0, 1].map(|k| place(k, low[k])),
             half: [0, 1].map(|k| 0.5 * place(k, size[k])),
             figures,
-            is_interpolated,
             quarters: Default::default(),
-            open_shares: vec![OnceLock::new(); PLACES * PLACES * cells.lenses.len()],
+            open_shares: vec![OnceLock::new(); places],
         }))
     }
 }

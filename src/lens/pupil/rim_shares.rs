@@ -36,6 +36,7 @@ pub(super) fn open_share(lens: &Lens, film: DVec3, figure: &Outline) -> Option<f
     let [corners, next] =
         [0, 1].map(|k| -> [DVec2; SIDES] { std::array::from_fn(|j| figure.corner_offset(j + k)) });
     let areas: Lane = std::array::from_fn(|j| corners[j].perp_dot(next[j]));
+    let all = Some(areas.iter().sum()).filter(|all: &f64| *all > 0.0)?;
     let gauss = 0.5 - 0.5 / 3.0f64.sqrt();
     let mut open = 0.0;
     // Over a side of the polygon the rim is an arc, so there are two directions in each triangle,
@@ -53,8 +54,7 @@ pub(super) fn open_share(lens: &Lens, film: DVec3, figure: &Outline) -> Option<f
         let sum: f64 = zip(&areas, &rims).map(|(area, rim)| area * rim).sum();
         open += 0.5 * sum;
     }
-    let all: f64 = areas.iter().sum();
-    Some(open / all).filter(|_| all > 0.0)
+    Some(open / all)
 }
 
 /// The shares of the area up to the rim in some directions; none if the figure is not open in one

@@ -34,13 +34,6 @@ impl Corner {
         let [start, change] = self.offset;
         start + t * change
     }
-
-    /// Twice the area of the triangles before the corner, in square millimeters.
-    #[inline(always)]
-    fn twice_area_before(&self, t: f64) -> f64 {
-        let [a, b, c] = self.before;
-        a + t * (b + t * c)
-    }
 }
 
 impl Span {
@@ -77,8 +70,9 @@ impl Span {
     /// Twice the area of the triangles before a corner, at the mixing parameter `t`, in square
     /// millimeters.
     #[inline(always)]
-    pub fn twice_area_before(&self, j: usize, t: f64) -> f64 {
-        self.corners[j].twice_area_before(t)
+    fn twice_area_before(&self, j: usize, t: f64) -> f64 {
+        let [a, b, c] = self.corners[j].before;
+        a + t * (b + t * c)
     }
 
     /// The polygon at the mixing parameter `t`.
