@@ -324,7 +324,9 @@ impl Sums {
     /// Returns the errors of reading, and an error if the bytes are not a state.
     pub(crate) fn read(from: &mut dyn Read, length: u64) -> std::io::Result<Self> {
         let head_length = u64::from_le_bytes(bytes(from)?);
-        let left = length.checked_sub(8 + head_length).ok_or_else(cut_short)?;
+        let left = length.checked_sub(8);
+        let left = left.and_then(|left| left.checked_sub(head_length));
+        let left = left.ok_or_else(cut_short)?;
         let mut head = vec![0; head_length as usize];
         from.read_exact(&mut head)?;
         let head: (Place, SampleShares, u32) =
@@ -340,8 +342,8 @@ impl Sums {
         let pixels = place.region.resolution().pixels();
         let bits = |row: Region| Tile::count(row).div_ceil(8);
         let all_bits: u64 = Tile::rows(place.region).map(bits).sum();
-        let of_films = (u64::from(films) + 1) * (pixels * Exposed::BYTES) as u64;
-        if left != of_films + all_bits + TAIL {
+        let of_films = (u64::from(films) + 1).checked_mul((pixels * Exposed::BYTES) as u64);
+        if of_films.and_then(|films| films.checked_add(all_bits + TAIL)) != Some(left) {
             return Err(cut_short());
         }
         let mut earlier = Vec::new();

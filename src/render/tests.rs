@@ -460,6 +460,8 @@ fn a_state_that_is_cut_short_or_contradicts_itself_is_refused() {
             "{length}"
         );
     }
+    let too_long = [&u64::MAX.to_le_bytes(), &state[8..]].concat();
+    assert!(Sums::read(&mut &too_long[..], state.len() as u64).is_err());
     let mut wrong = keeper.sums();
     wrong.place.done = 5;
     assert!(wrong.place.end < 5);
