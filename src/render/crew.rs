@@ -5,6 +5,7 @@
 //! has the film. It works too: one of its threads hands out pieces, and the others expose them.
 
 use std::ops::Range;
+use std::panic::resume_unwind;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
@@ -144,6 +145,8 @@ impl Render<'_> {
         let (to_own, own_work) = channel();
         let (own_results, from_own) = channel();
         std::thread::scope(|scope| {
+            // If this thread panics the results end, and the leader does not wait for more.
+            let own_results = own_results;
             let leader = scope.spawn(move || hand_out(team, job, &to_own, &from_own));
             // This thread belongs to rayon's pool, whose other threads help it.
             for (piece, work) in own_work {
@@ -151,7 +154,7 @@ impl Render<'_> {
                     break;
                 }
             }
-            leader.join().unwrap_or(false)
+            leader.join().unwrap_or_else(|panic| resume_unwind(panic))
         })
     }
 
