@@ -240,7 +240,7 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<L
     };
     (0..4096)
         .filter_map(|i| {
-            let at = sampler.sample(0, i);
+            let at = sampler.pixel(0, [0, 0]).sample(i);
             let [x, y] = at
                 .film
                 .map(|f| radius / 1.8_f64.hypot(1.2) * 1.2 * 2.0 * (f - 0.5));

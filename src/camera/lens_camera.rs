@@ -356,9 +356,10 @@ mod tests {
             samples: 40_000,
             seed: 7,
         };
+        let pixel = sampler.pixel(0, [0, 0]);
         let window = camera.target.window(film);
         let weight = |i| {
-            let pupil = sampler.sample(0, i).pupil;
+            let pupil = pixel.sample(i).pupil;
             let ray = camera.ray(film, &window, pupil);
             ray.map_or(0.0, |r| r.weight * camera.axial_irradiance())
         };

@@ -685,7 +685,8 @@ mod tests {
                     samples.request(&pixel, indices.clone());
                     samples.draw();
                     samples.film = film.map(|at| vec![at; indices.len()]);
-                    samples.wavelength = indices.map(|index| pixel.wavelength(index)).collect();
+                    samples.wavelength = vec![0.0; indices.len()];
+                    pixel.wavelengths(first, &mut samples.wavelength);
                     for (sample, fast) in fast(&camera, &samples).into_iter().enumerate() {
                         let plain = plain(&camera, &samples, sample);
                         let off = fast - plain;

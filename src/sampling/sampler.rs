@@ -68,11 +68,6 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    /// The sample `index`, counted from 0, of the pixel with a number in the picture.
-    pub fn sample(&self, pixel: u64, index: u32) -> LensSample {
-        self.pixel(pixel, [pixel as u32, 0]).sample(index)
-    }
-
     /// The samples of the pixel with a number, and with a column and a row in the picture.
     pub fn pixel(&self, number: u64, [x, y]: [u32; 2]) -> PixelSampler {
         let key = mix(self.seed ^ mix(number.wrapping_add(0x9e37_79b9_7f4a_7c15)));
@@ -96,12 +91,6 @@ impl Sampler {
             }
         };
         PixelSampler { key, layout }
-    }
-
-    /// The number in [0, 1) that determines the sample's wavelengths: see
-    /// `PixelSampler::wavelength`.
-    pub fn wavelength(&self, pixel: u64, index: u32) -> f64 {
-        self.pixel(pixel, [pixel as u32, 0]).wavelength(index)
     }
 
     /// The number of samples of a pixel must be a multiple of this: the first samples of a jittered
@@ -142,15 +131,9 @@ enum Layout {
 }
 
 impl PixelSampler {
-    /// The number in [0, 1) that determines the sample's wavelengths. It is stratified over a
-    /// pixel's samples, and shuffled relative to the other dimensions.
-    pub fn wavelength(&self, index: u32) -> f64 {
-        let mut one = [0.0];
-        self.wavelengths(index, &mut one);
-        one[0]
-    }
-
-    /// The numbers of [`Self::wavelength`] for consecutive samples from an index on.
+    /// The numbers in [0, 1) that determine the wavelengths of consecutive samples from an index
+    /// on. They are stratified over a pixel's samples, and shuffled relative to the other
+    /// dimensions.
     pub(crate) fn wavelengths(&self, first: u32, out: &mut [f64]) {
         if let Layout::Random = self.layout {
             for (index, out) in (first..).zip(out) {
@@ -313,7 +296,7 @@ fn jittered(key: u64, samples: u32, index: u32) -> LensSample {
 
 /// The numbers of pixel samples, and of pupil samples for each, of `n` samples. The pupil gets the
 /// larger factor, because it causes more of the noise. 16 samples are 4 times 4.
-pub(crate) fn split(n: u32) -> (u32, u32) {
+fn split(n: u32) -> (u32, u32) {
     let on_pixel = largest_factor(n.max(1));
     (on_pixel, n.max(1) / on_pixel)
 }
@@ -356,7 +339,7 @@ mod tests {
         let cell = |[u, v]: [f64; 2]| (u * 2.0) as usize + 2 * (v * 2.0) as usize;
         let mut seen = [[0; 4]; 4];
         for i in 0..16 {
-            let sample = s.sample(123, i);
+            let sample = s.pixel(123, [123, 0]).sample(i);
             seen[cell(sample.film)][cell(sample.pupil)] += 1;
         }
         assert_eq!(seen, [[1; 4]; 4]);
@@ -365,8 +348,9 @@ mod tests {
     #[test]
     fn pupil_samples_of_one_pixel_stratum_share_their_film_point() {
         let s = sampler(SamplerKind::Jittered, 16);
-        assert_eq!(s.sample(5, 0).film, s.sample(5, 3).film);
-        assert_ne!(s.sample(5, 0).film, s.sample(5, 4).film);
+        let film = |i: u32| s.pixel(5, [5, 0]).sample(i).film;
+        assert_eq!(film(0), film(3));
+        assert_ne!(film(0), film(4));
     }
 
     #[test]
@@ -376,9 +360,10 @@ mod tests {
             let s = sampler(kind, 16);
             let n = 16 * 2_000;
             let mut sum = [0.0; 4];
-            for pixel in 0..2_000 {
+            for column in 0..2_000 {
+                let pixel = s.pixel(u64::from(column), [column, 0]);
                 for i in 0..16 {
-                    let LensSample { film, pupil } = s.sample(pixel, i);
+                    let LensSample { film, pupil } = pixel.sample(i);
                     for (total, x) in sum.iter_mut().zip([film[0], film[1], pupil[0], pupil[1]]) {
                         assert!((0.0..1.0).contains(&x));
                         *total += x;
@@ -420,10 +405,13 @@ mod tests {
     fn every_eight_samples_have_one_in_each_eighth_of_the_wavelengths() {
         for kind in [SamplerKind::Jittered, SamplerKind::Sobol, SamplerKind::Blue] {
             let s = sampler(kind, 16);
-            for pixel in 0..50 {
+            for column in 0..50 {
+                let mut wavelengths = [0.0; 16];
+                let pixel = s.pixel(u64::from(column), [column, 0]);
+                pixel.wavelengths(0, &mut wavelengths);
                 let mut seen = [[0; 8]; 2];
-                for i in 0..16 {
-                    seen[i as usize / 8][(8.0 * s.wavelength(pixel, i)) as usize] += 1;
+                for (i, wavelength) in wavelengths.into_iter().enumerate() {
+                    seen[i / 8][(8.0 * wavelength) as usize] += 1;
                 }
                 assert_eq!(seen, [[1; 8]; 2], "{kind:?}");
             }

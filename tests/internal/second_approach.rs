@@ -64,7 +64,7 @@ impl Bench {
             samples: SAMPLES,
             seed,
         };
-        let at = sampler.sample(u64::from(pixel), index);
+        let at = sampler.pixel(u64::from(pixel), [pixel, 0]).sample(index);
         let x = (f64::from(pixel % COLUMNS) + at.film[0]) / f64::from(COLUMNS);
         let y = (f64::from(pixel / COLUMNS) + at.film[1]) / f64::from(ROWS);
         let film = DVec2::new(36.0 * (0.5 - x), 24.0 * (y - 0.5)).extend(self.film_z);

@@ -92,8 +92,9 @@ fn draw(
     };
     let mut diagram = LensDiagram::of(&camera.lens, options);
     let mut passed = 0;
+    let pixel = plan.sampler.pixel(number, [px, py]);
     for index in 0..RAYS {
-        let sample = plan.sampler.sample(number, index);
+        let sample = pixel.sample(index);
         let x = (f64::from(px) + sample.film[0]) / f64::from(plan.resolution.width);
         let y = (f64::from(py) + sample.film[1]) / f64::from(plan.resolution.height);
         let Some((start, path)) = camera.path(camera.film_point(x, y), sample.pupil) else {
