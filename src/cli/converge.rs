@@ -134,7 +134,11 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             let exposure = options.on_threads(run)?;
             table.push(Row::new(&method.name, &exposure, &reference));
             if !options.quiet {
-                super::status!("{} {samples} spp: {:.2} s", method.name, exposure.seconds);
+                super::status!(
+                    "{} {samples} spp: {:.2} s",
+                    method.name,
+                    exposure.spent.seconds
+                );
             }
             write(m, &table, across)?;
             samples *= 2;

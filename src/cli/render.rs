@@ -387,7 +387,7 @@ fn render_whole(
     };
     let meter = Meter::new(options.meter);
     let exposure = options.on_threads(|| session.expose_task(task, &|p| meter.show(p)))?;
-    meter.finish(&exposure.counts, exposure.seconds);
+    meter.finish(&exposure.counts, exposure.spent.seconds);
     let mut code = 0;
     match &exposure.stopped {
         None => warn_of_shortfall(session, &exposure, options.denoiser.is_some()),

@@ -124,7 +124,7 @@ fn render(
     let pose = start.pose_at(values);
     session.change(plan, pose)?;
     let exposure = session.expose(&|_| ());
-    Ok((plate(&exposure, session), exposure.seconds))
+    Ok((plate(&exposure, session), exposure.spent.seconds))
 }
 
 /// Returns the levels of an exposure.

@@ -15,6 +15,14 @@ pub(crate) struct Exposed {
 }
 
 impl Exposed {
+    /// A pixel whose samples are all black.
+    pub(crate) fn black(count: u32) -> Self {
+        Self {
+            count,
+            ..Self::default()
+        }
+    }
+
     /// Adds one sample by Welford's update, which has no cancellation.
     pub(crate) fn add(&mut self, value: DVec3) {
         self.count += 1;

@@ -53,3 +53,33 @@ pub(crate) fn expose_moments(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::Resolution;
+
+    /// What is seen at one of two moments has half of its light, whichever moment it is.
+    #[test]
+    fn a_moment_without_light_darkens_the_frame() {
+        let resolution = Resolution::new(2, 1).unwrap();
+        for lit_moment in 0..2 {
+            let mut expose = |moment: u32, stop: Stop| {
+                let mut exposure = Exposure::without_light(resolution, stop.samples);
+                if moment == lit_moment {
+                    for pixel in &mut exposure.film.pixels {
+                        *pixel = Default::default();
+                        for level in [1.0, 3.0] {
+                            pixel.add(glam::DVec3::splat(level));
+                        }
+                    }
+                }
+                Ok(exposure)
+            };
+            let frame = expose_moments(2, Stop::after(4), &mut expose).unwrap();
+            for pixel in &frame.film.pixels {
+                assert_eq!((pixel.count, pixel.mean.x), (4, 1.0));
+            }
+        }
+    }
+}

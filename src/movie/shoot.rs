@@ -214,7 +214,7 @@ impl Shoot {
         report(Event::Frame {
             number,
             focus: moments[0].focus,
-            seconds: exposure.seconds,
+            seconds: exposure.spent.seconds,
             shortfall: self.shortfall(&exposure),
         });
         Ok(())

@@ -421,7 +421,7 @@ impl Session {
     ) -> Exposure {
         let is_whole = task.samples.is_none() && task.sums.is_none();
         let mut exposure = match is_whole && self.shows_nothing() {
-            true => Exposure::unexposed(self.region().resolution(), stop.samples),
+            true => Exposure::without_light(self.region().resolution(), stop.samples),
             false => self.with_render(sampler, stop, |render| {
                 render.run_inside(self.region(), task, progress)
             }),
@@ -435,7 +435,7 @@ impl Session {
             Some(region) => ghosts.map(|g| g.cut(region, self.plan.resolution)),
             None => ghosts,
         };
-        exposure.add_time(watch.spent());
+        exposure.spent = exposure.spent.plus(watch.spent());
         exposure
     }
 

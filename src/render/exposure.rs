@@ -5,7 +5,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::stopwatch::Spent;
-use crate::film::{ErrorEstimate, ErrorUnknown, Film, Resolution, SquaredError};
+use crate::film::{ErrorEstimate, ErrorUnknown, Exposed, Film, Resolution, SquaredError};
 
 /// The conditions that end a render. The first one met ends it, after a whole pass, so that every
 /// pixel has received its samples.
@@ -51,11 +51,8 @@ pub struct Exposure {
     pub film: Film,
     /// The rays that were traced.
     pub counts: Counts,
-    /// Seconds that the render took.
-    pub seconds: f64,
-    /// Seconds of processors that the render took, summed over threads; `None` if the system does
-    /// not say.
-    pub processor_seconds: Option<f64>,
+    /// The time that the render took.
+    pub spent: Spent,
     /// Samples per pixel.
     pub samples: u32,
     /// Where the render was stopped, if it was before its end.
@@ -109,25 +106,22 @@ impl Exposure {
     pub(crate) fn summary(&self) -> Summary {
         Summary {
             counts: self.counts,
-            spent: Spent {
-                seconds: self.seconds,
-                processor_seconds: self.processor_seconds,
-            },
+            spent: self.spent,
             samples: self.samples,
             error: self.film.error(),
         }
     }
 
-    /// Returns the exposure of a film to which no ray can bring light: it is black without error.
-    pub(crate) fn unexposed(resolution: Resolution, samples: u32) -> Self {
+    /// Returns the exposure of a film to which no ray can bring light: all its samples are black.
+    pub(crate) fn without_light(resolution: Resolution, samples: u32) -> Self {
         Self {
             film: Film {
+                pixels: vec![Exposed::black(samples); resolution.pixels()],
                 squared_error: Some(SquaredError::none()),
                 ..Film::new(resolution)
             },
             counts: Counts::default(),
-            seconds: 0.0,
-            processor_seconds: None,
+            spent: Spent::default(),
             samples,
             stopped: None,
         }
@@ -143,21 +137,8 @@ impl Exposure {
     pub(crate) fn join(&mut self, part: &Self, share: f64) {
         self.film.join(&part.film, share);
         self.counts.add(&part.counts);
-        self.add_time(Spent {
-            seconds: part.seconds,
-            processor_seconds: part.processor_seconds,
-        });
+        self.spent = self.spent.plus(part.spent);
         self.samples += part.samples;
-    }
-
-    /// Adds the time of further work.
-    pub(crate) fn add_time(&mut self, more: Spent) {
-        let own = Spent {
-            seconds: self.seconds,
-            processor_seconds: self.processor_seconds,
-        };
-        let both = own.plus(more);
-        (self.seconds, self.processor_seconds) = (both.seconds, both.processor_seconds);
     }
 }
 

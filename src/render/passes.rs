@@ -64,7 +64,6 @@ fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
 struct Run<'r> {
     /// The number of the first sample that is not made.
     last: u32,
-    start: Instant,
     /// The time of earlier runs.
     before: Spent,
     watch: &'r Stopwatch,
@@ -142,7 +141,6 @@ impl Render<'_> {
         let Place { first, .. } = sums.place;
         let run = Run {
             last,
-            start: Instant::now(),
             before: sums.spent,
             watch: &watch,
             keepers,
@@ -164,12 +162,10 @@ impl Render<'_> {
             measured = self.measured(&film, region, done, &mut sums.counts);
         }
         film.squared_error = measured.squared_error;
-        let spent = sums.spent.plus(watch.spent());
         Exposure {
             film,
             counts: sums.counts,
-            seconds: spent.seconds,
-            processor_seconds: spent.processor_seconds,
+            spent: sums.spent.plus(watch.spent()),
             samples: done - first,
             stopped,
         }
@@ -197,7 +193,7 @@ impl Render<'_> {
                     *measured = self.measured_sums(sums);
                 }
                 let next = per_sample * self.pass_end(done).saturating_sub(done);
-                if done >= run.last || self.stops(run.start, next, measured.error) {
+                if done >= run.last || self.stops(run.watch.elapsed() + next, measured.error) {
                     return Ok(());
                 }
             }
@@ -389,15 +385,12 @@ impl Render<'_> {
         (done + step).min(self.stop.samples)
     }
 
-    /// Returns whether the render stops before the next pass, which is expected to take `next`. A
-    /// target is met only if the upper end of the error's interval meets it.
-    fn stops(&self, start: Instant, next: Duration, error: Option<ErrorEstimate>) -> bool {
+    /// Returns whether the render stops before the next pass, which is expected to end at a time
+    /// after the start. A target is met only if the upper end of the error's interval meets it.
+    fn stops(&self, end: Duration, error: Option<ErrorEstimate>) -> bool {
         let target = self.stop.error.zip(error);
         let good = target.is_some_and(|(limit, e)| e.high <= limit);
-        let late = self
-            .stop
-            .time
-            .is_some_and(|limit| start.elapsed() + next > limit);
+        let late = self.stop.time.is_some_and(|limit| end > limit);
         good || late
     }
 

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 /// The time that work took.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Spent {
+pub struct Spent {
     /// Seconds of the clock.
     pub seconds: f64,
     /// Seconds of processors, summed over threads; `None` if the system does not say.
@@ -25,7 +25,7 @@ impl Default for Spent {
 
 impl Spent {
     /// Returns the sum of this time and another one.
-    pub(super) fn plus(self, more: Self) -> Self {
+    pub(crate) fn plus(self, more: Self) -> Self {
         let both = self.processor_seconds.zip(more.processor_seconds);
         Self {
             seconds: self.seconds + more.seconds,
@@ -48,6 +48,11 @@ impl Stopwatch {
             processor: processor_seconds(),
             start: Instant::now(),
         }
+    }
+
+    /// Returns the time of the clock since the start.
+    pub(super) fn elapsed(&self) -> Duration {
+        self.start.elapsed()
     }
 
     /// Returns the time since the start. A thread that has ended since does not count.

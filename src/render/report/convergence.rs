@@ -51,10 +51,10 @@ impl Row {
         Self {
             method: method.to_owned(),
             samples: exposure.samples,
-            seconds: exposure.seconds,
-            processor_seconds: exposure.processor_seconds,
+            seconds: exposure.spent.seconds,
+            processor_seconds: exposure.spent.processor_seconds,
             rays: exposure.counts.film_rays,
-            efficiency: 1.0 / (deviation.rel_mse * exposure.seconds),
+            efficiency: 1.0 / (deviation.rel_mse * exposure.spent.seconds),
             estimated: exposure.film.relative_rmse(),
             deviation,
         }
