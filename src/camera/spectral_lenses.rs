@@ -107,12 +107,11 @@ impl SpectralLenses {
     fn measure(&self, camera: &LensCamera) -> Vec<SetAiming> {
         let nm = |set: usize| self.sets[set][MAIN].nm;
         let place = camera.place();
-        let measured = MEASURED.map(|set| {
-            let lens = &self.lenses[set][MAIN];
-            (nm(set), self.target.transmission(lens, place))
-        });
+        let measure = |set: usize| self.target.transmission(&self.lenses[set][MAIN], place);
+        let measured = MEASURED.map(|set| (nm(set), measure(set)));
         let aiming = |set: usize| SetAiming {
-            transmission: PupilTransmission::interpolated(&measured, nm(set)),
+            transmission: PupilTransmission::interpolated(&measured, nm(set))
+                .unwrap_or_else(|| measure(set)),
             probabilities: std::array::from_fn(|ring| self.probabilities(camera, set, ring)),
             rings_per_mm: RINGS as f64 / camera.format.half_diagonal(),
         };

@@ -9,6 +9,7 @@
 use glam::DMat3;
 
 use crate::lens::Transmittances;
+use crate::math::lagrange_weight;
 use crate::math::lanes::{LANES, Lane, SimdKernel};
 use crate::spectrum::Spectrum;
 
@@ -29,18 +30,13 @@ pub(super) struct Tint([DMat3; NODES]);
 impl Default for Tint {
     fn default() -> Self {
         let [first, last] = ENDS.map(f64::recip);
-        let node = |k: usize| first + (last - first) * k as f64 / (NODES - 1) as f64;
-        // Lagrange's polynomial, which is 1 at one node and 0 at the others.
-        let basis = |k: usize, nm: f64| -> f64 {
-            let others = (0..NODES).filter(|j| *j != k);
-            others
-                .map(|j| (nm.recip() - node(j)) / (node(k) - node(j)))
-                .product()
-        };
+        let nodes: [f64; NODES] =
+            std::array::from_fn(|k| first + (last - first) * k as f64 / (NODES - 1) as f64);
         let spectrum = Spectrum::default();
         let colors: Vec<(f64, DMat3)> = spectrum.colors().collect();
         Self(std::array::from_fn(|k| {
-            let weighted = colors.iter().map(|(nm, color)| *color * basis(k, *nm));
+            let weight = |nm: f64| lagrange_weight(&nodes, k, nm.recip());
+            let weighted = colors.iter().map(|(nm, color)| *color * weight(*nm));
             weighted.fold(DMat3::ZERO, |sum, color| sum + color)
         }))
     }

@@ -6,7 +6,7 @@ use crate::lens::pupil::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// Points of the rear vertex plane to aim at, a lane for each ray.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Aims {
     /// The x coordinates, in millimeters.
     pub x: Lane,
@@ -17,18 +17,6 @@ pub(crate) struct Aims {
     pub area: Lane,
     /// The share of that area that is open; 0 if it is not known.
     pub open_share: Lane,
-}
-
-impl Default for Aims {
-    fn default() -> Self {
-        let [x, y, area, open_share] = [[0.0; LANES]; 4];
-        Self {
-            x,
-            y,
-            area,
-            open_share,
-        }
-    }
 }
 
 impl Aims {

@@ -41,7 +41,7 @@ pub(super) struct StrayRegion {
     disc: f64,
     /// The range of film radii, in millimeters, that such light may reach.
     radii: [f64; 2],
-    /// The range of film radii that only such light may reach: the table has no pupil there.
+    /// The range of film radii from which rays are aimed at the disc where the table has no pupil.
     dark_radii: Option<[f64; 2]>,
 }
 

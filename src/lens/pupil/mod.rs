@@ -2,8 +2,12 @@
 //!
 //! `search` finds the outline of the pupil from one film point, and `sampler` calls it for many.
 //! `radial` and `polar` are tables of outlines over the film, with and without rotational
-//! symmetry; `exit_pupil` holds one of the two. `sides`, `span`, `spans`, `patch`, `polygon` and
-//! `aims` sample points from an outline. `target` and `window` are what the rest of the crate uses.
+//! symmetry, and `support` and `symmetry` are their tools; `exit_pupil` holds one of the two.
+//! `sides`, `span`, `spans`, `patch` and `polygon` sample points from an outline. `rim_shares` and
+//! `transmission` measure how much of an outline is open.
+//!
+//! The rest of the crate aims at a `target`, which is an exit pupil or the rear element. It asks
+//! for the `window` of one film point, or for the `aims` of many.
 
 pub(crate) mod aims;
 pub(crate) mod exit_pupil;

@@ -23,6 +23,7 @@ use crate::lens::pupil::search::pupil_search::PupilSearch;
 use crate::lens::pupil::sides::{Outline, SIDES, Support};
 use crate::lens::pupil::support::{MARGIN, excess, hull, mix, widened};
 use crate::lens::pupil::symmetry::{Symmetry, WedgeCopy, inverse};
+use crate::math::lagrange_weight;
 use crate::math::lanes::{LANES, Lane, SimdKernel};
 
 /// A cell is halved until interpolation between its corners cuts off less than this share of the
@@ -354,12 +355,7 @@ impl Cells {
     pub(super) fn weights_at(&self, wavelength_nm: f64) -> Vec<f64> {
         let square = |nm: f64| 1.0 / (nm * nm);
         let at: Vec<f64> = self.lenses.iter().map(|l| square(l.wavelength())).collect();
-        let weight = |k: usize| {
-            let others = (0..at.len()).filter(|j| *j != k);
-            others
-                .map(|j| (square(wavelength_nm) - at[j]) / (at[k] - at[j]))
-                .product()
-        };
+        let weight = |k: usize| lagrange_weight(&at, k, square(wavelength_nm));
         (0..at.len()).map(weight).collect()
     }
 

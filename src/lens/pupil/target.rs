@@ -102,7 +102,7 @@ impl PupilTarget {
             Self::ExitPupil(pupil) if pupil.stray_region.is_none() => match &pupil.table {
                 Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),
                 Table::Cells(cells) => {
-                    PupilTransmission::mixed(cells.weights_at(lens.wavelength()))
+                    PupilTransmission::ByLens(cells.weights_at(lens.wavelength()))
                 }
             },
             _ => PupilTransmission::default(),

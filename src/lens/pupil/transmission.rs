@@ -12,18 +12,22 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::patch::quadratic_through;
 use crate::lens::pupil::rim_shares::open_share;
 use crate::lens::pupil::spans::Spans;
+use crate::math::lagrange_weight;
 
 /// The open share of a span's figure, as the coefficients of a quadratic of the mixing parameter;
 /// none if it is not known.
 type Share = Option<[f64; 3]>;
 
-/// The open share of the area at which rays are aimed, by film radius or film position.
+/// The open share of the area at which rays are aimed.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct PupilTransmission {
-    /// The open shares of all spans of a table; empty if they are not known.
-    shares: Vec<Share>,
-    /// The weights of the open shares for the lenses of a table over film positions.
-    weights: Vec<f64>,
+pub(crate) enum PupilTransmission {
+    #[default]
+    Unknown,
+    /// The open share of each span of a table over the film's radius.
+    BySpan(Vec<Share>),
+    /// The weights of the open shares for the lenses of a table over film positions, which has the
+    /// shares.
+    ByLens(Vec<f64>),
 }
 
 impl PupilTransmission {
@@ -44,54 +48,48 @@ impl PupilTransmission {
             ];
             Some(quadratic_through(values))
         };
-        Self {
-            shares: (0..spans.spans.len()).map(quadratic).collect(),
-            weights: Vec::new(),
-        }
+        Self::BySpan((0..spans.spans.len()).map(quadratic).collect())
     }
 
-    /// Interpolates open shares that were measured at three wavelengths of one table, by a
-    /// quadratic of the wavelength. They are known where all three are.
-    pub(crate) fn interpolated(measured: &[(f64, Self); 3], nm: f64) -> Self {
-        let weights: [f64; 3] = std::array::from_fn(|k| {
-            let others = (0..3).filter(|j| *j != k).map(|j| measured[j].0);
-            others.map(|at| (nm - at) / (measured[k].0 - at)).product()
-        });
-        let all = || std::iter::zip(weights, measured);
+    /// Interpolates the open shares of a table over the film's radius that were measured at three
+    /// wavelengths, by a quadratic of the wavelength. They are known where all three are. Returns
+    /// none for another table.
+    pub(crate) fn interpolated(measured: &[(f64, Self); 3], nm: f64) -> Option<Self> {
+        let at = measured.each_ref().map(|(nm, _)| *nm);
+        let [
+            (_, Self::BySpan(first)),
+            (_, Self::BySpan(second)),
+            (_, Self::BySpan(third)),
+        ] = measured
+        else {
+            return None;
+        };
         let share = |span: usize| {
             let mut sum = [0.0; 3];
-            for (weight, (_, measured)) in all() {
-                let share = measured.shares[span]?;
+            for (k, shares) in [first, second, third].into_iter().enumerate() {
+                let (weight, share) = (lagrange_weight(&at, k, nm), shares[span]?);
                 sum = std::array::from_fn(|k| sum[k] + weight * share[k]);
             }
             Some(sum)
         };
-        let weight = |lens: usize| all().map(|(w, (_, m))| w * m.weights[lens]).sum();
-        let first = &measured[0].1;
-        Self {
-            shares: (0..first.shares.len()).map(share).collect(),
-            weights: (0..first.weights.len()).map(weight).collect(),
-        }
-    }
-
-    /// The open shares of a table over film positions, with the given weights of its lenses.
-    pub(super) fn mixed(weights: Vec<f64>) -> Self {
-        Self {
-            shares: Vec::new(),
-            weights,
-        }
+        Some(Self::BySpan((0..first.len()).map(share).collect()))
     }
 
     /// The weights of the open shares for the lenses of a table over film positions.
     pub(super) fn weights(&self) -> &[f64] {
-        &self.weights
+        match self {
+            Self::ByLens(weights) => weights,
+            Self::Unknown | Self::BySpan(_) => &[],
+        }
     }
 
     /// The coefficients of the open share in a span, constant first; 0 if it is not known.
     #[inline(always)]
     pub(super) fn share(&self, span: usize) -> [f64; 3] {
-        let share = self.shares.get(span);
-        share.copied().flatten().unwrap_or_default()
+        match self {
+            Self::BySpan(shares) => shares[span].unwrap_or_default(),
+            Self::Unknown | Self::ByLens(_) => Default::default(),
+        }
     }
 }
 
@@ -195,13 +193,14 @@ mod tests {
         let at = |nm: f64| PupilTransmission::of(spans, &lens.at_wavelength(nm), &place);
         let measured = [545.0, 575.0, 605.0].map(|nm| (nm, at(nm)));
         let (own, between) = (at(562.0), PupilTransmission::interpolated(&measured, 562.0));
+        let between = between.expect("the table is over the film's radius");
         let mut known = 0;
-        for (a, b) in own.shares.iter().zip(&between.shares) {
-            let (Some([a, ..]), Some([b, ..])) = (a, b) else {
-                continue;
-            };
-            assert!((a - b).abs() < 3e-4, "{a} {b}");
-            known += 1;
+        for span in 0..spans.spans.len() {
+            let [a, b] = [&own, &between].map(|shares| shares.share(span)[0]);
+            if a > 0.0 && b > 0.0 {
+                assert!((a - b).abs() < 3e-4, "{a} {b}");
+                known += 1;
+            }
         }
         assert!(known > 4, "{known}");
     }

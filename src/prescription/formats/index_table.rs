@@ -1,5 +1,7 @@
 //! Interpolation in a table of refractive indices.
 
+use crate::math::lagrange_weight;
+
 /// Within a table, the polynomial in 1/λ² through the four wavelengths around one, or through all
 /// of a shorter table.
 ///
@@ -15,16 +17,7 @@ pub(super) fn interpolated(table: &[(f64, f64)], nm: f64) -> Option<f64> {
     let inside = near.iter().any(|(at, _)| *at < nm) && near.iter().any(|(at, _)| *at > nm);
     near.truncate(4);
     let x = |nm: f64| 1.0 / (nm * nm);
-    let weight = |i: usize| -> f64 {
-        let others = near.iter().enumerate().filter(|(j, _)| *j != i);
-        let ratio =
-            |(_, other): (usize, &(f64, f64))| (x(nm) - x(other.0)) / (x(near[i].0) - x(other.0));
-        others.map(ratio).product()
-    };
-    inside.then(|| {
-        near.iter()
-            .enumerate()
-            .map(|(i, (_, n))| weight(i) * n)
-            .sum()
-    })
+    let at: Vec<f64> = near.iter().map(|(nm, _)| x(*nm)).collect();
+    let term = |(k, (_, n)): (usize, &(f64, f64))| lagrange_weight(&at, k, x(nm)) * n;
+    inside.then(|| near.iter().enumerate().map(term).sum())
 }
