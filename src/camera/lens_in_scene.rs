@@ -24,8 +24,7 @@ use super::rays::METERS_FROM_MM;
 pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) -> Result<String> {
     let surfaces = &lens.prescription().surfaces;
     let indices = lens.prescription().indices(lens.wavelength());
-    let widest = surfaces.iter().map(|s| s.semi_diameter);
-    let widest = widest.filter(|r| r.is_finite()).fold(0.0, f64::max);
+    let widest = lens.prescription().widest_semi_diameter();
     if widest == 0.0 {
         return Err(Diagnostic::error(format!(
             "`{}` has no semi-diameters, so it cannot be written as a solid",

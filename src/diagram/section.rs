@@ -439,8 +439,7 @@ fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
 
 /// Returns the largest finite semi-diameter, or 1.
 fn reach(lens: &Prescription) -> f64 {
-    let all = lens.surfaces.iter().map(|s| s.semi_diameter);
-    let reach = all.filter(|r| r.is_finite()).fold(0.0, f64::max);
+    let reach = lens.widest_semi_diameter();
     if reach > 0.0 { reach } else { 1.0 }
 }
 

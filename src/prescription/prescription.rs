@@ -122,6 +122,12 @@ impl Prescription {
         }
     }
 
+    /// The largest finite semi-diameter in millimeters; 0 if no surface has one.
+    pub(crate) fn widest_semi_diameter(&self) -> f64 {
+        let all = self.surfaces.iter().map(|s| s.semi_diameter);
+        all.filter(|r| r.is_finite()).fold(0.0, f64::max)
+    }
+
     /// Whether the lens is symmetric about its axis.
     pub(crate) fn is_rotational(&self) -> bool {
         self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())

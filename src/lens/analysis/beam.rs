@@ -57,12 +57,7 @@ impl<'a> Beam<'a> {
         };
         // A coarse grid covers the whole front, and finer ones the box that was found, until no ray
         // that gets through is at its border: a coarse grid misses the tips of a narrow figure.
-        let surfaces = &lens.prescription().surfaces;
-        let reach = surfaces
-            .iter()
-            .map(|s| s.semi_diameter)
-            .filter(|r| r.is_finite());
-        let reach = DVec2::splat(1.6 * reach.fold(0.0, f64::max));
+        let reach = DVec2::splat(1.6 * lens.prescription().widest_semi_diameter());
         let (mut from, mut to) = (-reach, reach);
         for round in 0..16 {
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);

@@ -79,12 +79,7 @@ impl Lens {
     /// one. Heights are tried in 512 steps up to `reach` times the largest semi-diameter.
     fn widest_ray(&self, reach: f64, ray: impl Fn(f64) -> LensRay) -> (f64, Option<Loss>) {
         let trace = |height: f64| self.trace_from_scene(&ray(height));
-        let surfaces = &self.prescription().surfaces;
-        let widest = surfaces
-            .iter()
-            .map(|s| s.semi_diameter)
-            .filter(|r| r.is_finite());
-        let widest = reach * widest.fold(0.0, f64::max);
+        let widest = reach * self.prescription().widest_semi_diameter();
         let step = widest / 512.0;
         let lost = (1..=512).find_map(|i| trace(i as f64 * step).err().map(|loss| (i, loss)));
         let (mut low, mut high, mut limit) = match lost {
@@ -108,13 +103,7 @@ impl Lens {
         let direction = -chief.direction;
         let across = direction.any_orthonormal_vector();
         let along = direction.cross(across);
-        let widest = self
-            .prescription()
-            .surfaces
-            .iter()
-            .map(|s| s.semi_diameter)
-            .filter(|r| r.is_finite())
-            .fold(0.0, f64::max);
+        let widest = self.prescription().widest_semi_diameter();
         let back = 4.0 * (widest + self.length());
         let start = chief.origin - back * direction;
         let ray = |a: f64, b: f64| LensRay {

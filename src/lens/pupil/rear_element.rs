@@ -21,18 +21,16 @@ pub struct RearElement {
 impl RearElement {
     /// The disc of the rear surface of a lens.
     pub fn of(lens: &Lens, map: DiscMap) -> Self {
-        let surfaces = &lens.prescription().surfaces;
-        let listed = surfaces.last().map_or(0.0, |s| s.semi_diameter);
+        let prescription = lens.prescription();
+        let listed = prescription
+            .surfaces
+            .last()
+            .map_or(0.0, |s| s.semi_diameter);
         // A rear element without a listed size may be wider than all elements with one. Twice the
         // widest of those is an assumption.
-        let widest = surfaces
-            .iter()
-            .map(|s| s.semi_diameter)
-            .filter(|r| r.is_finite());
-        let radius = if listed.is_finite() {
-            listed
-        } else {
-            2.0 * widest.fold(0.0, f64::max)
+        let radius = match listed.is_finite() {
+            true => listed,
+            false => 2.0 * prescription.widest_semi_diameter(),
         };
         Self { radius, map }
     }
