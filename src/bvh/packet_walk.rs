@@ -122,6 +122,20 @@ impl Bvh {
             primitives,
         });
     }
+
+    /// Traces the ray of a lane alone through the subtree `from`.
+    #[inline(never)]
+    pub(super) fn walk_one<const ANY: bool>(
+        &self,
+        from: Child,
+        lane: usize,
+        packet: &mut PreparedPacket,
+        primitives: &impl Primitives,
+    ) {
+        let mut nearest = packet.nearest(lane);
+        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, primitives);
+        packet.set_nearest(lane, &nearest);
+    }
 }
 
 impl PreparedPacket {

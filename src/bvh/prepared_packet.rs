@@ -1,10 +1,7 @@
-//! Traces a packet: rays with similar directions traverse the tree together.
-//!
-//! The traversal is in `packet_walk`. A processor without its vectors traces all rays one by one.
+//! A packet of rays, prepared for the traversal in `packet_walk`.
 
-use super::hit::{COPLANAR, Primitives};
+use super::hit::COPLANAR;
 use super::nearest_hit::NearestHit;
-use super::nodes::{Bvh, Child};
 use super::packet::{PacketHits, RayPacket};
 use super::triangle::{PreparedRay, axes, invert};
 use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, Width, dispatch, of_lane};
@@ -202,21 +199,5 @@ impl SimdKernel for Load<'_> {
     fn run<const FUSED: bool>(self) {
         self.packet.copy_rays(self.rays);
         self.packet.prepare();
-    }
-}
-
-impl Bvh {
-    /// Traces the ray of a lane alone through the subtree `from`.
-    #[inline(never)]
-    pub(super) fn walk_one<const ANY: bool>(
-        &self,
-        from: Child,
-        lane: usize,
-        packet: &mut PreparedPacket,
-        primitives: &impl Primitives,
-    ) {
-        let mut nearest = packet.nearest(lane);
-        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, primitives);
-        packet.set_nearest(lane, &nearest);
     }
 }

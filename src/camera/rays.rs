@@ -26,7 +26,7 @@ pub struct CameraRay {
 }
 
 /// Rays that leave a lens, one in each lane, in meters from the scene's origin.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct ExitRays {
     /// The rays, with a mask of the lanes in use.
     pub rays: RayPacket,
@@ -36,17 +36,6 @@ pub(crate) struct ExitRays {
     pub samples: Lanes<u32>,
     /// The film's response to each ray relative to its weight, if coatings tint the light.
     pub tint: Option<Box<MatrixLanes>>,
-}
-
-impl Default for ExitRays {
-    fn default() -> Self {
-        Self {
-            rays: RayPacket::default(),
-            weights: [0.0; LANES],
-            samples: [0; LANES],
-            tint: None,
-        }
-    }
 }
 
 impl ExitRays {

@@ -9,78 +9,70 @@
 use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ExitRays};
-use crate::lens::{Aims, Bundle, PupilTransmission};
+use crate::lens::{Aims, Bundle, PupilTransmission, Transmittances};
 use crate::math::lanes::{LANES, bits};
 use crate::sampling::Samples;
 
-/// The samples whose rays must be aimed again.
-#[derive(Debug, Default)]
-struct Resampler {
+/// Traces samples that are all aimed in the same way.
+struct Shooting<'a> {
+    camera: &'a LensCamera,
+    transmission: &'a PupilTransmission,
+    transmittances: Option<Transmittances>,
+    bundle: &'a mut Bundle,
+    /// The samples to be traced.
+    samples: FilmSamples,
+    aims: Aims,
+    /// The samples whose rays must be aimed again.
     lost: Vec<AimedSample>,
 }
 
-impl Resampler {
-    /// Multiplies the weights of rays by the open share of the area at which they were aimed, and
-    /// notes the samples, from number `first` on, whose rays are lost.
-    fn note(&mut self, samples: &FilmSamples, aims: &Aims, out: &mut ExitRays, first: usize) {
+impl Shooting<'_> {
+    /// Aims the rays of the samples and traces them. Multiplies their weights by the open share of
+    /// the area at which they were aimed, and adds the samples of lost rays to `self.lost`.
+    /// `number` returns the number of the sample in a lane.
+    fn trace(&mut self, out: &mut ExitRays, number: impl Fn(usize) -> usize) {
+        let (camera, samples, aims) = (self.camera, &self.samples, &mut self.aims);
+        let target = &camera.target;
+        target.aims(&samples.film, &samples.pupil, self.transmission, aims);
+        let dimming = self.transmittances.as_mut();
+        camera.trace(&camera.lens, samples, aims, self.bundle, dimming, out);
         let known = aims.known_shares();
         for (weight, share) in out.weights.iter_mut().zip(&aims.open_share) {
             *weight *= if *share > 0.0 { *share } else { 1.0 };
         }
         let used = u32::MAX >> (LANES - samples.count);
-        for lane in bits(known & used & !out.rays.mask) {
-            self.lost.push(samples.of_lane(lane, first + lane));
-        }
+        let lost = bits(known & used & !out.rays.mask);
+        self.lost
+            .extend(lost.map(|lane| samples.of_lane(lane, number(lane))));
     }
 }
 
 impl LensCamera {
-    /// Makes the rays of samples at the lens's own wavelength.
+    /// Makes the rays of samples at the lens's own wavelength. Lost rays are aimed again from their
+    /// film points until they get through, up to [`ROUNDS`] times.
     pub(super) fn shoot(&self, samples: &Samples, bundle: &mut Bundle, rays: &mut CameraRays) {
-        let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
-        let transmission = self
-            .transmission
-            .get_or_init(|| self.target.transmission(&self.lens, &self.place));
-        let mut transmittances = self.transmittances(&self.lens);
-        let mut resampler = Resampler::default();
+        let mut shooting = Shooting {
+            camera: self,
+            transmission: self
+                .transmission
+                .get_or_init(|| self.target.transmission(&self.lens, &self.place)),
+            transmittances: self.transmittances(&self.lens),
+            bundle,
+            samples: FilmSamples::default(),
+            aims: Aims::default(),
+            lost: Vec::new(),
+        };
         for first in (0..samples.len()).step_by(LANES) {
-            lanes.take_from(self.format, samples, first);
-            self.target
-                .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
-            let out = rays.next_packet();
-            let dimming = transmittances.as_mut();
-            self.trace(&self.lens, &lanes, &aims, bundle, dimming, out);
-            resampler.note(&lanes, &aims, out, first);
+            shooting.samples.take_from(self.format, samples, first);
+            shooting.trace(rays.next_packet(), |lane| first + lane);
             rays.accept(first);
         }
-        self.resample(&mut resampler, transmission, bundle, rays);
-    }
-
-    /// Aims lost rays again from their film points until they get through, up to [`ROUNDS`] times.
-    fn resample(
-        &self,
-        resampler: &mut Resampler,
-        transmission: &PupilTransmission,
-        bundle: &mut Bundle,
-        rays: &mut CameraRays,
-    ) {
-        let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
-        let mut transmittances = self.transmittances(&self.lens);
         for round in 0..ROUNDS {
-            let mut lost = std::mem::take(&mut resampler.lost);
+            let mut lost = std::mem::take(&mut shooting.lost);
             lost.iter_mut().for_each(|lost| lost.aim_again(round));
             for chunk in lost.chunks(LANES) {
-                lanes.take(chunk);
-                self.target
-                    .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
-                let out = rays.next_packet();
-                let dimming = transmittances.as_mut();
-                self.trace(&self.lens, &lanes, &aims, bundle, dimming, out);
-                let before = resampler.lost.len();
-                resampler.note(&lanes, &aims, out, 0);
-                for lost in &mut resampler.lost[before..] {
-                    lost.sample = chunk[lost.sample].sample;
-                }
+                shooting.samples.take(chunk);
+                shooting.trace(rays.next_packet(), |lane| chunk[lane].sample);
                 rays.append_filled(|lane| chunk[lane].sample as u32);
             }
         }

@@ -176,10 +176,14 @@ impl Film {
         DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt())
     }
 
+    /// Returns the sum of levels over pixels and channels, without ghosts.
+    pub(crate) fn sum(&self) -> f64 {
+        self.pixels.iter().map(|p| p.mean.element_sum()).sum()
+    }
+
     /// Returns the mean of all channels of all pixels, without ghosts.
     pub fn mean(&self) -> f64 {
-        let sum: f64 = self.pixels.iter().map(|p| p.mean.element_sum()).sum();
-        sum / (3.0 * self.pixels.len() as f64)
+        self.sum() / (3.0 * self.pixels.len() as f64)
     }
 
     /// Returns the estimated error of the picture, without ghosts.

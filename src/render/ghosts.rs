@@ -20,8 +20,8 @@ use crate::camera::LensCamera;
 use crate::film::{GhostImage, Resolution};
 use crate::lens::analysis::ghosts::RGB_LINES;
 use crate::lens::{GhostPair, Lens, LensRay, Toward};
-use crate::sampling::mix;
-use crate::scene::{Light, RenderScene};
+use crate::sampling::{mix, unit};
+use crate::scene::{Light, RenderScene, SHADOW_END};
 use crate::traversal::state::LightKind;
 
 /// Cells on a side of the grid of pilot rays. A grid of 48 measures the area of a disc to 1%.
@@ -221,8 +221,7 @@ impl<'a> IncidentBeam<'a> {
     fn point_in_cell(&self, region: &FrontRegion, side: u32, cell: u32, round: u64) -> DVec2 {
         let number = u64::from(cell) << 24 | round << 20;
         let key = mix(self.seed ^ mix(region.key ^ number));
-        let random = |key: u64| (key >> 11) as f64 / (1u64 << 53) as f64;
-        let jitter = DVec2::new(random(key), random(mix(key)));
+        let jitter = DVec2::new(unit(key), unit(mix(key)));
         let at = DVec2::new(f64::from(cell % side), f64::from(cell / side)) + jitter;
         region.from + region.size * at / f64::from(side)
     }
@@ -278,7 +277,7 @@ impl<'a> IncidentBeam<'a> {
         if reaching.color == glam::Vec3::ZERO || across <= 0.0 {
             return DVec3::ZERO;
         }
-        let limit = reaching.distance * (1.0 - 1e-5);
+        let limit = reaching.distance * SHADOW_END;
         let open = self
             .render
             .scene

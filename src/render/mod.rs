@@ -3,8 +3,8 @@
 //! A pixel's samples are added in the order of their numbers by one thread, in units that are
 //! folded in their order, and a sample is a function of seed, pixel and number. So a picture has
 //! the same bits at any number of threads, after any interruption, and if its samples are divided.
-//! The rays of a tile go through the lens a bundle at a time, with the same arithmetic as the
-//! scalar path, so a test can compare a tile with `Render::sample`.
+//! The rays of a tile go through the lens a bundle at a time. A tile has the bits of its samples
+//! made one by one, which a test checks.
 //!
 //! `strips` renders a picture whose film does not fit into memory. `ghosts` adds light reflected
 //! between lens surfaces, `diffraction` spreads light at the pupil's rim, and `report` states the

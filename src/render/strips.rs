@@ -63,7 +63,7 @@ impl StripSums {
             _ => None,
         };
         self.pixels += film.pixels.len();
-        self.levels += 3.0 * film.mean() * film.pixels.len() as f64;
+        self.levels += film.sum();
     }
 }
 

@@ -18,29 +18,6 @@ const POLYNOMIALS: [(usize, u32, [u32; 3]); 4] = [
     (3, 1, [1, 3, 1]),
 ];
 
-/// For each dimension and each bit of an index, the number that is added (XOR), bits reversed.
-static BITS: [[u32; 32]; 4] = bits();
-
-/// Computes [`BITS`].
-const fn bits() -> [[u32; 32]; 4] {
-    let mut bits = [[0; 32]; 4];
-    let mut dimension = 0;
-    while dimension < 4 {
-        let v = directions(dimension);
-        let mut bit = 0;
-        while bit < 32 {
-            bits[dimension][bit] = v[bit].reverse_bits();
-            bit += 1;
-        }
-        dimension += 1;
-    }
-    bits
-}
-
-/// For each byte of an index and each of its values, the numbers that are added (XOR) in the four
-/// dimensions, bits reversed.
-static TABLES: [[[u32; 4]; 256]; 4] = tables();
-
 /// The direction numbers of a dimension.
 const fn directions(dimension: usize) -> [u32; 32] {
     let (degree, coefficients, first) = POLYNOMIALS[dimension];
@@ -67,12 +44,34 @@ const fn directions(dimension: usize) -> [u32; 32] {
     v
 }
 
+/// For each dimension and each bit of an index, the number that is added (XOR), bits reversed.
+static BITS: [[u32; 32]; 4] = bits();
+
+/// Computes [`BITS`].
+const fn bits() -> [[u32; 32]; 4] {
+    let mut bits = [[0; 32]; 4];
+    let mut dimension = 0;
+    while dimension < 4 {
+        let v = directions(dimension);
+        let mut bit = 0;
+        while bit < 32 {
+            bits[dimension][bit] = v[bit].reverse_bits();
+            bit += 1;
+        }
+        dimension += 1;
+    }
+    bits
+}
+
+/// For each byte of an index and each of its values, the numbers that are added (XOR) in the four
+/// dimensions, bits reversed.
+static TABLES: [[[u32; 4]; 256]; 4] = tables();
+
 /// Computes [`TABLES`].
 const fn tables() -> [[[u32; 4]; 256]; 4] {
     let mut tables = [[[0; 4]; 256]; 4];
     let mut dimension = 0;
     while dimension < 4 {
-        let v = directions(dimension);
         let mut byte = 0;
         while byte < 4 {
             let mut value = 0;
@@ -81,7 +80,7 @@ const fn tables() -> [[[u32; 4]; 256]; 4] {
                 let mut x = 0;
                 while bit < 8 {
                     if (value >> bit) & 1 == 1 {
-                        x ^= v[8 * byte + bit].reverse_bits();
+                        x ^= BITS[dimension][8 * byte + bit];
                     }
                     bit += 1;
                 }
@@ -124,9 +123,7 @@ impl Sobol {
         }
         std::array::from_fn(|d| coordinate(x[d], self.seeds[d]))
     }
-}
 
-impl Sobol {
     /// The first dimension of the point with a shuffled index: every aligned 2^k indices are
     /// permuted among themselves, so that the result is independent of another scrambling.
     pub(super) fn shuffled(&self, index: u32) -> f64 {

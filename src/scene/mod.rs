@@ -35,7 +35,7 @@ pub use census::{Census, InstanceCounts};
 #[cfg(test)]
 pub(crate) use left_out::Unneeded;
 pub(crate) use looks::components as texture_components;
-pub(crate) use looks::{IncidentLight, Light, Surface};
+pub(crate) use looks::{IncidentLight, Light, SHADOW_END, Surface};
 pub use options::CompileOptions;
 #[cfg(test)]
 pub(crate) use options::Instancing;

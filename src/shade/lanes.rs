@@ -12,7 +12,7 @@ use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::math::lanes::{
     LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, power, set_lane,
 };
-use crate::scene::{Light, Point, RenderScene, Surface, TrianglePoint, clear_of};
+use crate::scene::{Light, Point, RenderScene, SHADOW_END, Surface, TrianglePoint, clear_of};
 use crate::traversal::state::{FogKind, LightKind};
 
 const ZERO: Vec3Lanes = [[0.0; LANES]; 3];
@@ -36,7 +36,7 @@ pub(super) struct PointLanes {
 }
 
 /// Positions and normals of the points.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Placed {
     pub position: Vec3Lanes,
     /// The geometric normal, of length 1, on the side that the ray came from.
@@ -49,19 +49,6 @@ pub(super) struct Placed {
     area: Lanes<f32>,
     /// A bit mask of the points whose front the ray hit.
     front: u32,
-}
-
-impl Default for Placed {
-    fn default() -> Self {
-        Self {
-            position: ZERO,
-            geometric: ZERO,
-            normal: ZERO,
-            error: [0.0; LANES],
-            area: [0.0; LANES],
-            front: 0,
-        }
-    }
 }
 
 impl Placed {
@@ -745,8 +732,7 @@ impl SimdKernel for Reach<'_> {
                 let falloff = falloff.max(light.least_divisor);
                 let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
                 factor[i] = if distance > light.radius { 0.0 } else { part };
-                // The ray ends at the light, so nothing behind the light casts a shadow.
-                out.t_max[i] = distance * (1.0 - 1e-5);
+                out.t_max[i] = distance * SHADOW_END;
             }
         }
         let mut side = [0.0f32; LANES];

@@ -17,7 +17,7 @@ use super::shader::{Shader, Work};
 use crate::bvh::RayPacket;
 use crate::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, of_lane, set_lane};
 use crate::sampling::{mix, unit};
-use crate::scene::Light;
+use crate::scene::{Light, SHADOW_END};
 
 /// The largest number of lights of a surface that all have shadow rays.
 pub(super) const MANY_LIGHTS: usize = 64;
@@ -85,8 +85,7 @@ impl Shader<'_> {
             };
             let incident = light.reach(of_lane(&points.placed.position, lane));
             let mut ray = points.placed.leave(lane, incident.toward);
-            // The ray ends at the light, so nothing behind the light casts a shadow.
-            ray.t_max = incident.distance * (1.0 - 1e-5);
+            ray.t_max = incident.distance * SHADOW_END;
             let queue = &mut choice.queue;
             queue.rays.set(queue.count, &ray);
             set_lane(

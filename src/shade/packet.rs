@@ -209,7 +209,7 @@ impl Shader<'_> {
     /// Adds up the lights of a set. Returns false, without doing so, if one of them has an ambient
     /// part.
     fn lit_by_set(&self, set: u32, lanes: u32, radiances: &mut Vec3Lanes, work: &mut Work) -> bool {
-        let lights = self.scene.lights_of_set(set).chain(&self.headlight);
+        let lights = self.scene.lights_of_set(set).chain(&self.options.headlight);
         // Only a VRML 97 light has an ambient part.
         if lights.clone().any(|light| light.ambient != Vec3::ZERO) {
             return false;

@@ -10,7 +10,7 @@ use super::many_lights::LightChoice;
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::math::lanes::{Vec3Lanes, bits, set_lane};
-use crate::scene::{IncidentLight, Light, Point, RenderScene};
+use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END};
 
 /// The options of a [`Shader`].
 #[derive(Clone, Debug)]
@@ -37,13 +37,18 @@ impl Default for ShadeOptions {
     }
 }
 
+/// The largest number of transparent faces behind which the models without reflected rays still
+/// show what is there.
+const MAX_FACES: u32 = 64;
+/// The largest number of transparent faces that model `gl` blends.
+const MAX_LAYERS: usize = 1000;
+
 /// Computes the radiance along rays through a scene by one shading model.
 #[derive(Debug)]
 pub(crate) struct Shader<'a> {
     pub(super) scene: &'a RenderScene,
     pub(super) shading: Shading,
     pub(super) options: ShadeOptions,
-    pub(super) headlight: Option<Light>,
     /// The values of surfaces that packets need, computed for the first packet.
     surfaces: OnceLock<Vec<SurfaceValues>>,
 }
@@ -104,12 +109,10 @@ impl Pending {
 impl<'a> Shader<'a> {
     /// Makes a shader for a scene.
     pub(crate) fn new(scene: &'a RenderScene, shading: Shading, options: ShadeOptions) -> Self {
-        let headlight = options.headlight;
         Self {
             scene,
             shading,
             options,
-            headlight,
             surfaces: OnceLock::new(),
         }
     }
@@ -231,7 +234,8 @@ impl<'a> Shader<'a> {
         *color += path.share * (1.0 - through) * local;
         // A transparent face shows what lies behind it, as sorted blending does in Coin.
         let share = path.share * through;
-        if through > 0.0 && share.max_element() > self.options.least_share && path.depth < 64 {
+        if through > 0.0 && share.max_element() > self.options.least_share && path.depth < MAX_FACES
+        {
             pending.push(Pending {
                 ray: self.scene.continue_behind(ray, hit),
                 lane: path.lane,
@@ -261,7 +265,7 @@ impl<'a> Shader<'a> {
             let rank = self.scene.rank(&hit);
             layers.push((away, rank, local, point.transparency));
             ray = self.scene.continue_behind(&ray, &hit);
-            next = self.scene.hit(&ray).filter(|_| layers.len() < 1000);
+            next = self.scene.hit(&ray).filter(|_| layers.len() < MAX_LAYERS);
         }
         layers.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
         layers.iter().fold(color, |below, (_, _, own, through)| {
@@ -275,8 +279,7 @@ impl<'a> Shader<'a> {
         match self.scene.corner_points(ray, hit) {
             Some(corners) => {
                 let lit = corners.map(|(corner, weight)| weight * self.lit_without_shadow(&corner));
-                let color = point.textured(lit[0] + lit[1] + lit[2]);
-                lighting::fogged(color, point, ray.origin, self.options.backward)
+                self.fogged(ray, point, lit[0] + lit[1] + lit[2])
             }
             None => self.local(ray, point, self.lit_without_shadow(point)),
         }
@@ -287,11 +290,14 @@ impl<'a> Shader<'a> {
         match self.shading {
             Shading::Normal => 0.5 * point.normal + 0.5,
             Shading::Flat => point.textured(point.diffuse),
-            _ => {
-                let color = point.textured(light);
-                lighting::fogged(color, point, ray.origin, self.options.backward)
-            }
+            _ => self.fogged(ray, point, light),
         }
+    }
+
+    /// The light that leaves a point with its texture, through the fog before it.
+    fn fogged(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
+        let color = point.textured(light);
+        lighting::fogged(color, point, ray.origin, self.options.backward)
     }
 
     /// The light that leaves a point, without shadows, texture and fog, clamped to 0 to 1 as in
@@ -315,7 +321,7 @@ impl<'a> Shader<'a> {
     fn lights<'b>(&'b self, point: &Point<'b>) -> impl Iterator<Item = &'b Light> {
         self.scene
             .lights_of(point.surface)
-            .chain(self.headlight.as_ref())
+            .chain(self.options.headlight.as_ref())
     }
 
     /// The light that leaves a point by model `r`.
@@ -356,13 +362,7 @@ impl<'a> Shader<'a> {
         let ray = &path.ray;
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
-        let local = lighting::fogged(
-            point.textured(lit),
-            point,
-            ray.origin,
-            self.options.backward,
-        );
-        *color += path.share * opaque * local;
+        *color += path.share * opaque * self.local(ray, point, lit);
         if path.depth >= self.options.max_depth {
             return;
         }
@@ -413,16 +413,13 @@ impl<'a> Shader<'a> {
     }
 }
 
-/// The ray from a point to a light. It ends at the light, so nothing behind the light casts a
-/// shadow. There is none if the light adds nothing to the point.
+/// The ray from a point to a light; none if the light adds nothing to the point.
 fn shadow_ray(point: &Point<'_>, incident: &IncidentLight) -> Option<Ray> {
     if incident.color == Vec3::ZERO || point.normal.dot(incident.toward) <= 0.0 {
         return None;
     }
     let mut ray = point.leave(incident.toward);
-    if incident.distance.is_finite() {
-        ray.t_max = incident.distance * (1.0 - 1e-5);
-    }
+    ray.t_max = incident.distance * SHADOW_END;
     Some(ray)
 }
 

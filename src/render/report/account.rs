@@ -97,9 +97,8 @@ impl RenderReport {
     /// Sets the shares of ghosts, if the film has any.
     pub fn set_ghosts(&mut self, film: &Film) {
         let Some(ghosts) = &film.ghosts else { return };
-        let picture = 3.0 * film.mean() * film.pixels.len() as f64;
         let over = |whole: f64| Some(ghosts.sum() / whole).filter(|share| share.is_finite());
-        self.ghosts_of_picture = over(picture);
+        self.ghosts_of_picture = over(film.sum());
         self.ghosts_of_lights = over(ghosts.of_lights);
     }
 

@@ -26,6 +26,10 @@ pub(crate) struct Light {
     pub radius: f32,
 }
 
+/// A ray toward a light ends at this share of the distance, so that nothing behind the light casts
+/// a shadow.
+pub(crate) const SHADOW_END: f32 = 1.0 - 1e-5;
+
 /// The light that arrives at a point from one light.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct IncidentLight {

@@ -10,7 +10,7 @@ mod texture_files;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
-pub(crate) use light::{IncidentLight, Light};
+pub(crate) use light::{IncidentLight, Light, SHADOW_END};
 pub(crate) use light_sets::LightSets;
 pub(in crate::scene) use light_sets::LightTree;
 pub(crate) use surface::{CornerNormals, Mapping, Surface, TextureUse};
