@@ -145,13 +145,13 @@ fn focus_between(from: f64, to: f64, t: f64, scale: Scale, travel: &Travel<'_>) 
     let even = from + t * (to - from);
     let diopters = 1.0 / (1.0 / from + t * (1.0 / to - 1.0 / from));
     match scale {
-        // A linear interpolation to infinity has no distances, so diopters are used.
-        Scale::Distance if even.is_infinite() => diopters,
+        // A linear interpolation to or from infinity has no distances, so diopters are used.
+        Scale::Distance if !even.is_finite() => diopters,
         Scale::Distance => even,
         Scale::Diopters => diopters,
         Scale::Travel => {
             let (Some(a), Some(b)) = (travel(from), travel(to)) else {
-                return if even.is_infinite() { diopters } else { even };
+                return if even.is_finite() { even } else { diopters };
             };
             distance_of_travel(a + t * (b - a), (from, a), (to, b), travel)
         }
@@ -189,4 +189,27 @@ fn turn_between(a: DQuat, b: DQuat, t: f64) -> DQuat {
     }
     let part = |t: f64| libm::sin(t * angle) / libm::sin(angle);
     (a * part(1.0 - t) + b * part(t)).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_focus_pull_from_infinity_is_the_reverse_of_one_to_infinity() {
+        for scale in [Scale::Distance, Scale::Diopters, Scale::Travel] {
+            // A travel that is proportional to diopters, and a lens whose travel is unknown.
+            let travels: [&Travel<'_>; 2] = [&|distance| Some(1.0 / distance), &|_| None];
+            for travel in travels {
+                for t in [0.0, 0.25, 0.5, 0.9, 1.0] {
+                    let out = focus_between(2.0, f64::INFINITY, t, scale, travel);
+                    let back = focus_between(f64::INFINITY, 2.0, 1.0 - t, scale, travel);
+                    let diopters = (1.0 - t) / 2.0;
+                    for distance in [out, back] {
+                        assert!((1.0 / distance - diopters).abs() < 1e-12, "{t}: {distance}");
+                    }
+                }
+            }
+        }
+    }
 }
