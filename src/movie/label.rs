@@ -1,18 +1,23 @@
-//! The file that says which movie the frames of a folder belong to, so that two do not mix.
+//! The files that say which movie the frames of a folder belong to, so that two do not mix.
 //!
-//! It has one line for each choice that determines the pictures: a key, a blank and a value. The
-//! keys `frames` and `rate` describe the movie to those who have only the folder.
+//! One has a line for each choice that determines the pictures: a key, a blank and a value. The
+//! keys `frames` and `rate` describe the movie to those who have only the folder. The other has the
+//! hashes of the files that the first process read: the scene and its parts, pictures, the camera
+//! and the lens.
 
+use std::collections::BTreeSet;
 use std::io::Read as _;
 use std::path::Path;
 
 use super::timeline::Timeline;
 use crate::diag::{Diagnostic, Result, differences};
-use crate::files::{HASH_START, MAX_TEXT, hash, read_file, write_new};
+use crate::files::{HASH_START, Inputs, MAX_TEXT, hash, read_file, write_new};
 use crate::photo::Plan;
 
-/// The name of the file.
+/// The name of the file of the choices.
 pub(super) const LABEL: &str = "film.txt";
+/// The name of the file of the hashes.
+const FILES: &str = "files.txt";
 
 /// Returns the label of a movie.
 ///
@@ -74,6 +79,42 @@ pub(super) fn label_folder(folder: &Path, text: &str) -> Result<()> {
     Err(Diagnostic::error(message).with_help("give another `--folder`, or remove this one"))
 }
 
+/// Records the files of a movie in its folder, or checks that those that are recorded there have
+/// the same content. A process may read others, because parts of a scene are there at some times
+/// alone.
+///
+/// # Errors
+/// Fails if the folder cannot be written, or a file has changed.
+pub(super) fn check_files(folder: &Path, inputs: &Inputs) -> Result<()> {
+    let path = folder.join(FILES);
+    let hex = |hashes: &BTreeSet<u64>| -> Vec<String> {
+        hashes.iter().map(|hash| format!("{hash:016x}")).collect()
+    };
+    let line = |(name, hashes): (&String, &BTreeSet<u64>)| {
+        let hashes = hex(hashes).join(",");
+        format!("{hashes} {name}\n")
+    };
+    let text: String = inputs.iter().map(line).collect();
+    if !path.exists() && write_new(&path, text.as_bytes())? {
+        return Ok(());
+    }
+    let there = read_file(&path, MAX_TEXT)?;
+    for (hashes, name) in lines(&String::from_utf8_lossy(&there)) {
+        let Some(here) = inputs.get(name) else {
+            continue;
+        };
+        let here = hex(here);
+        if !hashes.split(',').any(|hash| here.iter().any(|h| h == hash)) {
+            let folder = folder.display();
+            return Err(Diagnostic::error(format!(
+                "the frames in `{folder}` are of another movie: `{name}` has changed since"
+            ))
+            .with_help("give another `--folder`, or remove this one"));
+        }
+    }
+    Ok(())
+}
+
 /// Returns the number of frames and the rate of the movie whose frames are in a folder.
 ///
 /// # Errors
@@ -117,5 +158,30 @@ fn hash_of_file(path: &Path) -> std::io::Result<u64> {
             return Ok(sum);
         }
         sum = hash(sum, &block[..length]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_that_has_changed_makes_another_movie_and_a_further_file_does_not() {
+        let folder = std::env::temp_dir().join(format!("ivcam-files-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let inputs = |files: &[(&str, u64)]| -> Inputs {
+            let file = |(name, hash): &(&str, u64)| (name.to_string(), BTreeSet::from([*hash]));
+            files.iter().map(file).collect()
+        };
+        let check = |files: &[(&str, u64)]| check_files(&folder, &inputs(files));
+        let results = [
+            check(&[("room.iv", 1), ("my lens.dat", 2)]),
+            check(&[("room.iv", 1), ("my lens.dat", 2), ("late.png", 3)]),
+            check(&[("room.iv", 1), ("my lens.dat", 4)]),
+        ];
+        std::fs::remove_dir_all(&folder).unwrap();
+        let [first, second, third] = results;
+        assert!(first.is_ok() && second.is_ok());
+        assert!(third.unwrap_err().message.contains("`my lens.dat`"));
     }
 }

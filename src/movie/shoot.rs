@@ -9,11 +9,11 @@ use std::time::{Duration, Instant};
 
 use super::frames::{claim_name, frame_path, is_whole};
 use super::journal::Journal;
-use super::label::{label, label_folder};
+use super::label::{check_files, label, label_folder};
 use super::moments::expose_moments;
 use super::timeline::{Moment, Timeline, Travel};
 use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::Claims;
+use crate::files::{Claims, record_inputs, recorded_inputs};
 use crate::math::Meters;
 use crate::photo::{Optics, Plan, Session};
 use crate::pose::CameraPose;
@@ -68,7 +68,9 @@ struct Studio {
 
 impl Studio {
     fn open(shoot: &Shoot, report: &mut dyn FnMut(Event<'_>)) -> Result<Self> {
+        record_inputs();
         let session = Session::open(shoot.plan.clone())?;
+        check_files(&shoot.folder, &recorded_inputs())?;
         report(Event::Opened(&session.sink));
         Ok(Self {
             start: session.pose.clone(),

@@ -140,7 +140,7 @@ fn several_runs_divide_a_movie_and_make_the_same_frames_as_one() {
         assert_eq!(picture(&shared).unwrap(), picture(&alone).unwrap());
     }
     let names = std::fs::read_dir(&shared).unwrap().count();
-    assert_eq!(names, 12 + 2, "frames, film.txt and film.log");
+    assert_eq!(names, 12 + 3, "frames, film.txt, files.txt and film.log");
 }
 
 #[test]
