@@ -1,6 +1,7 @@
 //! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in the formats of
 //! other programs. `convert_folder` does the same for all scenes of a folder.
 
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -11,7 +12,8 @@ use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
 use crate::diag::{Diagnostic, Result, Severity};
 use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
-use crate::files::write_whole;
+use crate::files::{folder_of, write_whole};
+use crate::grammar::value::Value;
 use crate::iv::{Document, Format};
 use crate::scene::CompileOptions;
 use crate::scene::model::{ModelOptions, Sampling};
@@ -149,6 +151,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         keep_scene(&conversion, output, scene, &document)?;
     }
     print_all(&conversion, scene);
+    if let (Some(output), Output::Rewritten(_)) = (output, wanted) {
+        left_behind(&document, [scene, output], &BTreeSet::new())
+            .iter()
+            .for_each(print_diagnostic);
+    }
     if let Some(report) = matches.get_one::<PathBuf>("report") {
         keep_inputs("--report", report, &document.opened_files())?;
         let names = [scene.as_path(), output.unwrap_or(Path::new("-"))];
@@ -249,6 +256,46 @@ fn rewritten(document: &Document, format: Format) -> Conversion {
         losses,
         ..Conversion::default()
     }
+}
+
+/// The most names in a list that may be addresses of one file.
+const ADDRESSES: usize = 8;
+
+/// Returns a warning about the files that a scene names relative to its folder, if it is rewritten
+/// into another folder in which they are missing. `others` are scenes that are rewritten with it.
+pub(super) fn left_behind(
+    document: &Document,
+    [scene, output]: [&Path; 2],
+    others: &BTreeSet<PathBuf>,
+) -> Option<Diagnostic> {
+    let [from, to] = [scene, output].map(folder_of);
+    let own = document.nodes.iter().filter(|node| node.source == 0);
+    let values = own.flat_map(|node| node.fields.iter().map(|field| &field.value));
+    let strings = values.flat_map(|value| -> Vec<&str> {
+        match value {
+            Value::String(name) => vec![name],
+            Value::Strings(names) if names.len() <= ADDRESSES => {
+                names.iter().map(String::as_str).collect()
+            }
+            _ => Vec::new(),
+        }
+    });
+    let is_missing = |name: &&str| {
+        let file = from.join(name);
+        file.is_file() && !others.contains(&file) && !to.join(name).exists()
+    };
+    let missing: BTreeSet<&str> = strings.filter(is_missing).collect();
+    let first = missing.first()?;
+    let more = match missing.len() - 1 {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let text = format!(
+        "the scene names files that are missing in `{}`: `{first}`{more}",
+        to.display()
+    );
+    let help = "copy them there, or write the output into the scene's folder";
+    Some(*Diagnostic::warning(text).with_help(help))
 }
 
 /// Prints what is wrong with the scene and what was lost.

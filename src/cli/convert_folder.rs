@@ -1,5 +1,6 @@
 //! `ivcam convert FOLDER --to FORMAT -o OUT/`: converts every scene below a folder.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
@@ -38,6 +39,8 @@ struct Batch<'m> {
     search: Vec<&'m Path>,
     contain: Option<&'m Path>,
     limits: Limits,
+    /// The scenes that are converted.
+    scenes: BTreeSet<PathBuf>,
 }
 
 /// A scene that was converted, or that has nothing to draw.
@@ -87,6 +90,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         search,
         contain,
         limits: super::limits(m)?,
+        scenes: BTreeSet::new(),
     };
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, output.ending(), Naming::Short)?;
@@ -103,6 +107,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let at_once = threads.min(waiting.len());
     let memory = super::memory(m)?.for_each_of(at_once);
     batch.options.model.compile.memory = memory.bytes();
+    batch.scenes = jobs.list.iter().map(|job| job.input.clone()).collect();
     let progress = FileProgress::new(waiting.len(), false);
     let mut sum = Sum::default();
     for job in &current {
@@ -140,7 +145,14 @@ impl Batch<'_> {
         let mut conversion = convert::converted(&document, self.output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
-        let problems: Vec<Diagnostic> = problems.collect();
+        let mut problems: Vec<Diagnostic> = problems.collect();
+        if let Output::Rewritten(_) = self.output {
+            problems.extend(convert::left_behind(
+                &document,
+                [&job.input, &job.output],
+                &self.scenes,
+            ));
+        }
         if !conversion.is_empty {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;

@@ -2,6 +2,14 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::target::Target;
+
+/// The name of a picture beside a file with the given stem, counted from 0. It names the format, so
+/// that neither another conversion of the scene nor a photograph of it has the same name.
+pub(super) fn picture_name(stem: &str, target: Target, number: usize) -> String {
+    format!("{stem}-{}-{}.png", target.endings()[0], number + 1)
+}
+
 /// Hands out names that are different from each other.
 #[derive(Debug, Default)]
 pub(super) struct Names {

@@ -8,8 +8,9 @@ use std::fmt::Write;
 use glam::{Affine2, DVec3, Vec3};
 
 use super::appearance::{Appearance, texture_point};
-use super::names::{Names, on_one_line};
+use super::names::{Names, on_one_line, picture_name};
 use super::ply::normal_matrix;
+use super::target::Target;
 use crate::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
 
 /// The numbers of the next vertex, texture coordinate and normal, which count from 1.
@@ -161,7 +162,7 @@ impl Library<'_> {
             let bytes = image.png();
             let known = self.pictures.iter().find(|(_, known)| *known == bytes);
             known.map(|(name, _)| name.clone()).unwrap_or_else(|| {
-                let name = format!("{}-{}.png", self.stem, self.pictures.len() + 1);
+                let name = picture_name(self.stem, Target::Obj, self.pictures.len());
                 self.pictures.push((name.clone(), bytes));
                 name
             })

@@ -334,8 +334,8 @@ fn names_of_files_and_texture_coordinates_cannot_break_text_formats() {
     let obj = of(Target::Obj);
     assert!(words(&obj.bytes).contains("mtllib a@b_c.mtl\n"));
     let names: Vec<&str> = obj.beside.iter().map(|(name, _)| &**name).collect();
-    assert_eq!(names, ["a@b_c.mtl", "a@b_c-1.png"]);
+    assert_eq!(names, ["a@b_c.mtl", "a@b_c-obj-1.png"]);
     let usd = of(Target::Usda);
-    assert!(words(&usd.bytes).contains("= @@@./a@bc-1.png@@@\n"));
-    assert_eq!(usd.beside[0].0, "a@bc-1.png");
+    assert!(words(&usd.bytes).contains("= @@@./a@bc-usda-1.png@@@\n"));
+    assert_eq!(usd.beside[0].0, "a@bc-usda-1.png");
 }

@@ -8,6 +8,8 @@ use super::text::{Text, asset, tuple};
 use crate::export::appearance::Appearance;
 use crate::export::color::linear3;
 use crate::export::highlight::{reflectance, roughness};
+use crate::export::names::picture_name;
+use crate::export::target::Target;
 use crate::scene::model::{Material, Model, Part};
 
 /// How a shape uses a material.
@@ -63,7 +65,7 @@ impl<'m> Materials<'m> {
         let bytes = look.image.as_ref()?.png();
         let known = self.pictures.iter().find(|(_, known)| *known == bytes);
         Some(known.map(|(name, _)| name.clone()).unwrap_or_else(|| {
-            let name = format!("{}-{}.png", self.stem, self.pictures.len() + 1);
+            let name = picture_name(&self.stem, Target::Usda, self.pictures.len());
             self.pictures.push((name.clone(), bytes));
             name
         }))

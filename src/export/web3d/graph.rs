@@ -8,7 +8,8 @@ use indexmap::IndexMap;
 use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
 use crate::export::losses::Losses;
-use crate::export::names::Names;
+use crate::export::names::{Names, picture_name};
+use crate::export::target::Target;
 use crate::export::trs::split;
 use crate::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
 use crate::grammar::{Dialect, by_name};
@@ -409,7 +410,7 @@ impl Builder<'_> {
             Pictures::Pixels => String::new(),
             Pictures::Inside => format!("data:image/png;base64,{}", base64(bytes)),
             Pictures::Beside(stem) => {
-                let name = format!("{stem}-{}.png", self.graph.beside.len() + 1);
+                let name = picture_name(stem, Target::Vrml97, self.graph.beside.len());
                 self.graph.beside.push((name.clone(), bytes.to_vec()));
                 name
             }

@@ -296,7 +296,7 @@ fn textures_are_inside_x3d_and_beside_vrml97() {
     };
     let beside = convert(&document(textured), Target::Vrml97, &options).unwrap();
     assert_eq!(beside.beside.len(), 1);
-    assert_eq!(beside.beside[0].0, "out-1.png");
+    assert_eq!(beside.beside[0].0, "out-wrl-1.png");
     // In VRML97 the picture replaces the color, so it is multiplied by it.
     let picture = image::load_from_memory(&beside.beside[0].1)
         .unwrap()
