@@ -112,13 +112,13 @@ impl Render<'_> {
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let samples = task.samples.unwrap_or(0..self.stop.samples);
+        let watch = Stopwatch::start();
         let sums = match task.sums {
             Some(sums) => {
                 self.send_shares(&sums.shares);
                 sums
             }
             None => {
-                let watch = Stopwatch::start();
                 let mut counts = Counts::default();
                 let shares = Arc::new(self.pilot_pass(&mut counts, task.keepers));
                 let mut sums = Sums::new(self.resolution, region, samples.start, shares);
@@ -126,7 +126,16 @@ impl Render<'_> {
                 sums
             }
         };
-        self.run_from(sums, samples.end, task.keepers, progress)
+        // The pilot pass is part of the time that the render may take.
+        let left = |time: Duration| time.saturating_sub(watch.elapsed());
+        let rest = Self {
+            stop: Stop {
+                time: self.stop.time.map(left),
+                ..self.stop
+            },
+            ..*self
+        };
+        rest.run_from(sums, samples.end, task.keepers, progress)
     }
 
     /// Adds samples to the sums of a film up to a number or a stop condition.
@@ -309,9 +318,10 @@ impl Render<'_> {
         is_whole.then(|| segment.counts())
     }
 
-    /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, at
-    /// least 2 and at most 16 (chosen by trial). Its rays are counted; its light is discarded. It
-    /// covers the whole picture, so that the shares in a region are those of the whole picture.
+    /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, or of
+    /// the time if that is less, at least 2 and at most 16 (chosen by trial). Its rays are counted;
+    /// its light is discarded. It covers the whole picture, so that the shares in a region are
+    /// those of the whole picture.
     pub(super) fn pilot_pass(&self, counts: &mut Counts, keepers: &[&dyn Keeper]) -> SampleShares {
         if !self.adaptive {
             return SampleShares::EVEN;
@@ -323,14 +333,33 @@ impl Render<'_> {
             },
             ..*self
         };
-        let samples = 0..(self.stop.samples / 8).clamp(2, 16);
+        let most = (self.stop.samples / 8).clamp(2, 16);
+        // With a limit on time, 2 samples of the first strip tell how many more there is time for.
+        let mut samples = if self.stop.time.is_some() { 2 } else { most };
         let mut variances = Vec::with_capacity(self.resolution.pixels());
-        let proceed = |_: u64| !is_stopped(keepers);
+        let mut expose = |strip: Region, film: &mut Film, samples: Range<u32>| {
+            let rays = pilot.pass(strip, film, samples, &|_| !is_stopped(keepers));
+            rays.map(|rays| counts.add(&rays))
+        };
         for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
             let mut film = Film::new(strip.resolution());
-            match pilot.pass(strip, &mut film, samples.clone(), &proceed) {
-                Some(rays) => counts.add(&rays),
-                None => return SampleShares::EVEN, // No sample of the picture will follow.
+            let watch = Stopwatch::start();
+            let mut exposed = expose(strip, &mut film, 0..samples);
+            if let Some(limit) = self.stop.time
+                && variances.is_empty()
+                && exposed.is_some()
+            {
+                let part = film.pixels.len() as f64 / self.resolution.pixels() as f64;
+                let of_sample = watch.elapsed().as_secs_f64() / (f64::from(samples) * part);
+                let affordable = (limit.as_secs_f64() / 8.0 / of_sample) as u32;
+                let more = samples..affordable.clamp(samples, most);
+                samples = more.end;
+                if !more.is_empty() {
+                    exposed = expose(strip, &mut film, more);
+                }
+            }
+            if exposed.is_none() {
+                return SampleShares::EVEN; // No sample of the picture will follow.
             }
             variances.extend(film.pixels.iter().map(SampleShares::variance));
         }
