@@ -51,18 +51,25 @@ pub(crate) fn run(m: &ArgMatches, command: &str) -> Result<i32> {
     };
     let mut whole = merge(&paths)?;
     let place = &whole.sums.place;
-    let samples = place.done - place.first;
-    let line = format!(
-        "{}: {samples} samples per pixel of {}",
-        output.display(),
-        counted(paths.len(), "part")
-    );
+    let made = match whole.sums.stopped() {
+        Some(stopped) => stopped.describe(planned(&whole)),
+        None => format!("{} samples per pixel", place.done - place.first),
+    };
+    let parts = counted(paths.len(), "part");
+    let line = format!("{}: {made}, from {parts}", output.display());
     match format {
         None => whole.write(output)?,
         Some(format) => write_picture(whole, output, format, command)?,
     }
     super::status!("{line}");
     Ok(0)
+}
+
+/// Returns the number of samples per pixel that the render of a checkpoint was to make.
+fn planned(whole: &Checkpoint) -> u32 {
+    let planned = whole.label.described.get("samples");
+    let planned = planned.and_then(|samples| samples.parse().ok());
+    planned.unwrap_or(whole.sums.place.until)
 }
 
 /// Writes the picture of a checkpoint.
@@ -94,7 +101,7 @@ fn write_picture(
     say("Command", command.into());
     say("ivcam:error", "unknown: not measured".into());
     if let Some(stopped) = whole.sums.stopped() {
-        say(UNFINISHED, stopped.describe(place.until));
+        say(UNFINISHED, stopped.describe(planned(&whole)));
     }
     let samples = place.done.to_string();
     for (key, value) in &label.described {

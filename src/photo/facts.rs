@@ -8,7 +8,7 @@ use crate::math::simd::arithmetic;
 use crate::sampling::SamplerKind;
 
 /// The options that two runs of one picture may have different values of.
-const FREE: [&str; 7] = [
+pub(super) const FREE: [&str; 7] = [
     "samples",
     "time",
     "target-error",

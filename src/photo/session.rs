@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 
 use super::camera_choice::camera_file;
 use super::checkpoint::Label;
+use super::facts::FREE;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
@@ -470,7 +471,7 @@ impl Session {
         let used = additions.into_iter().filter(|(used, _)| *used);
         Label {
             facts: self.facts(inputs),
-            described: self.described.clone(),
+            described: self.choices(),
             response: self.plan.response.name(),
             is_deep: self.plan.depth == Depth::Sixteen,
             additions: used.map(|(_, name)| name.to_owned()).collect(),
@@ -621,10 +622,25 @@ impl Session {
         provenance
     }
 
+    /// Returns all choices that determine the picture: what the summary says, and the given options
+    /// that it does not say.
+    fn choices(&self) -> IndexMap<String, String> {
+        let scene = self.plan.scene.file_name().unwrap_or_default();
+        let scene = ("scene".to_owned(), scene.to_string_lossy().into_owned());
+        let mut choices = IndexMap::from([scene]);
+        choices.extend(self.described.clone());
+        for (name, value) in self.plan.given() {
+            if !FREE.contains(&&*name) {
+                choices.entry(name).or_insert(value);
+            }
+        }
+        choices
+    }
+
     /// Returns the choices, with the samples that were really taken: a render that the time or the
     /// error ends takes others than the plan's.
     fn described_as_exposed(&self, samples: u32) -> IndexMap<String, String> {
-        let mut described = self.described.clone();
+        let mut described = self.choices();
         described.insert("samples".into(), samples.to_string());
         if is_portable() {
             described.insert("arithmetic".into(), "portable".into());
