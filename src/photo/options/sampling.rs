@@ -31,7 +31,12 @@ pub(super) static OPTIONS: [Opt; 9] = [
         }
         vec![plan.sampler.samples.to_string()]
     })
-    .describe(|plan| Some(plan.sampler.samples.to_string()))
+    .describe(|plan| {
+        Some(match has_other_end(plan) {
+            true => format!("up to {}", plan.stop.samples),
+            false => plan.sampler.samples.to_string(),
+        })
+    })
     .examples(&["-j 1", "--samples 16", "--samples 100"]),
     Opt::new(
         "sampler",
@@ -125,7 +130,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "filter",
         Takes::One("NAME"),
-        "how a pixel weighs the light around it: box, gaussian, blackman-harris or mitchell [box]",
+        "how a pixel weighs the light around it: box, gaussian, blackman-harris, or the noisier mitchell [box]",
     )
     .plan(
         |plan, words, _| {
@@ -165,8 +170,9 @@ pub(super) static OPTIONS: [Opt; 9] = [
     )
     .plan(
         |plan, words, _| {
-            let expects = "a relative error such as 1% or 0.01";
-            plan.stop.error = words.parsed("target-error", expects, share)?;
+            let expects = "a relative error below 100%, such as 1% or 0.01";
+            let error = |word: &str| share(word).filter(|error| *error < 1.0);
+            plan.stop.error = words.parsed("target-error", expects, error)?;
             limit_samples(plan, words);
             Ok(())
         },
