@@ -40,6 +40,8 @@ struct Probe {
     hits: usize,
     /// Hits on the back of a surface.
     backs: usize,
+    /// Hits that are bright in the picture's shading, apart from light that the lens loses.
+    bright: usize,
     /// Whether a surface would be bright without shadows.
     bright_without_shadows: bool,
     /// Whether a surface has a color that is not nearly black.
@@ -104,13 +106,17 @@ impl Session {
         let brightest = brightness(picture, 1.0 - BRIGHT_SHARE);
         let factor = self.exposure_factor();
         let brighter = rounded(0.8 * self.plan.exposure / f64::from(brightest));
+        let exposure = format!("`--exposure {brighter}` makes its brightest part nearly white");
         if factor < 1.0 && f64::from(brightest) / factor > DARK {
-            let help = format!("`--exposure {brighter}` makes its brightest part nearly white");
-            return because("its exposure is too short", &help);
+            return because("its exposure is too short", &exposure);
         }
         let probe = self.probe();
         if probe.hits == 0 {
             return because(self.empty_view(), OTHER_CAMERA);
+        }
+        // A lens loses light where it is focused nearby.
+        if 100 * probe.bright > probe.rays && brightest > 0.0 {
+            return because("little light comes through the lens", &exposure);
         }
         let headlight = match self.plan.era {
             Era::Vintage => "`-headlight on`",
@@ -181,10 +187,12 @@ impl Session {
             rays: 0,
             hits: 0,
             backs: 0,
+            bright: 0,
             bright_without_shadows: false,
             has_color: false,
         };
-        let [lit, colored] = [Shading::Phong, Shading::Flat].map(|s| self.shader_of(s));
+        let [own, lit, colored] =
+            [self.plan.shading, Shading::Phong, Shading::Flat].map(|s| self.shader_of(s));
         let exposure = self.exposure_factor() as f32;
         let mut work = Work::default();
         for (row, column) in (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |c| (row, c))) {
@@ -202,6 +210,8 @@ impl Session {
             probe.hits += 1;
             let surface = self.scene.surface(&hit);
             probe.backs += usize::from(!self.scene.is_front(&ray, &hit, surface));
+            let radiance = own.radiance_of(&ray, Some(hit), &mut work).max_element();
+            probe.bright += usize::from(f64::from(exposure * radiance) > DARK);
             if self.plan.shading == Shading::Recursive {
                 let radiance = lit.radiance_of(&ray, Some(hit), &mut work).max_element();
                 probe.bright_without_shadows |= f64::from(exposure * radiance) > DARK;
