@@ -9,8 +9,8 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use serde::Serialize;
 
-use super::flags;
 use super::sheet::{AboutRow, SurfaceRow};
+use super::{flags, print_diagnostic};
 use crate::camera::{film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Sink};
 use crate::files::write_whole;
@@ -19,6 +19,7 @@ use crate::lens::{
     About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
 };
 use crate::photo::{LensChoice, options};
+use crate::scene::check::counted;
 
 /// Half of the film's height in the paper's equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;
@@ -149,6 +150,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     }
     let mut setting = setting(matches)?;
     (setting.unfocused, setting.focus) = (Some(&unfocused), focus.as_ref());
+    if let dark @ 1.. = setting.dark_fields(&lens) {
+        let (dark, all) = (counted(dark, "point"), setting.fields.len());
+        let text = format!("no light gets through the lens to {dark} of the {all} of `--fields`");
+        print_diagnostic(&Diagnostic::warning(text));
+    }
     if text("export").is_some() {
         let sides = match text("film").map(film_sides).transpose()? {
             Some(Film::Sides(sides)) => Some(sides),

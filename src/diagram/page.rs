@@ -483,8 +483,7 @@ fn chromatic(sheet: &LensSheet) -> Chart {
 
 fn modulation(sheet: &LensSheet, title: &str, of: fn(&PointImage) -> &Modulation) -> Chart {
     let mut series = Vec::new();
-    let shown = sheet.points.iter().enumerate().filter(|(i, _)| *i != 1);
-    for (k, (_, point)) in shown.enumerate() {
+    for (i, point) in sheet.points.iter().enumerate() {
         let curve = |values: &[f64]| -> Vec<[f64; 2]> {
             sheet
                 .frequencies
@@ -494,7 +493,7 @@ fn modulation(sheet: &LensSheet, title: &str, of: fn(&PointImage) -> &Modulation
                 .collect()
         };
         let modulation = of(point);
-        let ink = Ink::Ray(k as u8);
+        let ink = Ink::Ray(i as u8);
         let name = format!("{} mm", tidy(point.height, 0.1));
         let solid = Series {
             ink,

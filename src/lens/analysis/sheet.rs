@@ -221,6 +221,19 @@ impl SheetSetting<'_> {
         };
         self.fields.iter().filter_map(height).collect()
     }
+
+    /// The number of points that the data sheet leaves out, because no ray from their place on the
+    /// film gets through the lens.
+    pub(crate) fn dark_fields(&self, lens: &Lens) -> usize {
+        let lit = || {
+            let conjugate = self.conjugate(lens)?;
+            let (film_z, distance) = (conjugate.film_z, conjugate.distance);
+            let heights = self.heights(lens, self.full_height(lens)?, film_z);
+            let is_lit = |height: &f64| Beam::of(lens, *height, film_z, distance).is_some();
+            Some(heights.iter().filter(|height| is_lit(height)).count())
+        };
+        lit().map_or(0, |lit| self.fields.len() - lit)
+    }
 }
 
 /// The angle in the scene of the chief ray that arrives at a height, in radians.
