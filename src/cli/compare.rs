@@ -323,11 +323,11 @@ fn write_json(
     struct Answer<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
-        limits_passed: &'a [Exceeded],
+        limits_exceeded: &'a [Exceeded],
     }
     let answer = Answer {
         comparison,
-        limits_passed: exceeded,
+        limits_exceeded: exceeded,
     };
     serde_json::to_writer_pretty(&mut *out, &answer)?;
     writeln!(out)
