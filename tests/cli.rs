@@ -166,6 +166,7 @@ fn bad_input_ends_in_one_clear_message_and_no_file() {
         ("--focus -1 DIR/good.iv", &["--focus -1"]),
         ("--size 0x24 DIR/good.iv", &["0x24", "no pixels"]),
         ("--samples 0 DIR/good.iv", &["--samples 0"]),
+        ("--target-error 2 DIR/good.iv", &["--target-error 2", "1%"]),
         ("--shading q DIR/good.iv", &["--shading q"]),
         (
             "--camera DIR/nocam.dat DIR/good.iv",
@@ -893,6 +894,49 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
     }
     let written = std::fs::read_to_string(room).unwrap();
     assert!(written.starts_with("#Inventor V2.1 ascii"), "{written}");
+}
+
+#[test]
+fn a_conversion_says_what_it_leaves_behind_and_names_pictures_after_its_format() {
+    let scratch = Scratch::new("left-behind");
+    scratch.inventor("part.iv", "Cube { }");
+    let texture = "Texture2 { image 1 1 1 0x80 }";
+    scratch.inventor(
+        "room.iv",
+        &format!("File {{ name \"part.iv\" }} {texture} Cube {{ }}"),
+    );
+    scratch.file("room-1.png", "a photograph");
+    std::fs::create_dir(scratch.0.join("other")).unwrap();
+    let convert = |output: &str| {
+        let folder = scratch.0.display();
+        let line = format!("convert {folder}/room.iv -o {folder}/{output}");
+        let run = ivcam(&line).output().unwrap();
+        assert!(run.status.success(), "{output}: {}", stderr(&run));
+        stderr(&run)
+    };
+    assert!(convert("other/room.iv").contains("`part.iv`"));
+    assert!(!convert("new.iv").contains("part.iv"));
+    convert("room.obj");
+    convert("room.wrl");
+    for name in ["room-obj-1.png", "room-wrl-1.png"] {
+        assert!(scratch.0.join(name).exists(), "{name}");
+    }
+    let photograph = std::fs::read_to_string(scratch.0.join("room-1.png")).unwrap();
+    assert_eq!(photograph, "a photograph");
+}
+
+#[test]
+fn a_camera_that_sees_far_more_than_the_lens_is_pointed_out() {
+    let scratch = Scratch::new("field");
+    scratch.inventor("room.iv", "PerspectiveCamera { heightAngle 1.1 } Cube { }");
+    let render = |options: &str| {
+        let folder = scratch.0.display();
+        let line = format!("render {options} --size 4x4 -o {folder}/a.png {folder}/room.iv");
+        stderr(&ivcam(&line).output().unwrap())
+    };
+    assert!(render("").contains("`--efl 20mm` shows what the camera sees"));
+    assert!(!render("--efl 100mm").contains("camera sees"));
+    assert!(!render("--lens none").contains("camera sees"));
 }
 
 #[test]

@@ -3,13 +3,17 @@
 use indexmap::IndexMap;
 
 use super::options::rear_element;
-use super::plan::{IdealChoice, LensChoice, Optics, Plan};
+use super::plan::{Era, IdealChoice, LensChoice, Optics, Plan};
 use super::pose::own_focus;
 use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 use crate::diag::{Diagnostic, ErrorKind, Result, Sink};
 use crate::lens::{FilmPlace, Focus, Lens};
 use crate::math::Meters;
-use crate::pose::{CameraPose, FilmPlane};
+use crate::pose::{CameraPose, FilmPlane, Projection};
+
+/// The ratio of the fields of the camera node and the lens, as tangents, above which they differ
+/// far.
+const FIELD_RATIO: f64 = 2.0;
 
 /// The settings of a camera by name, in the order of the report.
 type LensSettings = IndexMap<String, String>;
@@ -81,6 +85,9 @@ fn through_lens(
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
     warn_about_plan(plan, &lens, sink);
+    if let Some(warning) = other_field(choice, plan, pose, &lens) {
+        sink.add(*warning);
+    }
     let mut settings = lens_settings(choice, plan, &lens);
     settings.extend(exposure_settings(plan, &lens));
     settings.extend(focus_settings(choice, plan, distance, &focus));
@@ -107,6 +114,41 @@ fn warn_about_plan(plan: &Plan, lens: &Lens, sink: &mut Sink) {
         let none = "there are no ghosts, because the lens's coating is ideal and reflects nothing";
         sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));
     }
+}
+
+/// Returns a warning if the camera node sees far more or less than the lens, whose focal length was
+/// not chosen. In 1999 the camera's angle was ignored.
+fn other_field(
+    choice: &LensChoice,
+    plan: &Plan,
+    pose: &CameraPose,
+    lens: &Lens,
+) -> Option<Box<Diagnostic>> {
+    let is_chosen = choice.efl.is_some() || choice.zoom != 1.0 || choice.zoom_position.is_some();
+    let Projection::Perspective { height_angle } = pose.projection else {
+        return None;
+    };
+    if plan.era == Era::Vintage || is_chosen || pose.source.starts_with("viewAll") {
+        return None;
+    }
+    let [seen, imaged] = [
+        0.5 * height_angle,
+        0.5 * plan.film.height / lens.first_order().efl(),
+    ];
+    let (seen, imaged) = (libm::tan(seen), imaged.abs());
+    let is_other = seen > FIELD_RATIO * imaged || imaged > FIELD_RATIO * seen;
+    let degrees = |tangent: f64| 2.0 * libm::atan(tangent).to_degrees();
+    is_other.then(|| {
+        Diagnostic::warning(format!(
+            "the scene's camera sees {:.0}° from bottom to top, and the lens {:.0}°",
+            degrees(seen),
+            degrees(imaged)
+        ))
+        .with_help(format!(
+            "`--efl {:.0}mm` shows what the camera sees",
+            0.5 * plan.film.height / seen
+        ))
+    })
 }
 
 fn lens_settings(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings {
