@@ -222,9 +222,12 @@ impl SheetSetting<'_> {
         self.fields.iter().filter_map(height).collect()
     }
 
-    /// The number of points that the data sheet leaves out, because no ray from their place on the
-    /// film gets through the lens.
+    /// The number of the given points that the data sheet leaves out, because no ray from their
+    /// place on the film gets through the lens.
     pub(crate) fn dark_fields(&self, lens: &Lens) -> usize {
+        if self.fields.is_empty() {
+            return 0;
+        }
         let lit = || {
             let conjugate = self.conjugate(lens)?;
             let (film_z, distance) = (conjugate.film_z, conjugate.distance);
