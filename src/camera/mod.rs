@@ -6,6 +6,7 @@
 //! the factor 1000. The image on the film is upside down; a picture is the film turned upright.
 
 mod aim;
+mod choose;
 mod film_camera;
 mod film_samples;
 mod ideal;

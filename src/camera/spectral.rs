@@ -17,17 +17,16 @@
 use std::iter::zip;
 
 use super::aim::film_point;
+use super::choose::{Choices, Choosing, Chosen};
 use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ColorFactor, ExitRays};
-use super::spectral_lenses::{MAIN, SpectralLenses};
+use super::spectral_lenses::SpectralLenses;
 use crate::lens::{Aims, Bundle, Lens};
 use crate::math::lanes::{LANES, Lane, Lanes, SimdKernel, Vec3Lanes, bits, dispatch};
 use crate::sampling::Samples;
-use crate::spectrum::{HERO, SETS};
+use crate::spectrum::{HERO, MAIN, OTHERS, SETS};
 
-/// The wavelengths of a set except the main one.
-const OTHERS: [usize; HERO - 1] = [0, 1, 3];
 /// The distance from the main ray, in radians, at which a ray is intersected with the probability
 /// of its color's size. This constant and the next three were measured to give the least time for a
 /// given error.
@@ -200,60 +199,6 @@ fn split(wavelength: f64) -> (usize, f64) {
     let place = wavelength * SETS as f64;
     let set = (place as usize).min(SETS - 1);
     (set, place - set as f64)
-}
-
-/// The choice of a ray at random.
-#[derive(Clone, Copy, Debug)]
-struct Chosen {
-    /// The probability with which the ray is traced.
-    probability: f64,
-    /// A random number in [0, 1] that is independent of the choice.
-    uniform: f64,
-}
-
-/// The choice of the other wavelengths of samples in lanes.
-#[derive(Default)]
-struct Choices {
-    /// The probability with which each wavelength is chosen.
-    probability: [Lane; HERO],
-    /// At the main wavelength a random number in [0, 1); at each other one that is chosen, a random
-    /// number that is independent of the choice.
-    uniform: [Lane; HERO],
-    /// A bit mask of the samples for which each wavelength is chosen.
-    chosen: [u32; HERO],
-}
-
-/// The kernel that chooses each of the other wavelengths with its probability.
-///
-/// It is systematic sampling: the probabilities are summed, and a wavelength is chosen if an
-/// integer plus the random number falls into its interval of the sum. The position in the interval
-/// is again a uniform random number.
-struct Choosing<'a>(&'a mut Choices);
-
-impl SimdKernel for Choosing<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let Choices {
-            probability,
-            uniform,
-            chosen,
-        } = self.0;
-        let (mut sum, mut next) = ([0.0; LANES], uniform[MAIN]);
-        for line in OTHERS {
-            let mut is_chosen = [false; LANES];
-            for i in 0..LANES {
-                let probability = probability[line][i];
-                sum[i] += probability;
-                is_chosen[i] = sum[i] > next[i];
-                uniform[line][i] = 1.0 - (sum[i] - next[i]) / probability;
-                next[i] += if is_chosen[i] { 1.0 } else { 0.0 };
-            }
-            let lanes = is_chosen.iter().enumerate();
-            chosen[line] = lanes.fold(0, |all, (lane, is)| all | u32::from(*is) << lane);
-        }
-    }
 }
 
 /// Rays of another wavelength than the main one, in lanes, to be traced through the lens.
@@ -557,38 +502,6 @@ mod tests {
     use crate::math::Meters;
     use crate::pose::CameraPose;
     use crate::sampling::{Sampler, SamplerKind};
-
-    /// The mean position in an interval is 1/2, and each wavelength is chosen as often as its
-    /// probability says.
-    #[test]
-    fn a_wavelength_is_chosen_with_its_probability_and_a_position_is_uniform() {
-        const STEPS: u32 = 20_000;
-        for probabilities in [[0.2, 0.7, 0.0, 0.4], [1.0; HERO], [0.01, 0.02, 0.0, 1.0]] {
-            let (mut counts, mut sums) = ([0.0; HERO], [0.0; HERO]);
-            for first in (0..STEPS).step_by(LANES) {
-                let even = |lane: usize| (f64::from(first) + lane as f64 + 0.5) / f64::from(STEPS);
-                let mut choices = Choices {
-                    probability: probabilities.map(|p| [p; LANES]),
-                    ..Choices::default()
-                };
-                choices.uniform[MAIN] = std::array::from_fn(even);
-                dispatch(Choosing(&mut choices));
-                for line in OTHERS {
-                    for lane in bits(choices.chosen[line]) {
-                        let uniform = choices.uniform[line][lane];
-                        assert!((0.0..=1.0).contains(&uniform));
-                        counts[line] += 1.0 / f64::from(STEPS);
-                        sums[line] += uniform / f64::from(STEPS);
-                    }
-                }
-            }
-            for line in OTHERS {
-                let (p, mean) = (probabilities[line], sums[line] / counts[line]);
-                assert!((counts[line] - p).abs() < 2e-4, "{line}: {counts:?}");
-                assert!((mean - 0.5).abs() < 0.01, "{line}: {mean}");
-            }
-        }
-    }
 
     /// The camera behind a lens that is focused at infinity, at several wavelengths.
     fn camera(lens: Lens) -> LensCamera {

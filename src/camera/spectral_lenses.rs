@@ -11,10 +11,8 @@ use super::spectral::{distance, probability};
 use crate::film::FilmFormat;
 use crate::lens::{Aims, Bundle, ExitPupil, FilmPlace, Lens, PupilTarget, PupilTransmission};
 use crate::math::lanes::{LANES, bits};
-use crate::spectrum::{HERO, Line, SETS, Spectrum};
+use crate::spectrum::{HERO, Line, MAIN, SETS, Spectrum};
 
-/// The wavelength of a set that represents all.
-pub(super) const MAIN: usize = 2;
 /// The number of equal parts of the film's half diagonal in which the distances of rays are
 /// measured.
 const RINGS: usize = 12;

@@ -4,6 +4,10 @@ use glam::{DMat3, DVec3};
 
 /// The number of wavelengths of a sample.
 pub(crate) const HERO: usize = 4;
+/// The wavelength of a set that represents all.
+pub(crate) const MAIN: usize = 2;
+/// The wavelengths of a set except the main one.
+pub(crate) const OTHERS: [usize; HERO - 1] = [0, 1, 3];
 /// The number of hero sets. A sample uses one.
 pub(crate) const SETS: usize = 8;
 

@@ -17,4 +17,4 @@
 
 mod hero;
 
-pub(crate) use hero::{HERO, Line, SETS, Spectrum};
+pub(crate) use hero::{HERO, Line, MAIN, OTHERS, SETS, Spectrum};

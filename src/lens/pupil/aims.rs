@@ -1,6 +1,11 @@
 //! Points of the rear vertex plane to aim at, a lane for each ray.
 
+use glam::DVec2;
+
+use crate::lens::pupil::patch::{Patch, Position};
+use crate::lens::pupil::polar::Cells;
 use crate::lens::pupil::spans::Spans;
+use crate::lens::pupil::symmetry::WedgeCopy;
 use crate::lens::pupil::transmission::PupilTransmission;
 use crate::lens::pupil::window::PupilWindow;
 use crate::math::lanes::{LANES, Lane, SimdKernel};
@@ -109,6 +114,80 @@ impl SimdKernel for SpanAims<'_> {
             let (across, along) = (x[i], y[i]);
             x[i] = across * cos - along * sin;
             y[i] = across * sin + along * cos;
+        }
+    }
+}
+
+/// The kernel of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) for a table
+/// over film positions.
+pub(super) struct CellAims<'a> {
+    pub cells: &'a Cells,
+    /// The weights of the open shares of the table's lenses; none if they are not needed.
+    pub weights: &'a [f64],
+    /// The film points, in millimeters from the film's middle.
+    pub film: &'a [Lane; 2],
+    /// Points of the unit square.
+    pub pupil: &'a [Lane; 2],
+    /// The result.
+    pub aims: &'a mut Aims,
+}
+
+impl SimdKernel for CellAims<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let [[fx, fy], [u, v]] = [self.film, self.pupil];
+        let aims = self.aims;
+        let mut places = [[0.0; LANES]; 2];
+        let [mut dx, mut dy, mut numbers, mut out] = [[0.0; LANES]; 4];
+        for i in 0..LANES {
+            let (place, direction, number) = self.cells.place_of::<FUSED>(DVec2::new(fx[i], fy[i]));
+            [places[0][i], places[1][i]] = place;
+            [dx[i], dy[i]] = [direction.x, direction.y];
+            (numbers[i], out[i]) = (number, v[i].sqrt());
+        }
+        let (mut copies, mut patches) = ([WedgeCopy::NONE; LANES], [None; LANES]);
+        let mut last: Option<&Patch> = None;
+        for i in 0..LANES {
+            let place = [places[0][i], places[1][i]];
+            let (direction, copy) = self.cells.unfolded(DVec2::new(dx[i], dy[i]), numbers[i]);
+            ([dx[i], dy[i]], copies[i]) = (direction.to_array(), copy);
+            patches[i] = match last.filter(|patch| patch.contains(place)) {
+                None => self.cells.patch(place),
+                same => same,
+            };
+            last = patches[i];
+        }
+        let mut first = 0;
+        // Mostly the film points of one pixel lie in one patch.
+        for run in patches.chunk_by(|a, b| a.map(std::ptr::from_ref) == b.map(std::ptr::from_ref)) {
+            let lanes = first..first + run.len();
+            first = lanes.end;
+            let Some(patch) = run[0] else {
+                aims.area[lanes.clone()].fill(0.0);
+                aims.open_share[lanes].fill(0.0);
+                continue;
+            };
+            let (mut at, mut middles) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+            for i in lanes.clone() {
+                let position = patch.position([places[0][i], places[1][i]]);
+                [at[0][i], at[1][i]] = [position.u, position.v];
+                aims.area[i] = patch.area::<FUSED>(position).max(0.0);
+                let middle = patch.middle::<FUSED>(position, DVec2::new(dx[i], dy[i]));
+                [middles[0][i], middles[1][i]] = middle.to_array();
+            }
+            let shares = &mut aims.open_share;
+            patch.open_shares::<FUSED>(&at, lanes.clone(), self.weights, shares);
+            for i in lanes {
+                let position = Position {
+                    u: at[0][i],
+                    v: at[1][i],
+                };
+                let rim = patch.rim::<FUSED>(position, aims.area[i], u[i]);
+                let point = DVec2::new(middles[0][i], middles[1][i]) + out[i] * rim;
+                [aims.x[i], aims.y[i]] = copies[i].placed(point).to_array();
+            }
         }
     }
 }

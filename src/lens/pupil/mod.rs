@@ -2,7 +2,8 @@
 //!
 //! `search` finds the outline of the pupil from one film point, and `sampler` calls it for many.
 //! `radial` and `polar` are tables of outlines over the film, with and without rotational
-//! symmetry, and `support` and `symmetry` are their tools; `exit_pupil` holds one of the two.
+//! symmetry; `exit_pupil` holds one of the two. `lattice` measures the cells of `polar`, and
+//! `support` and `symmetry` are tools of the tables.
 //! `sides`, `span`, `spans`, `patch` and `polygon` sample points from an outline. `rim_shares` and
 //! `transmission` measure how much of an outline is open.
 //!
@@ -11,6 +12,7 @@
 
 pub(crate) mod aims;
 pub(crate) mod exit_pupil;
+mod lattice;
 mod patch;
 mod polar;
 mod polygon;

@@ -10,9 +10,8 @@ use glam::DVec2;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
-use crate::lens::pupil::aims::{Aims, SpanAims};
+use crate::lens::pupil::aims::{Aims, CellAims, SpanAims};
 use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
-use crate::lens::pupil::polar::CellAims;
 use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::transmission::PupilTransmission;
 use crate::lens::pupil::window::PupilWindow;

@@ -39,10 +39,10 @@ impl PupilSearch<'_> {
             }
             let center = guess.center;
             let fill = self.fill(film, center);
-            let found = (fill < MAX_CENTER_FILL).then(|| {
-                self.outline_around(InnerPoint { center, fill }, film, sides, Some(guess))
-            });
-            if let Some(Some(outline)) = found {
+            let inner = InnerPoint { center, fill };
+            if fill < MAX_CENTER_FILL
+                && let Some(outline) = self.outline_around(inner, film, sides, Some(guess))
+            {
                 return Some(outline);
             }
             // The neighbor's center is too near the rim of this outline: search without a guess.
