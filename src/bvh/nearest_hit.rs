@@ -16,9 +16,9 @@ pub(super) struct NearestHit {
     pub(super) weights: [f32; 2],
     pub(super) primitive: u32,
     pub(super) is_hit: bool,
-    /// Whether the ray has two hits within [`CLOSE`] of each other. Of a ray toward a light:
-    /// whether a primitive on its way has a transmittance that differs from place to place.
-    pub(super) is_close: bool,
+    /// Whether the caller must trace the ray by itself: it has two hits within [`CLOSE`] of each
+    /// other or, toward a light, meets a primitive whose transmittance differs from place to place.
+    pub(super) is_unsure: bool,
     /// The fraction of light that the primitives on the way to a light transmit, so far.
     pub(super) through: f32,
 }
@@ -31,7 +31,7 @@ impl NearestHit {
             weights: [0.0; 2],
             primitive: 0,
             is_hit: false,
-            is_close: false,
+            is_unsure: false,
             through: 1.0,
         }
     }
@@ -51,7 +51,7 @@ impl NearestHit {
     /// Keeps a hit if it is nearer than the nearest so far, and records whether the two are close.
     #[inline(always)]
     pub(super) fn take(&mut self, primitive: u32, (t, u, v): (f32, f32, f32)) {
-        self.is_close |= self.is_hit && (t - self.t).abs() <= self.t * CLOSE;
+        self.is_unsure |= self.is_hit && (t - self.t).abs() <= self.t * CLOSE;
         if t < self.t {
             (self.t, self.weights, self.primitive) = (t, [u, v], primitive);
             self.is_hit = true;
@@ -74,7 +74,7 @@ impl NearestHit {
     #[inline(always)]
     pub(super) fn dim(&mut self, transmittance: f32) {
         self.is_hit |= transmittance == 0.0;
-        self.is_close |= transmittance.is_nan();
+        self.is_unsure |= transmittance.is_nan();
         self.through *= transmittance;
     }
 
@@ -100,9 +100,9 @@ impl NearestHit {
 }
 
 impl Bvh {
-    /// Traces a ray through the subtree `from`. With `ANY` it is a ray toward a light.
+    /// Traces a ray through the subtree `from`. With `TO_LIGHT` it is a ray toward a light.
     #[inline(always)]
-    pub(super) fn walk_alone<const ANY: bool>(
+    pub(super) fn walk_alone<const TO_LIGHT: bool>(
         &self,
         from: Child,
         ray: &PreparedRay,
@@ -111,7 +111,7 @@ impl Bvh {
     ) {
         let (t_min, t_max) = (0.0, nearest.reach());
         let visit = |block: &Block, hits: &BlockHits, _: f32| {
-            if ANY {
+            if TO_LIGHT {
                 for i in bits(hits.mask) {
                     nearest.dim(primitives.transmittance_of(block.primitive(i)));
                 }
@@ -136,7 +136,7 @@ impl Bvh {
             }
             nearest.reach()
         };
-        match ANY {
+        match TO_LIGHT {
             true => self.walk_from::<false>(from, ray, t_min, t_max, visit),
             false => self.walk_from::<true>(from, ray, t_min, t_max, visit),
         }

@@ -216,11 +216,11 @@ impl PacketHits {
         }
     }
 
-    /// Copies the hits of a part of the packet to the lanes of its rays. With `ANY` it copies which
-    /// rays hit something, and their transmittances.
-    fn take<const ANY: bool>(&mut self, part: &Self, origin: Origin<'_>) {
+    /// Copies the hits of a part of the packet to the lanes of its rays. With `TO_LIGHT` it copies
+    /// which rays hit something, and their transmittances.
+    fn take<const TO_LIGHT: bool>(&mut self, part: &Self, origin: Origin<'_>) {
         match origin {
-            Origin::SameLanes if ANY => {
+            Origin::SameLanes if TO_LIGHT => {
                 (self.mask, self.through) = (part.mask, part.through);
             }
             Origin::SameLanes => {
@@ -262,7 +262,7 @@ impl Bvh {
         self.find_hits::<true>(rays, primitives, hits)
     }
 
-    fn find_hits<const ANY: bool>(
+    fn find_hits<const TO_LIGHT: bool>(
         &self,
         rays: &RayPacket,
         primitives: &impl Primitives,
@@ -273,23 +273,23 @@ impl Bvh {
             hits.through = [1.0; LANES];
             return 0;
         }
-        let mut close = 0;
+        let mut unsure = 0;
         let mut packet = PreparedPacket::empty();
         rays.by_octant(|part| match part {
             Part::Packet(part, origin) => {
                 packet.load(part);
-                self.walk_packet::<ANY>(&mut packet, primitives);
-                hits.take::<ANY>(&packet.hits, origin);
-                close |= origin.spread(packet.close);
+                self.walk_packet::<TO_LIGHT>(&mut packet, primitives);
+                hits.take::<TO_LIGHT>(&packet.hits, origin);
+                unsure |= origin.spread(packet.unsure);
             }
             Part::Ray(lane, ray) => {
                 let mut nearest = NearestHit::before(rays.t_max[lane]);
-                self.walk_alone::<ANY>(Child::ROOT, ray, &mut nearest, primitives);
+                self.walk_alone::<TO_LIGHT>(Child::ROOT, ray, &mut nearest, primitives);
                 hits.set(lane, nearest.hit());
                 hits.through[lane] = nearest.through;
-                close |= u32::from(nearest.is_close) << lane;
+                unsure |= u32::from(nearest.is_unsure) << lane;
             }
         });
-        close
+        unsure
     }
 }

@@ -27,11 +27,11 @@ struct StackEntry {
 }
 
 impl StackEntry {
-    /// Whether this box is visited before another one: the nearer one first, or with `ANY` the one
-    /// that more rays enter, in which more of them may end.
+    /// Whether this box is visited before another one: the nearer one first, or with `TO_LIGHT` the
+    /// one that more rays enter, in which more of them may end.
     #[inline(always)]
-    fn is_before<const ANY: bool>(&self, other: &Self) -> bool {
-        match ANY {
+    fn is_before<const TO_LIGHT: bool>(&self, other: &Self) -> bool {
+        match TO_LIGHT {
             true => self.lanes.count_ones() > other.lanes.count_ones(),
             false => self.near < other.near,
         }
@@ -39,13 +39,13 @@ impl StackEntry {
 }
 
 /// Traces the rays of a packet: see [`Bvh::walk_packet`].
-struct Walk<'a, P, const ANY: bool> {
+struct Walk<'a, P, const TO_LIGHT: bool> {
     tree: &'a Bvh,
     packet: &'a mut PreparedPacket,
     primitives: &'a P,
 }
 
-impl<P: Primitives, const ANY: bool> VectorKernel for Walk<'_, P, ANY> {
+impl<P: Primitives, const TO_LIGHT: bool> VectorKernel for Walk<'_, P, TO_LIGHT> {
     type Output = ();
 
     #[inline(always)]
@@ -60,29 +60,30 @@ impl<P: Primitives, const ANY: bool> VectorKernel for Walk<'_, P, ANY> {
         };
         let mut limit = packet.limit(v);
         loop {
-            if ANY {
+            if TO_LIGHT {
                 current.lanes &= !packet.hits.mask;
             }
             if current.lanes.count_ones() <= FEW {
                 for lane in bits(current.lanes) {
-                    tree.walk_one::<ANY>(current.child, lane, packet, primitives);
+                    tree.walk_one::<TO_LIGHT>(current.child, lane, packet, primitives);
                 }
-                if !ANY {
+                if !TO_LIGHT {
                     limit = packet.limit(v);
                 }
             } else if current.child.is_leaf() {
                 for block in &tree.blocks[current.child.place()..] {
-                    packet.intersect_block::<V, ANY>(v, block, current.lanes, primitives);
+                    packet.intersect_block::<V, TO_LIGHT>(v, block, current.lanes, primitives);
                     if block.last {
                         break;
                     }
                 }
-                if !ANY {
+                if !TO_LIGHT {
                     limit = packet.limit(v);
                 }
             } else {
                 let node = &tree.nodes[current.child.place()];
-                if packet.enter::<V, E, ANY>((v, eight), node, limit, &mut current, &mut stack) {
+                if packet.enter::<V, E, TO_LIGHT>((v, eight), node, limit, &mut current, &mut stack)
+                {
                     continue;
                 }
             }
@@ -100,15 +101,15 @@ impl<P: Primitives, const ANY: bool> VectorKernel for Walk<'_, P, ANY> {
         for lane in bits(self.packet.live) {
             let primitives = self.primitives;
             self.tree
-                .walk_one::<ANY>(Child::ROOT, lane, self.packet, primitives);
+                .walk_one::<TO_LIGHT>(Child::ROOT, lane, self.packet, primitives);
         }
     }
 }
 
 impl Bvh {
-    /// Finds the nearest hit of every ray of a packet that is not `close`. With `ANY` it finds how
-    /// much light every ray brings from a light.
-    pub(super) fn walk_packet<const ANY: bool>(
+    /// Finds the nearest hit of every ray of a packet that is not `unsure`. With `TO_LIGHT` it
+    /// finds how much light every ray brings from a light.
+    pub(super) fn walk_packet<const TO_LIGHT: bool>(
         &self,
         packet: &mut PreparedPacket,
         primitives: &impl Primitives,
@@ -116,7 +117,7 @@ impl Bvh {
         if packet.live == 0 {
             return;
         }
-        dispatch_vectors(Walk::<_, ANY> {
+        dispatch_vectors(Walk::<_, TO_LIGHT> {
             tree: self,
             packet,
             primitives,
@@ -125,7 +126,7 @@ impl Bvh {
 
     /// Traces the ray of a lane alone through the subtree `from`.
     #[inline(never)]
-    pub(super) fn walk_one<const ANY: bool>(
+    pub(super) fn walk_one<const TO_LIGHT: bool>(
         &self,
         from: Child,
         lane: usize,
@@ -133,7 +134,7 @@ impl Bvh {
         primitives: &impl Primitives,
     ) {
         let mut nearest = packet.nearest(lane);
-        self.walk_alone::<ANY>(from, &packet.ray(lane), &mut nearest, primitives);
+        self.walk_alone::<TO_LIGHT>(from, &packet.ray(lane), &mut nearest, primitives);
         packet.set_nearest(lane, &nearest);
     }
 }
@@ -208,7 +209,7 @@ impl PreparedPacket {
     /// Makes the first of the entered boxes current and pushes the others. Returns false if no ray
     /// enters any box.
     #[inline(always)]
-    fn enter<V: Vectors, E: Vectors, const ANY: bool>(
+    fn enter<V: Vectors, E: Vectors, const TO_LIGHT: bool>(
         &self,
         (v, eight): (V, E),
         node: &Node,
@@ -242,14 +243,14 @@ impl PreparedPacket {
                 first = Some(new);
                 continue;
             };
-            let put = if new.is_before::<ANY>(&best) {
+            let put = if new.is_before::<TO_LIGHT>(&best) {
                 first = Some(new);
                 best
             } else {
                 new
             };
             let mut at = count;
-            while at > 0 && sorted[at - 1].is_before::<ANY>(&put) {
+            while at > 0 && sorted[at - 1].is_before::<TO_LIGHT>(&put) {
                 sorted[at] = sorted[at - 1];
                 at -= 1;
             }
@@ -267,7 +268,7 @@ impl PreparedPacket {
     }
 
     #[inline(always)]
-    fn intersect_block<V: Vectors, const ANY: bool>(
+    fn intersect_block<V: Vectors, const TO_LIGHT: bool>(
         &mut self,
         v: V,
         block: &Block,
@@ -279,7 +280,7 @@ impl PreparedPacket {
             if block.corners[0][0][i].is_nan() {
                 continue;
             }
-            if ANY {
+            if TO_LIGHT {
                 let lanes =
                     self.intersect_triangle::<V, true>(v, block, i, lanes & !self.hits.mask);
                 if lanes != 0 {
@@ -290,14 +291,18 @@ impl PreparedPacket {
             }
         }
         for i in bits(block.non_triangles()) {
-            let lanes = if ANY { lanes & !self.hits.mask } else { lanes };
-            self.intersect_non_triangle::<ANY>(block.primitive(i), lanes, primitives);
+            let lanes = if TO_LIGHT {
+                lanes & !self.hits.mask
+            } else {
+                lanes
+            };
+            self.intersect_non_triangle::<TO_LIGHT>(block.primitive(i), lanes, primitives);
         }
     }
 
     /// Intersects the rays of some lanes with a primitive that is not a triangle.
     #[inline(never)]
-    fn intersect_non_triangle<const ANY: bool>(
+    fn intersect_non_triangle<const TO_LIGHT: bool>(
         &mut self,
         primitive: u32,
         lanes: u32,
@@ -314,7 +319,7 @@ impl PreparedPacket {
         for lane in bits(may) {
             let mut nearest = self.nearest(lane);
             let found = [distances[0][lane], distances[1][lane]];
-            if ANY {
+            if TO_LIGHT {
                 nearest.dim_at(found, primitives.transmittance_of(primitive));
             } else {
                 nearest.take_distances(primitive, found);
@@ -329,18 +334,18 @@ impl PreparedPacket {
         if transmittance == 0.0 {
             self.hits.mask |= lanes;
         } else if transmittance.is_nan() {
-            self.close |= lanes;
+            self.unsure |= lanes;
         } else {
             bits(lanes).for_each(|lane| self.hits.through[lane] *= transmittance);
         }
     }
 
     /// Intersects all rays with a triangle by the operations of [`PreparedRay::triangle`], in the
-    /// same order. With `ANY` it only returns a bit mask of the rays that hit the triangle.
+    /// same order. With `TO_LIGHT` it only returns a bit mask of the rays that hit the triangle.
     ///
     /// [`PreparedRay::triangle`]: super::triangle::PreparedRay::triangle
     #[inline(always)]
-    fn intersect_triangle<V: Vectors, const ANY: bool>(
+    fn intersect_triangle<V: Vectors, const TO_LIGHT: bool>(
         &mut self,
         v: V,
         block: &Block,
@@ -351,7 +356,7 @@ impl PreparedPacket {
         for first in (0..LANES).step_by(V::LANES) {
             let some = lanes >> first & (u32::MAX >> (u32::BITS as usize - V::LANES));
             if some != 0 {
-                hit |= self.intersect_from::<V, ANY>(v, block, i, first, some) << first;
+                hit |= self.intersect_from::<V, TO_LIGHT>(v, block, i, first, some) << first;
             }
         }
         hit
@@ -359,7 +364,7 @@ impl PreparedPacket {
 
     /// Does that for the rays of one vector.
     #[inline(always)]
-    fn intersect_from<V: Vectors, const ANY: bool>(
+    fn intersect_from<V: Vectors, const TO_LIGHT: bool>(
         &mut self,
         v: V,
         block: &Block,
@@ -403,10 +408,10 @@ impl PreparedPacket {
             let good = inside & v.less(zero, v.abs(det)) & v.less(zero, t);
             let take = good & v.less(t, best);
             hit |= take;
-            if !ANY {
+            if !TO_LIGHT {
                 let apart = v.abs(v.sub(t, best));
                 let close = v.at_most(apart, v.mul(best, v.splat(CLOSE)));
-                self.close |= (close & good & self.hits.mask >> first) << first;
+                self.unsure |= (close & good & self.hits.mask >> first) << first;
                 if take != 0 {
                     v.store(&mut self.hits.t, first, take, t);
                     v.store(&mut self.hits.u, first, take, v.div(b, det));
@@ -422,7 +427,7 @@ impl PreparedPacket {
             let found = self.ray(lane).triangle(&corners, 0.0, nearest.reach());
             if let Some(found) = found {
                 hit |= 1 << (lane - first);
-                if !ANY {
+                if !TO_LIGHT {
                     nearest.take(block.primitive(i), found);
                     self.set_nearest(lane, &nearest);
                 }

@@ -24,9 +24,9 @@ pub(super) struct PreparedPacket {
     pub(super) shear: Vec3Lanes,
     /// The nearest hits so far. For a ray without a hit, `t` is the farthest distance of interest.
     pub(super) hits: PacketHits,
-    /// A bit mask of the rays that have two hits within [`CLOSE`] of each other. Of rays toward a
-    /// light: of those that meet a primitive whose transmittance differs from place to place.
-    pub(super) close: u32,
+    /// A bit mask of the rays that the caller must trace one by one: see
+    /// [`NearestHit::is_unsure`].
+    pub(super) unsure: u32,
     /// A bit mask of the lanes that hold a ray.
     pub(super) live: u32,
     /// The axes as in [`PreparedRay`], the same for all rays.
@@ -58,7 +58,7 @@ impl PreparedPacket {
             far_from: [[0.0; LANES]; 3],
             shear: [[1.0; LANES]; 3],
             hits: PacketHits::NONE,
-            close: 0,
+            unsure: 0,
             live: 0,
             axes: [0, 1, 2],
             near: [0, 1, 2],
@@ -102,7 +102,7 @@ impl PreparedPacket {
         }
         self.live = live;
         self.hits.through = [1.0; LANES];
-        (self.hits.mask, self.close) = (0, 0);
+        (self.hits.mask, self.unsure) = (0, 0);
     }
 
     /// Computes for all rays what [`PreparedRay::new`] computes for one.
@@ -154,7 +154,7 @@ impl PreparedPacket {
             weights: [self.hits.u[lane], self.hits.v[lane]],
             primitive: self.hits.primitive[lane],
             is_hit: self.hits.mask >> lane & 1 == 1,
-            is_close: self.close >> lane & 1 == 1,
+            is_unsure: self.unsure >> lane & 1 == 1,
             through: self.hits.through[lane],
         }
     }
@@ -166,7 +166,7 @@ impl PreparedPacket {
         self.hits.primitive[lane] = hit.primitive;
         self.hits.through[lane] = hit.through;
         self.hits.mask |= u32::from(hit.is_hit) << lane;
-        self.close |= u32::from(hit.is_close) << lane;
+        self.unsure |= u32::from(hit.is_unsure) << lane;
     }
 }
 
