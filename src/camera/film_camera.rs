@@ -2,13 +2,13 @@
 
 use glam::{DQuat, DVec2, DVec3};
 
-use super::aim::{Aim, aimed};
+use super::aim::{Aim, aimed, film_point};
 use super::lens_camera::white_irradiance;
-use super::rays::{CameraRay, METERS_FROM_MM};
+use super::rays::{CameraRay, CameraRays, METERS_FROM_MM};
 use crate::film::FilmFormat;
 use crate::lens::{FilmPlace, Lens, PupilWindow, RearElement};
 use crate::pose::{CameraPose, FilmPlane};
-use crate::sampling::DiscMap;
+use crate::sampling::{DiscMap, Samples};
 
 /// A film without a lens model. The lens is part of the scene's geometry, which refracts or blocks
 /// the rays from the film to the rear element.
@@ -41,6 +41,17 @@ impl FilmCamera {
     /// Returns the map from samples to the rear element, the only disc that rays are aimed at.
     pub(crate) fn disc_map(&self) -> DiscMap {
         self.map
+    }
+
+    /// Makes the rays of samples.
+    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+        for i in 0..samples.len() {
+            let [x, y] = samples.film.each_ref().map(|at| at[i]);
+            let pupil = samples.pupil.each_ref().map(|at| at[i]);
+            if let Some(ray) = self.ray(film_point(self.format, x, y), pupil) {
+                rays.push(i, &ray);
+            }
+        }
     }
 
     /// The ray from a film point, in millimeters from the film's middle, to a point of the rear

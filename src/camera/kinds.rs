@@ -70,15 +70,7 @@ impl Camera {
         match self {
             Self::Pinhole(pinhole) => pinhole.shoot(samples, rays),
             Self::Ideal(lens) => lens.shoot(samples, rays),
-            Self::Film(film) => {
-                for i in 0..samples.len() {
-                    let [x, y] = samples.film.each_ref().map(|at| at[i]);
-                    let pupil = samples.pupil.each_ref().map(|at| at[i]);
-                    if let Some(ray) = film.ray(film_point(film.format, x, y), pupil) {
-                        rays.push(i, &ray);
-                    }
-                }
-            }
+            Self::Film(film) => film.shoot(samples, rays),
             Self::Lens(camera) => match &camera.spectral {
                 None => camera.shoot(samples, bundle, rays),
                 Some(lenses) => {
@@ -133,10 +125,10 @@ impl Camera {
             && let Some(lenses) = &camera.spectral
         {
             for color in &rays.colors {
-                let (number, lane) = (color.number as usize / LANES, color.number as usize % LANES);
-                let light = of_lane(&radiances[number], lane).as_dvec3() * color.factor;
-                let sample = rays.packets()[number].samples[lane];
-                exposures[sample as usize] += lenses.color(color.line) * light;
+                let (packet, lane) = rays.lane(color.number);
+                let radiance = of_lane(&radiances[color.number as usize / LANES], lane);
+                let light = lenses.color(color.line) * (radiance.as_dvec3() * color.factor);
+                exposures[packet.samples[lane] as usize] += light;
             }
         }
     }

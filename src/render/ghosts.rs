@@ -147,13 +147,11 @@ impl<'a> IncidentBeam<'a> {
             None => camera.lens_direction(light.direction.as_dvec3()),
         };
         let along = along.try_normalize()?;
-        let surfaces = &camera.lens.prescription().surfaces;
-        let widest = surfaces.iter().map(|s| s.semi_diameter);
-        let front = surfaces.first()?.semi_diameter;
-        let reach = if front.is_finite() {
-            front
-        } else {
-            widest.filter(|a| a.is_finite()).fold(0.0, f64::max)
+        let prescription = camera.lens.prescription();
+        let front = prescription.surfaces.first()?.semi_diameter;
+        let reach = match front.is_finite() {
+            true => front,
+            false => prescription.widest_semi_diameter(),
         };
         let (u, v) = along.any_orthonormal_pair();
         Some(Self {

@@ -295,6 +295,7 @@ impl<'a> Shader<'a> {
     }
 
     /// The light that leaves a point with its texture, through the fog before it.
+    #[inline]
     fn fogged(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
         let color = point.textured(light);
         lighting::fogged(color, point, ray.origin, self.options.backward)
@@ -362,7 +363,7 @@ impl<'a> Shader<'a> {
         let ray = &path.ray;
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
-        *color += path.share * opaque * self.local(ray, point, lit);
+        *color += path.share * opaque * self.fogged(ray, point, lit);
         if path.depth >= self.options.max_depth {
             return;
         }

@@ -143,7 +143,7 @@ impl<'a> GhostRay<'a> {
         let [r, g, b] = self.wavelengths;
         let share = |nm| 1.0 - element.reflectance(toward, hit.cos, nm);
         self.share *= DVec3::new(share(r), share(g), share(b));
-        self.d = refract(self.d, &hit, element.refraction(toward), sign(toward))?;
+        self.d = refract(self.d, &hit, element.refraction(toward), toward.sign())?;
         Some(())
     }
 
@@ -160,7 +160,7 @@ impl<'a> GhostRay<'a> {
     /// Moves the ray to where it hits a surface; none if it misses or is blocked.
     fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, Hit)> {
         let element = &self.elements[surface];
-        let hit = element.intersect(self.p, self.d, sign(toward))?;
+        let hit = element.intersect(self.p, self.d, toward.sign())?;
         self.p = hit.point;
         self.is_on_surface = true;
         let inside = self.p.truncate().length_squared() <= element.clear;
@@ -172,14 +172,6 @@ impl<'a> GhostRay<'a> {
         let origin = self.p + self.elements[self.at].vertex_z * DVec3::Z;
         let direction = self.d;
         (LensRay { origin, direction }, self.share)
-    }
-}
-
-/// The sign of a direction of travel along z.
-fn sign(toward: Toward) -> f64 {
-    match toward {
-        Toward::Film => 1.0,
-        Toward::Scene => -1.0,
     }
 }
 

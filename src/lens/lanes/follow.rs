@@ -98,12 +98,6 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
     surfaces: Range<usize>,
     mut transmittances: Option<&mut Transmittances>,
 ) -> f64 {
-    let count = tracer.elements.len();
-    let sign = if tracer.toward == Toward::Film {
-        1.0
-    } else {
-        -1.0
-    };
     let mut vertex_z = 0.0;
     let zero = [0.0; LANES];
     let terms = &mut SphereTerms {
@@ -113,25 +107,16 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         cos: zero,
     };
     for i in surfaces {
-        let surface = if tracer.toward == Toward::Film {
-            i
-        } else {
-            count - 1 - i
-        };
+        let (surface, shift) = tracer.leg(i);
         let element = &tracer.elements[surface];
         vertex_z = element.vertex_z;
-        let shift = match tracer.toward {
-            _ if i == 0 => -vertex_z,
-            Toward::Film => -tracer.elements[surface - 1].gap,
-            Toward::Scene => element.gap,
-        };
         let refraction = element.refraction(tracer.toward);
         let step = Step {
             element,
             number: (surface as u64) << 2,
             shift,
             refraction,
-            sign,
+            sign: tracer.toward.sign(),
         };
         match &element.form {
             Form::Sphere => {

@@ -47,6 +47,16 @@ pub enum Toward {
     Scene,
 }
 
+impl Toward {
+    /// The sign of the direction along z.
+    pub(crate) fn sign(self) -> f64 {
+        match self {
+            Self::Film => 1.0,
+            Self::Scene => -1.0,
+        }
+    }
+}
+
 /// The path of a ray through a lens.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RayPath {

@@ -26,6 +26,23 @@ pub(crate) struct Tracer<'a> {
 }
 
 impl Tracer<'_> {
+    /// The surface that a ray meets as number `i`, and what is added to z, in millimeters, to make
+    /// positions relative to its vertex. Before, they are relative to the vertex of the surface
+    /// before it.
+    #[inline(always)]
+    pub(crate) fn leg(&self, i: usize) -> (usize, f64) {
+        let surface = match self.toward {
+            Toward::Film => i,
+            Toward::Scene => self.elements.len() - 1 - i,
+        };
+        let shift = match self.toward {
+            _ if i == 0 => -self.elements[surface].vertex_z,
+            Toward::Film => -self.elements[surface - 1].gap,
+            Toward::Scene => self.elements[surface].gap,
+        };
+        (surface, shift)
+    }
+
     /// Traces a ray. `at_hit` is called with the surface and the point of every hit, including the
     /// last hit of a lost ray.
     pub(crate) fn follow(
@@ -46,10 +63,9 @@ impl Tracer<'_> {
         mut at_hit: impl FnMut(usize, f64, &Hit),
     ) -> Result<LensRay, Loss> {
         let count = self.elements.len();
-        let first = if self.toward == Toward::Film {
-            0
-        } else {
-            count.saturating_sub(1)
+        let first = match self.toward {
+            Toward::Film => 0,
+            Toward::Scene => count.saturating_sub(1),
         };
         let missed = Loss {
             kind: LossKind::Missed,
@@ -59,28 +75,16 @@ impl Tracer<'_> {
         if !ray.origin.is_finite() {
             return Err(missed);
         }
-        let sign = if self.toward == Toward::Film {
-            1.0
-        } else {
-            -1.0
-        };
+        let sign = self.toward.sign();
         // `p` is relative to the vertex of the surface, so that it keeps its digits behind a long
         // gap.
         let mut p = ray.origin;
         let mut vertex_z = 0.0;
         for i in 0..count {
-            let surface = if self.toward == Toward::Film {
-                i
-            } else {
-                count - 1 - i
-            };
+            let (surface, shift) = self.leg(i);
             let element = &self.elements[surface];
             vertex_z = element.vertex_z;
-            p.z += match self.toward {
-                _ if i == 0 => -vertex_z,
-                Toward::Film => -self.elements[surface - 1].gap,
-                Toward::Scene => element.gap,
-            };
+            p.z += shift;
             let lost = |kind| Loss { kind, surface };
             let hit = element
                 .intersect(p, d, sign)
