@@ -16,7 +16,7 @@ use super::memory::{film_bytes, memory_beside_film};
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
-use crate::camera::{Camera, film_plane, lens_in_scene};
+use crate::camera::{Camera, LensCamera, film_plane, lens_in_scene};
 use crate::diag::{Diagnostic, Result, Severity, Sink};
 use crate::files::Inputs;
 use crate::film::{Film, GhostImage, Region};
@@ -29,7 +29,9 @@ use crate::pose::{CameraPose, Projection};
 use crate::render::diffraction::diffract;
 use crate::render::ghosts::GhostRender;
 use crate::render::report::{RenderReport, Seconds, stated_error};
-use crate::render::{Exposure, Progress, Render, Stop, Stopwatch, Summary, SurfaceSum, Task};
+use crate::render::{
+    Exposure, Progress, Render, Stop, Stopped, Stopwatch, Summary, SurfaceSum, Task, is_stopped,
+};
 use crate::sampling::{FilterTable, Sampler};
 #[cfg(test)]
 use crate::scene::Unneeded;
@@ -421,21 +423,29 @@ impl Session {
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let is_whole = task.samples.is_none() && task.sums.is_none();
+        let keepers = task.keepers;
         let mut exposure = match is_whole && self.shows_nothing() {
             true => Exposure::without_light(self.region().resolution(), stop.samples),
             false => self.with_render(sampler, stop, |render| {
                 render.run_inside(self.region(), task, progress)
             }),
         };
+        let (Camera::Lens(camera), true) = (&self.camera, self.plan.ghosts) else {
+            return exposure;
+        };
         if exposure.stopped.is_some() {
             return exposure;
         }
         let watch = Stopwatch::start();
-        let ghosts = self.ghosts(sampler);
-        exposure.film.ghosts = match self.plan.region {
-            Some(region) => ghosts.map(|g| g.cut(region, self.plan.resolution)),
-            None => ghosts,
-        };
+        match self.ghosts(camera, sampler, &|| !is_stopped(keepers)) {
+            Some(ghosts) => {
+                exposure.film.ghosts = Some(match self.plan.region {
+                    Some(region) => ghosts.cut(region, self.plan.resolution),
+                    None => ghosts,
+                });
+            }
+            None => exposure.stopped = Some(Stopped::before_ghosts(exposure.samples)),
+        }
         exposure.spent = exposure.spent.plus(watch.spent());
         exposure
     }
@@ -520,22 +530,22 @@ impl Session {
         Shader::new(&self.scene, shading, options)
     }
 
-    /// Returns the ghosts of the scene's lights, if the plan has them.
-    fn ghosts(&self, sampler: Sampler) -> Option<GhostImage> {
-        let Camera::Lens(camera) = &self.camera else {
-            return None;
+    /// Returns the ghosts of the scene's lights; none if `proceed` returns false meanwhile.
+    fn ghosts(
+        &self,
+        camera: &LensCamera,
+        sampler: Sampler,
+        proceed: &(dyn Fn() -> bool + Sync),
+    ) -> Option<GhostImage> {
+        let render = GhostRender {
+            scene: &self.scene,
+            camera,
+            resolution: self.plan.resolution,
+            exposure: self.exposure_factor(),
+            rays: sampler.samples.saturating_mul(GHOST_RAYS).min(1 << 26),
+            seed: sampler.seed,
         };
-        self.plan.ghosts.then(|| {
-            let render = GhostRender {
-                scene: &self.scene,
-                camera,
-                resolution: self.plan.resolution,
-                exposure: self.exposure_factor(),
-                rays: sampler.samples.saturating_mul(GHOST_RAYS).min(1 << 26),
-                seed: sampler.seed,
-            };
-            render.expose(&self.scene.lights())
-        })
+        render.expose(&self.scene.lights(), proceed)
     }
 
     /// Returns the factor of the exposure.

@@ -71,6 +71,15 @@ pub(crate) struct Stopped {
 }
 
 impl Stopped {
+    /// Where a render with a number of samples per pixel was stopped while its ghosts were made.
+    pub(crate) fn before_ghosts(samples: u32) -> Self {
+        Self {
+            samples,
+            more: samples,
+            part: 1.0,
+        }
+    }
+
     /// Describes where the render was stopped, of a number of samples.
     pub(crate) fn describe(&self, all: u32) -> String {
         let Self {
@@ -80,6 +89,9 @@ impl Stopped {
         } = self;
         let part = 100.0 * part;
         match samples {
+            samples if samples == more => {
+                format!("it has {samples} samples per pixel, and no ghosts")
+            }
             0 => format!("{part:.0}% of the picture has {more} of {all} samples per pixel"),
             _ => format!(
                 "{samples} of {all} samples per pixel, and {more} in {part:.0}% of the picture"

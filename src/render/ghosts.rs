@@ -42,8 +42,13 @@ pub(crate) struct GhostRender<'a> {
 }
 
 impl GhostRender<'_> {
-    /// Exposes the ghosts of lights. Uses rayon's current pool.
-    pub(crate) fn expose(&self, lights: &[Light]) -> GhostImage {
+    /// Exposes the ghosts of lights; none if `proceed` returns false meanwhile. Uses rayon's
+    /// current pool.
+    pub(crate) fn expose(
+        &self,
+        lights: &[Light],
+        proceed: &(dyn Fn() -> bool + Sync),
+    ) -> Option<GhostImage> {
         let lenses = self.lenses();
         let pairs = self.camera.lens.ghost_pairs();
         let mut ghosts = GhostImage::new(self.resolution);
@@ -58,27 +63,26 @@ impl GhostRender<'_> {
                 }
             };
             ghosts.of_lights += beam.find_region(&lenses, 0, &path(None)).light;
-            let regions: Vec<FrontRegion> = pairs
-                .par_iter()
-                .enumerate()
-                .map(|(i, pair)| beam.find_region(&lenses, 1 + i as u64, &path(Some(*pair))))
-                .collect();
+            let regions = pairs.par_iter().enumerate().map(|(i, pair)| {
+                let region = || beam.find_region(&lenses, 1 + i as u64, &path(Some(*pair)));
+                proceed().then(region)
+            });
+            let regions: Vec<FrontRegion> = regions.collect::<Option<_>>()?;
             let light: f64 = regions.iter().map(|r| r.light).sum();
-            let splats: Vec<Vec<Splat>> = regions
-                .par_iter()
-                .zip(&pairs)
+            let lit = regions.par_iter().zip(&pairs);
+            let splats = lit
                 .filter(|(region, _)| region.light > 0.0)
                 .map(|(region, pair)| {
                     let share = f64::from(self.rays) * region.light / light;
                     let side = share.max(FEWEST_RAYS).sqrt().ceil() as u32;
-                    beam.splats(&lenses, region, side, &path(Some(*pair)))
-                })
-                .collect();
+                    proceed().then(|| beam.splats(&lenses, region, side, &path(Some(*pair))))
+                });
+            let splats: Vec<Vec<Splat>> = splats.collect::<Option<_>>()?;
             for splat in splats.iter().flatten() {
                 ghosts.pixels[splat.pixel as usize] += splat.level.as_dvec3();
             }
         }
-        ghosts
+        Some(ghosts)
     }
 
     /// Returns the lens at one wavelength per channel if its glass is dispersive, otherwise once.
@@ -352,7 +356,8 @@ mod tests {
             seed: 3,
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        pool.build().unwrap().install(|| render.expose(lights))
+        let exposed = || render.expose(lights, &|| true);
+        pool.build().unwrap().install(exposed).unwrap()
     }
 
     /// Returns a distant light off the axis, near the picture's edge.

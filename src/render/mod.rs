@@ -31,7 +31,7 @@ pub(crate) mod units;
 
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub(crate) use exposure::{Stopped, Summary};
-pub(crate) use passes::{Render, Task};
+pub(crate) use passes::{Render, Task, is_stopped};
 pub use report::account::{RenderReport, Seconds};
 pub(crate) use stopwatch::{Alarm, Stopwatch};
 pub(crate) use strips::{StripSums, Strips};

@@ -56,7 +56,7 @@ pub(crate) struct Task<'k> {
 }
 
 /// Returns whether a keeper stops the render.
-fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
+pub(crate) fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
     keepers.iter().any(|keeper| keeper.is_stopped())
 }
 
