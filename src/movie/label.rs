@@ -60,23 +60,12 @@ pub(super) fn label(plan: &Plan, timeline: &Timeline) -> Result<String> {
 /// # Errors
 /// Fails if the folder cannot be written, or has the frames of another movie.
 pub(super) fn label_folder(folder: &Path, text: &str) -> Result<()> {
-    let path = folder.join(LABEL);
-    if !path.exists() && write_new(&path, text.as_bytes())? {
-        return Ok(());
-    }
-    let there = read_file(&path, MAX_TEXT)?;
-    let there = String::from_utf8_lossy(&there);
+    let there = first_text(&folder.join(LABEL), text)?;
     if there == text {
         return Ok(());
     }
     let [there, here] = [&*there, text].map(|text| lines(text).collect::<Vec<_>>());
-    let differences = differences(&there, &here);
-    let message = format!(
-        "the frames in `{}` are of another movie: {}",
-        folder.display(),
-        differences.join("; ")
-    );
-    Err(Diagnostic::error(message).with_help("give another `--folder`, or remove this one"))
+    another_movie(folder, &differences(&there, &here).join("; "))
 }
 
 /// Records the files of a movie in its folder, or checks that those that are recorded there have
@@ -86,7 +75,6 @@ pub(super) fn label_folder(folder: &Path, text: &str) -> Result<()> {
 /// # Errors
 /// Fails if the folder cannot be written, or a file has changed.
 pub(super) fn check_files(folder: &Path, inputs: &Inputs) -> Result<()> {
-    let path = folder.join(FILES);
     let hex = |hashes: &BTreeSet<u64>| -> Vec<String> {
         hashes.iter().map(|hash| format!("{hash:016x}")).collect()
     };
@@ -95,24 +83,32 @@ pub(super) fn check_files(folder: &Path, inputs: &Inputs) -> Result<()> {
         format!("{hashes} {name}\n")
     };
     let text: String = inputs.iter().map(line).collect();
-    if !path.exists() && write_new(&path, text.as_bytes())? {
-        return Ok(());
-    }
-    let there = read_file(&path, MAX_TEXT)?;
-    for (hashes, name) in lines(&String::from_utf8_lossy(&there)) {
+    for (hashes, name) in lines(&first_text(&folder.join(FILES), &text)?) {
         let Some(here) = inputs.get(name) else {
             continue;
         };
         let here = hex(here);
         if !hashes.split(',').any(|hash| here.iter().any(|h| h == hash)) {
-            let folder = folder.display();
-            return Err(Diagnostic::error(format!(
-                "the frames in `{folder}` are of another movie: `{name}` has changed since"
-            ))
-            .with_help("give another `--folder`, or remove this one"));
+            return another_movie(folder, &format!("`{name}` has changed since"));
         }
     }
     Ok(())
+}
+
+/// Returns the text of a file that several processes want to write: that of the first one.
+fn first_text(path: &Path, text: &str) -> Result<String> {
+    if !path.exists() && write_new(path, text.as_bytes())? {
+        return Ok(text.to_owned());
+    }
+    let there = read_file(path, MAX_TEXT)?;
+    Ok(String::from_utf8_lossy(&there).into_owned())
+}
+
+/// Refuses a folder whose frames are of another movie.
+fn another_movie(folder: &Path, difference: &str) -> Result<()> {
+    let folder = folder.display();
+    let text = format!("the frames in `{folder}` are of another movie: {difference}");
+    Err(Diagnostic::error(text).with_help("give another `--folder`, or remove this one"))
 }
 
 /// Returns the number of frames and the rate of the movie whose frames are in a folder.
