@@ -343,14 +343,14 @@ impl Render<'_> {
         };
         for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
             let mut film = Film::new(strip.resolution());
-            let watch = Stopwatch::start();
+            let start = Instant::now();
             let mut exposed = expose(strip, &mut film, 0..samples);
             if let Some(limit) = self.stop.time
                 && variances.is_empty()
                 && exposed.is_some()
             {
                 let part = film.pixels.len() as f64 / self.resolution.pixels() as f64;
-                let of_sample = watch.elapsed().as_secs_f64() / (f64::from(samples) * part);
+                let of_sample = start.elapsed().as_secs_f64() / (f64::from(samples) * part);
                 let affordable = (limit.as_secs_f64() / 8.0 / of_sample) as u32;
                 let more = samples..affordable.clamp(samples, most);
                 samples = more.end;
