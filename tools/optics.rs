@@ -16,7 +16,7 @@ use crate::lens::{
 use crate::math::lanes::Width;
 use crate::math::{Meters, Mm};
 use crate::prescription::{FirstOrder, formats, glass};
-use crate::sampling::{DiscMap, mix};
+use crate::sampling::{DiscMap, mix, unit};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 
@@ -544,7 +544,7 @@ fn count(lens: &Lens, film: DVec2, film_z: f64) -> (f64, f64) {
     // A curved rear element has rays that cross the plane of its vertex beside it.
     let radius = 1.5 * RearElement::of(lens, DiscMap::Concentric).radius;
     let cell = 2.0 * radius / SIDE as f64;
-    let random = |key: u64| (mix(key) >> 11) as f64 / (1u64 << 53) as f64;
+    let random = |key: u64| unit(mix(key));
     let origin = film.extend(film_z);
     let mut bundle = Bundle::default();
     let mut weights = [0.0; LANES];

@@ -383,7 +383,7 @@ mod tests {
         let direction = camera.lens_direction(sun().direction.as_dvec3());
         let (u, v) = direction.any_orthonormal_pair();
         let reach = 1.42 * camera.lens.prescription().surfaces[0].semi_diameter;
-        let random = |key: u64| (mix(key) >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0;
+        let random = |key: u64| unit(mix(key)) * 2.0 - 1.0;
         let n = 8_000u64;
         let (mut sum, mut squares) = (0.0, 0.0);
         for i in 0..n {

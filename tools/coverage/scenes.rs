@@ -108,7 +108,7 @@ fn shape(material: &str, [x, y, z]: [f64; 3], shape: &str) -> String {
 
 /// Numbers from 0 to 1 that look random and are the same in every run.
 fn scattered(key: u64) -> f64 {
-    (crate::sampling::mix(key) >> 11) as f64 / (1u64 << 53) as f64
+    crate::sampling::unit(crate::sampling::mix(key))
 }
 
 /// Posts in haze, most of them almost of its color.

@@ -181,7 +181,7 @@ mod tests {
     use crate::lens::{Prescription, Surface};
     use crate::prescription::glass::Medium;
     use crate::sampling::disc::concentric_disc;
-    use crate::sampling::mix;
+    use crate::sampling::{mix, unit};
 
     const NM: [f64; 3] = [550.0; 3];
 
@@ -336,7 +336,7 @@ mod tests {
             surfaces[0].semi_diameter,
             surfaces[surfaces.len() - 1].semi_diameter,
         );
-        let random = |i: u64, k: u64| (mix(mix(i) ^ (k << 40)) >> 11) as f64 / (1u64 << 53) as f64;
+        let random = |i: u64, k: u64| unit(mix(mix(i) ^ (k << 40)));
         let count = 100_000u64;
         for pair in [
             GhostPair { front: 0, rear: 1 },

@@ -180,7 +180,7 @@ mod tests {
         let mut key = seed;
         let mut unit = || {
             key = mix(key);
-            (key >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+            crate::sampling::unit(key)
         };
         let [mut passed, mut expected, mut variance, mut count] = [0.0; 4];
         let (mut aims, mut bundle) = (Aims::default(), Bundle::default());

@@ -138,7 +138,7 @@ mod tests {
                 let mut key = 1;
                 let mut unit = || {
                     key = mix(key);
-                    (key >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+                    crate::sampling::unit(key)
                 };
                 let (mut through, mut expected, mut variance, mut count) = (0.0, 0.0, 0.0, 0.0);
                 for _ in 0..40_000 {
