@@ -62,47 +62,28 @@
 #![warn(missing_docs, unreachable_pub)]
 
 mod archive;
-mod bvh;
-pub mod camera;
 mod catalog;
 pub mod cli;
 pub mod compare;
-pub mod diag;
-mod diagram;
 pub mod export;
 mod farm;
-mod files;
-pub mod film;
-mod geometry;
-pub mod grammar;
-pub mod iv;
-pub mod lens;
-pub(crate) mod lens_export;
-pub mod math;
-pub mod memory;
-mod movie;
+pub mod movie;
 pub mod photo;
-pub mod picture;
-pub mod pose;
-pub mod prescription;
-pub mod render;
-mod sampling;
-pub mod scene;
-mod shade;
-pub mod snapshot;
-mod spectrum;
 mod stability;
-mod team;
-mod traversal;
 // Without the window itself, only tests and `measure latency` drive what is in it.
 #[cfg(feature = "panels")]
 #[cfg_attr(not(feature = "viewer"), allow(dead_code))]
-mod viewer;
+pub mod viewer;
+
+pub use glam;
+pub use ivcam_base::{diag, math, memory};
+pub use ivcam_inventor::{grammar, iv, pose, snapshot};
+pub use ivcam_optics::{film, lens, picture, prescription};
+pub use ivcam_render::{camera, render, scene};
 
 pub use camera::Camera;
 pub use diag::{Diagnostic, ErrorKind};
 pub use film::{Film, Resolution};
-pub use glam;
 pub use iv::{Document, NodeRef};
 pub use lens::Lens;
 pub use photo::{Era, Optics, Plan, Session};
@@ -116,14 +97,18 @@ pub use snapshot::Snapshot;
 #[doc = include_str!("../README.md")]
 struct Readme;
 
-#[cfg(feature = "tools")]
-#[path = "../tools/mod.rs"]
-pub mod tools;
+// The fuzz targets are also part of the crate in `tests/fuzz/afl`, where they import from `ivcam`.
+#[cfg(test)]
+extern crate self as ivcam;
 
-#[cfg(any(test, feature = "tools"))]
+#[cfg(test)]
 #[path = "../tests/fuzz/mod.rs"]
-pub mod fuzz;
+mod fuzz;
 
 #[cfg(test)]
 #[path = "../tests/internal/mod.rs"]
 mod internal_tests;
+
+#[cfg(test)]
+#[path = "../tests/common/folder.rs"]
+mod folder;

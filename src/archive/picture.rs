@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use crate::diag::{Diagnostic, Result, Severity};
-use crate::files::folder_of;
+use ivcam_base::diag::{Diagnostic, Result, Severity};
+use ivcam_base::files::folder_of;
+
 use crate::photo::{Plan, Session};
 
 /// The result of [`make_picture`].

@@ -7,10 +7,9 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use ivcam_base::diag::Result;
+use ivcam_base::files::{MAX_TEXT, read_file, write_whole};
 use serde_json::{Value as Json, json};
-
-use crate::diag::Result;
-use crate::files::{MAX_TEXT, read_file, write_whole};
 
 /// How the record in an output folder relates to the present command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,9 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
+use ivcam_base::diag::{Diagnostic, Result};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-
-use crate::diag::{Diagnostic, Result};
 
 /// The stack of a thread, in bytes: that of a program's first thread on Linux.
 const STACK: usize = 8 << 20;

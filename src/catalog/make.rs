@@ -5,6 +5,13 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::files::{read_file, write_whole};
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_optics::film::Resolution;
+use ivcam_render::geometry::text::Fonts;
+use ivcam_render::scene::check::without_ending;
 use serde::{Deserialize, Serialize};
 
 use super::entry::Entry;
@@ -12,13 +19,6 @@ use super::links::{converted, link};
 use super::page::page;
 use super::survey::survey;
 use crate::archive::{Job, Jobs, Naming, for_each, is_newer};
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::{read_file, write_whole};
-use crate::film::Resolution;
-use crate::geometry::text::Fonts;
-use crate::iv::Limits;
-use crate::memory::MemoryLimit;
-use crate::scene::check::without_ending;
 
 /// The names of the files of a catalog, and of the folder with its pictures.
 const PAGE: &str = "index.html";

@@ -1,7 +1,7 @@
 //! What a scene file says about itself: comments at its beginning, and nodes that hold information.
 
-use crate::grammar::value::Value;
-use crate::iv::{Document, NodeId};
+use ivcam_inventor::grammar::value::Value;
+use ivcam_inventor::iv::{Document, NodeId};
 
 /// The largest number of notes, and of characters in each. Chosen so that a page of 250 scenes
 /// stays readable.
@@ -103,7 +103,7 @@ pub(super) fn producer(notes: &[String]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::iv::{Limits, NoFiles};
+    use ivcam_inventor::iv::{Limits, NoFiles};
     use std::sync::Arc;
 
     fn notes_of(text: &str) -> Vec<String> {

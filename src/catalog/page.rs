@@ -5,9 +5,10 @@
 
 use std::fmt::{self, Write};
 
+use ivcam_render::scene::check::counted;
+
 use super::entry::{Entry, Message};
 use super::links::joined;
-use crate::scene::check::counted;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

@@ -2,18 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::folder_of;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::picture::{Depth, Picture};
+use ivcam_render::render::Stop;
+use ivcam_render::scene::CompileOptions;
+use ivcam_render::scene::check::{Checked, classes};
+
 use super::entry::{Entry, Message};
 use super::make::CatalogOptions;
 use super::notes::{notes, producer};
-use crate::diag::{Diagnostic, Result};
-use crate::files::folder_of;
-use crate::photo::{Era, Optics, Plan, Session, Shading};
-use crate::picture::{Depth, Picture};
-use crate::pose::CameraPose;
-use crate::render::Stop;
-use crate::scene::CompileOptions;
-use crate::scene::check::{Checked, classes};
-use crate::snapshot::SnapshotOptions;
+use crate::photo::{Era, Optics, Plan, Session, Shading, snapshot_options};
 
 /// The largest number of problems that an entry lists.
 const MOST_MESSAGES: usize = 20;
@@ -41,7 +41,7 @@ pub(super) fn survey(
         &search,
         options.contain.as_deref(),
         &options.limits,
-        &SnapshotOptions::default(),
+        &snapshot_options(0.0),
         &compile,
     );
     let mut entry = of_checked(&checked, file);

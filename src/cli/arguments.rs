@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::{Arg, ArgAction, ArgMatches};
+use ivcam_base::diag::Result;
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_render::geometry::text::Fonts;
 
 use super::flags;
-use crate::diag::Result;
-use crate::geometry::text::Fonts;
-use crate::iv::Limits;
-use crate::memory::MemoryLimit;
 use crate::photo::options;
 
 /// Returns the argument for the scene file.

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Resolution;
 
 use super::flags::{FONTS, LIMIT, MEMORY, given_options};
 use super::folder_mode::FileProgress;
 use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
-use crate::diag::{Diagnostic, Result};
-use crate::film::Resolution;
 use crate::photo::options::all;
 
 /// The default size of a thumbnail in pixels, the largest, and the samples of each pixel.

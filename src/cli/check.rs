@@ -6,13 +6,14 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use ivcam_base::diag::{Result, Sink};
+use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_render::scene::CompileOptions;
+use ivcam_render::scene::check::{Checked, FileState, classes, counted, scene_files};
 
 use super::flags::{FONTS, LIMIT, MEMORY};
 use super::{ERROR, print_diagnostic, print_warnings, switch};
-use crate::diag::{Result, Sink};
-use crate::scene::CompileOptions;
-use crate::scene::check::{Checked, FileState, classes, counted, scene_files};
-use crate::snapshot::SnapshotOptions;
+use crate::photo::snapshot_options;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -77,7 +78,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let at = SnapshotOptions {
         handles: matches.get_flag("handles"),
-        ..SnapshotOptions::default()
+        ..snapshot_options(0.0)
     };
     let mut skipped = Sink::new();
     let files = scene_files(&named, &mut skipped)?;

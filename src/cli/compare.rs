@@ -4,15 +4,15 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result, nearest};
+use ivcam_base::files::write_whole;
+use ivcam_optics::picture::Raster;
 use serde::Serialize;
 
 use super::{exit_code, fit, flags, parsed, switch, text, value};
 use crate::compare::{
     self, Alignment, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
 };
-use crate::diag::{Diagnostic, Result, nearest};
-use crate::files::write_whole;
-use crate::picture::Raster;
 
 /// The exit code if a limit is exceeded.
 const DIFFERENT: i32 = 1;

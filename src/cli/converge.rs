@@ -4,17 +4,17 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
+use ivcam_optics::picture::{Raster, Samples};
+use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+use ivcam_render::camera::Aim;
+use ivcam_render::render::Stop;
+use ivcam_render::render::report::{Across, Convergence, Peer, Row, percent};
 
 use super::render::{OutputOptions, plan, print_headlight_notice, refuse_region};
 use super::{flags, parsed, print_warnings, scene_argument, text, value};
-use crate::camera::Aim;
-use crate::diag::{Diagnostic, Result};
-use crate::files::write_whole;
 use crate::photo::{Era, Plan, Session};
-use crate::picture::{Raster, Samples};
-use crate::render::Stop;
-use crate::render::report::{Across, Convergence, Peer, Row, percent};
-use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {

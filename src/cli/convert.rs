@@ -6,17 +6,17 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use ivcam_base::diag::{Diagnostic, Result, Severity};
+use ivcam_base::files::{folder_of, write_whole};
+use ivcam_inventor::grammar::value::Value;
+use ivcam_inventor::iv::{Document, Format};
+use ivcam_render::scene::CompileOptions;
+use ivcam_render::scene::model::{ModelOptions, Sampling};
 
 use super::flags::{FONTS, LIMIT, MEMORY};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
-use crate::diag::{Diagnostic, Result, Severity};
 use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
-use crate::files::{folder_of, write_whole};
-use crate::grammar::value::Value;
-use crate::iv::{Document, Format};
-use crate::scene::CompileOptions;
-use crate::scene::model::{ModelOptions, Sampling};
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
@@ -249,7 +249,12 @@ pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> Output {
 fn rewritten(document: &Document, format: Format) -> Conversion {
     let mut losses = Losses::default();
     for loss in document.losses(format) {
-        losses.add("binary", loss, crate::scene::model::Place::default(), 1);
+        losses.add(
+            "binary",
+            loss,
+            ivcam_render::scene::model::Place::default(),
+            1,
+        );
     }
     Conversion {
         bytes: document.write(format),

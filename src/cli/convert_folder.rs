@@ -4,6 +4,9 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity};
+use ivcam_base::files::{folder_of, write_whole};
+use ivcam_inventor::iv::{Document, Limits};
 use serde_json::{Value as Json, json};
 
 use super::convert::{self, Output};
@@ -13,10 +16,7 @@ use super::folder_mode::{
 use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
 use crate::archive::{Job, Jobs, Naming, Record, for_each};
-use crate::diag::{Diagnostic, ErrorKind, Result, Severity};
 use crate::export::{Conversion, ExportOptions};
-use crate::files::{folder_of, write_whole};
-use crate::iv::{Document, Limits};
 
 /// The arguments that the converted files depend on.
 const OPTIONS: [&str; 10] = [

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::io::Write as _;
 
 use clap::{ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result};
 
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
@@ -12,7 +13,6 @@ use super::{
     folder_of_scenes, frames, lens, merge, nodes, outputs, pull_focus, render, render_folder,
     stability, team, view, vintage_help,
 };
-use crate::diag::{Diagnostic, Result};
 use crate::photo::Era;
 use crate::photo::options::command_line;
 
@@ -162,7 +162,7 @@ fn check_flags(words: &[OsString]) -> Result<()> {
     let near = known
         .clone()
         .find(|k| *k == doubled)
-        .or_else(|| crate::diag::nearest(word, known));
+        .or_else(|| ivcam_base::diag::nearest(word, known));
     Err(match near {
         Some(near) => error.with_help(format!("did you mean `{near}`?")),
         None => error.with_help("`ivcam render --help` lists the flags"),
@@ -179,7 +179,7 @@ fn check_first_word(word: &str) -> Result<()> {
     let error = Diagnostic::not_found(format!("there is no command and no scene `{word}`"));
     let names = commands();
     let names = names.get_subcommands().map(clap::Command::get_name);
-    Err(match crate::diag::nearest(word, names) {
+    Err(match ivcam_base::diag::nearest(word, names) {
         Some(near) => error.with_help(format!("did you mean `{near}`?")),
         None => error.with_help("`ivcam help` lists the commands"),
     })

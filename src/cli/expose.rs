@@ -5,12 +5,12 @@ use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use indexmap::IndexMap;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Response;
+use ivcam_optics::picture::{Depth, Picture, Raster};
 
 use super::outputs::{is_standard_stream, picture_format, save_picture};
 use super::{exit_code, parsed, switch, text, value};
-use crate::diag::{Diagnostic, Result};
-use crate::film::Response;
-use crate::picture::{Depth, Picture, Raster};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -149,7 +149,7 @@ mod tests {
                 width: 2,
                 height: 1,
                 channels: 1,
-                samples: crate::picture::Samples::U8(vec![0, 0]),
+                samples: ivcam_optics::picture::Samples::U8(vec![0, 0]),
             });
             picture.pixels.fill([value, 0.0, 1.0]);
             picture.save(Path::new(&path(name)), Depth::Eight).unwrap();

@@ -4,15 +4,15 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, value_parser};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
+use ivcam_render::scene::check::counted;
 
 use super::farm_picture::DividedPicture;
 use super::pull_focus::Film;
 use super::{flags, parsed, text, value};
-use crate::diag::{Diagnostic, Result};
 use crate::farm::{Division, Scheduler, Word, pieces, script};
-use crate::files::write_whole;
 use crate::movie::frames_text;
-use crate::scene::check::counted;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {

@@ -4,14 +4,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Region;
+use ivcam_render::render::units::border_before;
 
 use super::render::plan;
 use super::{flags, scene_argument, text};
-use crate::diag::{Diagnostic, Result};
 use crate::farm::Word;
-use crate::film::Region;
 use crate::photo::{Era, Plan};
-use crate::render::units::border_before;
 
 /// The options of the picture's command that its tasks have values of their own for, or that only
 /// the last step has.
@@ -154,7 +154,7 @@ fn rows(plan: &Plan, parts: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::render::units::is_border;
+    use ivcam_render::render::units::is_border;
 
     #[test]
     fn samples_are_divided_at_borders() {

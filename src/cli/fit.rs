@@ -5,13 +5,13 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
 
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::Plate;
 use crate::compare::camera_fit::CameraFit;
 use crate::compare::fit::Step;
-use crate::diag::{Diagnostic, Result};
-use crate::files::write_whole;
 use crate::photo::{Era, Session};
 
 /// Fits the camera, writes it to `file`, and returns the best rendering.

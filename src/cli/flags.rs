@@ -35,7 +35,7 @@ pub(super) const MORE: &str = "`-h` lists the common options, `--help` lists all
 
 /// Returns the arguments for all options of a photograph, under headings. Today's commands accept
 /// `--batch` without listing it, because only the 1999 form has a use for it.
-pub(crate) fn photograph() -> impl Iterator<Item = Arg> {
+pub fn photograph() -> impl Iterator<Item = Arg> {
     groups().iter().flat_map(|group| {
         let arguments = group.options.iter().map(|option| {
             argument(option)
@@ -78,7 +78,7 @@ fn letter(option: &Opt) -> Option<char> {
 }
 
 /// Returns the options that were given, of those that the command has.
-pub(crate) fn given_options(matches: &ArgMatches) -> GivenOptions {
+pub fn given_options(matches: &ArgMatches) -> GivenOptions {
     let mut words = GivenOptions::default();
     for option in all() {
         // A command may have only a part of the table. clap has a value for a switch even if the
@@ -126,7 +126,7 @@ fn is_misread(word: &str) -> bool {
         "f" | "z" | "j" => {
             !rest.starts_with(|c: char| c.is_ascii_digit() || ".=+".contains(c)) && rest != "inf"
         }
-        "s" => crate::shade::Shading::named(rest.trim_start_matches('=')).is_none(),
+        "s" => ivcam_render::shade::Shading::named(rest.trim_start_matches('=')).is_none(),
         "o" | "e" => !rest.contains(['.', '/', '\\', '=']),
         _ => letter.starts_with(|c: char| c.is_ascii_alphabetic()),
     }
@@ -143,7 +143,7 @@ pub(crate) fn spellings() -> impl Iterator<Item = String> {
 
 /// Rewrites the 1999 program's flags (`-batch`) to the modern spelling (`--batch`). Arguments after
 /// `--` and unknown arguments are not changed. `-headlight on` becomes one argument.
-pub(crate) fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
+pub fn modernize(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> {
     let mut out: Vec<OsString> = Vec::new();
     for word in modern_spellings(words) {
         match out.last_mut() {

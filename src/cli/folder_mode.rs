@@ -5,12 +5,12 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::picture::PictureFormat;
+use ivcam_render::scene::check::counted;
 
 use crate::archive::{Jobs, Record, RecordState};
-use crate::diag::{Diagnostic, Result};
 use crate::export::Target;
-use crate::picture::PictureFormat;
-use crate::scene::check::counted;
 
 /// Returns the output folder that `-o` names. It need not exist.
 ///

@@ -4,12 +4,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_render::scene::check::counted;
 use serde_json::{Value as Json, json};
 
 use super::{exit_code, print_diagnostic, switch, text, value};
-use crate::diag::{Diagnostic, Result};
 use crate::movie::{Container, FrameState, Frames, frames_text};
-use crate::scene::check::counted;
 
 /// The frames in work or broken that the text lists one by one.
 const MOST_LINES: usize = 20;

@@ -7,18 +7,18 @@ use std::sync::atomic::{AtomicBool, AtomicUsize};
 use std::time::Duration;
 
 use clap::ArgMatches;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{record_inputs, recorded_inputs};
+use ivcam_optics::film::Exposed;
+use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
+use ivcam_render::render::{Place, Stopped, Sums};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::{parsed, print_diagnostic, text};
-use crate::diag::{Diagnostic, Result};
-use crate::files::{record_inputs, recorded_inputs};
-use crate::film::Exposed;
 use crate::photo::checkpoint::{Checkpoint, Label, Watch};
 use crate::photo::options::duration;
 use crate::photo::{Plan, Session};
-use crate::render::units::{border_after, border_before, is_border, pieces};
-use crate::render::{Place, Stopped, Sums};
 
 /// The time between two checkpoints, unless `--every` says another.
 const EVERY: Duration = Duration::from_secs(60);

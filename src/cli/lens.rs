@@ -7,19 +7,19 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::files::write_whole;
+use ivcam_optics::lens::analysis::aberrations::report::Aberrations;
+use ivcam_optics::lens::{
+    About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
+};
+use ivcam_render::camera::{film_plane, lens_in_scene};
+use ivcam_render::scene::check::counted;
 use serde::Serialize;
 
 use super::sheet::{AboutRow, SurfaceRow};
 use super::{flags, print_diagnostic};
-use crate::camera::{film_plane, lens_in_scene};
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::write_whole;
-use crate::lens::analysis::aberrations::report::Aberrations;
-use crate::lens::{
-    About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
-};
 use crate::photo::{LensChoice, options};
-use crate::scene::check::counted;
 
 /// Half of the film's height in the paper's equation 7, in millimeters.
 const HALF_HEIGHT: f64 = 12.0;

@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use crate::lens::LensSheet;
-use crate::lens::analysis::aberrations::report::Aberrations;
-use crate::prescription::glass::medium::{C_LINE, F_LINE};
+use ivcam_optics::lens::LensSheet;
+use ivcam_optics::lens::analysis::aberrations::report::Aberrations;
+use ivcam_optics::prescription::glass::medium::{C_LINE, F_LINE};
 
 /// The rows of the table.
 struct Rows(String);

@@ -4,19 +4,19 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgMatches};
-
-use super::value;
-use crate::diag::{Diagnostic, Result};
-use crate::diagram::point_spread_map;
-use crate::files::write_whole;
-use crate::lens::{Focus, Lens, SheetSetting};
-use crate::lens_export::{
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
+use ivcam_optics::diagram::point_spread_map;
+use ivcam_optics::lens::{Focus, Lens, SheetSetting};
+use ivcam_optics::lens_export::{
     Chosen, Frame, Model, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
+use ivcam_optics::picture::Depth;
+use ivcam_optics::prescription::Prescription;
+use ivcam_optics::prescription::formats::write::{Target, write_at};
+
+use super::value;
 use crate::photo::LensChoice;
-use crate::picture::Depth;
-use crate::prescription::Prescription;
-use crate::prescription::formats::write::{Target, write_at};
 
 /// The formats with their names.
 const FORMATS: [(&str, Format); 10] = [

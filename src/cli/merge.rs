@@ -5,16 +5,16 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indexmap::IndexMap;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Response;
+use ivcam_optics::picture::{Depth, Picture, PictureFormat};
+use ivcam_render::scene::check::counted;
 
 use super::outputs::{picture_format, save_picture};
 use super::{text, value};
-use crate::diag::{Diagnostic, Result};
-use crate::film::Response;
 use crate::photo::UNFINISHED;
 use crate::photo::checkpoint::Checkpoint;
 use crate::photo::merge::merge;
-use crate::picture::{Depth, Picture, PictureFormat};
-use crate::scene::check::counted;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {

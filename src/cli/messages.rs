@@ -5,8 +5,9 @@ use std::ffi::OsString;
 use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+
 use super::vintage_help::as_typed;
-use crate::diag::{Diagnostic, Result, Severity, Sink};
 
 /// Whether this process prints nothing, because another one prints the same.
 static MUTE: AtomicBool = AtomicBool::new(false);
@@ -76,11 +77,8 @@ pub(super) fn set_typed(words: &[OsString]) {
 /// Prints a message to stderr as a compiler would, with options as they were typed.
 pub(crate) fn print_diagnostic(diagnostic: &Diagnostic) {
     let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
-    let message = TYPED.with_borrow(|words| as_typed(&diagnostic.message, words));
-    let diagnostic = Diagnostic {
-        message,
-        ..diagnostic.clone()
-    };
+    let mut diagnostic = diagnostic.clone();
+    diagnostic.message = TYPED.with_borrow(|words| as_typed(&diagnostic.message, words));
     status!("{}", diagnostic.render(color));
 }
 

@@ -4,10 +4,9 @@ use std::io::IsTerminal;
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
+use ivcam_render::render::report::percent;
+use ivcam_render::render::{Counts, Progress};
 use serde_json::json;
-
-use crate::render::report::percent;
-use crate::render::{Counts, Progress};
 
 /// The least time between two lines of JSON.
 const INTERVAL: Duration = Duration::from_millis(500);

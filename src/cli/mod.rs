@@ -15,7 +15,7 @@ pub(crate) mod expose;
 pub(crate) mod farm;
 mod farm_picture;
 pub(crate) mod fit;
-pub(crate) mod flags;
+pub mod flags;
 mod folder_mode;
 pub(crate) mod frames;
 mod keeping;

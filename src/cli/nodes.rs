@@ -3,10 +3,10 @@
 use std::io::Write;
 
 use clap::{Arg, ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result, nearest};
+use ivcam_inventor::grammar::{CLASSES, Class, Default, Dialect, FieldDecl, FieldType, Treatment};
 
 use super::{switch, text};
-use crate::diag::{Diagnostic, Result, nearest};
-use crate::grammar::{CLASSES, Class, Default, Dialect, FieldDecl, FieldType, Treatment};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {

@@ -4,15 +4,15 @@ use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
-
-use super::{folder_of_scenes, print_diagnostic};
-use crate::diag::{Diagnostic, Result};
-use crate::files::{check_space, check_writable, folder_of};
-use crate::film::Resolution;
-use crate::photo::free_name;
-use crate::picture::{
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{check_space, check_writable, folder_of};
+use ivcam_optics::film::Resolution;
+use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
 };
+
+use super::{folder_of_scenes, print_diagnostic};
+use crate::photo::free_name;
 
 /// The arguments that name a file to write, in whichever command has them.
 const OUTPUTS: [&str; 14] = [

@@ -6,20 +6,20 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{ArgMatches, Command};
+use ivcam_base::diag::{Diagnostic, Result, Source};
+use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_base::math::{LengthUnit, Meters, parse_length};
+use ivcam_optics::picture::PictureFormat;
+use ivcam_render::scene::check::counted;
 
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
-use crate::diag::{Diagnostic, Result, Source};
-use crate::files::{MAX_TEXT, read_file};
-use crate::math::{LengthUnit, Meters, parse_length};
 use crate::movie::{
     Container, Ease, Event, Shoot, Timeline, folder_beside, has_ffmpeg, parse_frames,
 };
 use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
 use crate::photo::{Era, free_name};
-use crate::picture::PictureFormat;
-use crate::scene::check::counted;
 
 /// The time after which a claim expires that is not refreshed, unless `--claim-expiry` says it.
 const EXPIRY: Duration = Duration::from_secs(60);

@@ -5,6 +5,15 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::ArgMatches;
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::files::write_whole;
+use ivcam_base::math::use_portable_arithmetic;
+use ivcam_inventor::iv::Document;
+use ivcam_optics::film::ErrorUnknown;
+use ivcam_optics::picture::Picture;
+use ivcam_render::camera::{Aim, Camera};
+use ivcam_render::render::report::{RenderReport, count, error_text, percent};
+use ivcam_render::render::{Counts, Exposure, Keeper, Task};
 
 use super::keeping::Keeping;
 use super::meter::{Meter, MeterKind};
@@ -13,17 +22,8 @@ use super::outputs::{
 };
 use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
-use crate::camera::{Aim, Camera};
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::write_whole;
-use crate::film::ErrorUnknown;
-use crate::iv::Document;
-use crate::math::use_portable_arithmetic;
 use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
 use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
-use crate::picture::Picture;
-use crate::render::report::{RenderReport, count, error_text, percent};
-use crate::render::{Counts, Exposure, Keeper, Task};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {

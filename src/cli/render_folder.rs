@@ -4,6 +4,8 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
 use serde_json::{Value as Json, json};
 
 use super::folder_mode::{
@@ -11,8 +13,6 @@ use super::folder_mode::{
 };
 use super::{ERROR, flags, print_warnings, render, switch, text};
 use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
-use crate::diag::{Diagnostic, Result};
-use crate::files::write_whole;
 use crate::photo::options::command_line;
 use crate::photo::{Era, Plan};
 

@@ -4,16 +4,17 @@
 use std::io::Write;
 use std::path::Path;
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
+use ivcam_optics::diagram::drawing::Drawing;
+use ivcam_optics::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
+use ivcam_optics::lens::analysis::aberrations::report::Aberrations;
+use ivcam_optics::lens::{
+    About, Lens, LensSheet, Prescription, Shape, SheetSetting, shipped_names,
+};
+use ivcam_optics::picture::{Depth, PictureFormat};
+use ivcam_optics::prescription::formats::write::{Target, write};
 use serde::Serialize;
-
-use crate::diag::{Diagnostic, Result};
-use crate::diagram::drawing::Drawing;
-use crate::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
-use crate::files::write_whole;
-use crate::lens::analysis::aberrations::report::Aberrations;
-use crate::lens::{About, Lens, LensSheet, Prescription, Shape, SheetSetting, shipped_names};
-use crate::picture::{Depth, PictureFormat};
-use crate::prescription::formats::write::{Target, write};
 
 /// A line of the list of lenses.
 #[derive(Serialize)]
@@ -124,7 +125,7 @@ pub(crate) struct SurfaceRow {
 
 impl SurfaceRow {
     pub(crate) fn all(lens: &Prescription) -> Vec<Self> {
-        let row = |s: &crate::lens::Surface| Self {
+        let row = |s: &ivcam_optics::lens::Surface| Self {
             kind: s.shape.name(),
             radius: s.curvature.radius(),
             thickness: s.thickness,

@@ -3,9 +3,9 @@
 use std::io::Write;
 
 use clap::{Arg, ArgMatches, Command};
+use ivcam_base::diag::Result;
 
 use super::{status, switch, text};
-use crate::diag::Result;
 use crate::stability::{Case, lens_cases, scene_cases};
 
 /// Returns the definition of the command.

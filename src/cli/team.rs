@@ -1,9 +1,10 @@
 //! A render by one process, or by all that `mpirun` or `srun` has started together.
 
+use ivcam_base::diag::Result;
+
 use super::render::OutputOptions;
 #[cfg(feature = "mpi")]
 use super::team_mpi;
-use crate::diag::Result;
 use crate::photo::Session;
 
 /// The variables in which the starters of processes state the number of each: Open MPI, PMIx
@@ -59,14 +60,14 @@ pub(super) fn run(
     finish: impl FnOnce(OutputOptions, Session) -> Result<i32>,
 ) -> Result<i32> {
     #[cfg(feature = "mpi")]
-    if let Some(team) = crate::team::mpi::join() {
+    if let Some(team) = ivcam_render::team::mpi::join() {
         return team_mpi::run(team, open, finish);
     }
     #[cfg(not(feature = "mpi"))]
     if std::env::var("OMPI_COMM_WORLD_SIZE").is_ok_and(|size| size != "1") {
         let error = "this program was built without MPI, so each process would make the picture";
         let help = "build it with `cargo build --release --features mpi`";
-        return Err(crate::diag::Diagnostic::unsupported(error).with_help(help));
+        return Err(ivcam_base::diag::Diagnostic::unsupported(error).with_help(help));
     }
     let (options, session) = open()?;
     finish(options, session)

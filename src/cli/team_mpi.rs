@@ -6,12 +6,13 @@
 
 use std::sync::Arc;
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{Inputs, passed_on};
+use ivcam_render::render::crew;
+use ivcam_render::team::Team;
+
 use super::render::OutputOptions;
-use crate::diag::{Diagnostic, Result};
-use crate::files::{Inputs, passed_on};
 use crate::photo::{Facts, Session};
-use crate::render::crew;
-use crate::team::Team;
 
 /// The most bytes of files that are sent to the other processes. Beyond it they read them.
 const MOST_CONTENTS: usize = 1 << 30;

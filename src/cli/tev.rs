@@ -8,13 +8,13 @@ use std::net::{TcpStream, ToSocketAddrs};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use ivcam_base::diag::{self, Diagnostic, Result};
+use ivcam_optics::film::{Region, Resolution};
+use ivcam_optics::picture::{Picture, ROWS};
+use ivcam_render::render::{Alarm, Keeper, Snapshot};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use super::print_diagnostic;
-use crate::diag::{self, Diagnostic, Result};
-use crate::film::{Region, Resolution};
-use crate::picture::{Picture, ROWS};
-use crate::render::{Alarm, Keeper, Snapshot};
 
 /// The least time between two states of the picture.
 const INTERVAL: Duration = Duration::from_millis(500);

@@ -5,15 +5,15 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use ivcam_base::diag::{Diagnostic, Result, Source, Span};
+use ivcam_base::files::{MAX_TEXT, read_file, read_stream};
+use ivcam_optics::diagram::drawing::Ink;
+use ivcam_optics::diagram::{LensDiagram, SectionOptions};
+use ivcam_optics::lens::{Lens, LensRay, LossKind, RayPath, Toward, trace};
+use ivcam_optics::prescription::glass;
 use serde::{Deserialize, Serialize};
 
 use super::lens::wavelength;
-use crate::diag::{Diagnostic, Result, Source, Span};
-use crate::diagram::drawing::Ink;
-use crate::diagram::{LensDiagram, SectionOptions};
-use crate::files::{MAX_TEXT, read_file, read_stream};
-use crate::lens::{Lens, LensRay, LossKind, RayPath, Toward, trace};
-use crate::prescription::glass;
 
 /// The largest number of rays that are drawn. More would make a file that no program displays.
 const DRAWN: usize = 20_000;

@@ -1,9 +1,9 @@
 //! `ivcam view`, and `ivcam [flags] scene.iv` without `-batch`: the window.
 
 use clap::{Arg, ArgMatches, Command};
+use ivcam_base::diag::Result;
 
 use super::flags;
-use crate::diag::Result;
 use crate::photo::Era;
 
 /// Returns the definition of the command.
@@ -40,7 +40,7 @@ pub(crate) fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
 #[cfg(not(feature = "viewer"))]
 pub(crate) fn run(_: &ArgMatches, _: Era) -> Result<i32> {
     let error = "this ivcam was built without its window; `-batch` (or `ivcam render`) makes the picture without one";
-    Err(crate::diag::Diagnostic::error(error).with_help(
+    Err(ivcam_base::diag::Diagnostic::error(error).with_help(
         "`cargo build --release --features viewer` builds it with the window; no system package is needed",
     ))
 }

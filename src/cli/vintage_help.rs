@@ -2,8 +2,9 @@
 
 use std::ffi::OsString;
 
+use ivcam_base::diag::{Diagnostic, Result};
+
 use super::flags;
-use crate::diag::{Diagnostic, Result};
 use crate::photo::options::{Opt, Takes, all, groups};
 
 /// Whether the words of the 1999 form ask for help. Words after `--` are file names.

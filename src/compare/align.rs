@@ -7,6 +7,8 @@
 //! Positions are in pixels from the center of their picture, x right and y down.
 
 use glam::{DMat2, DVec2};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::math::fourier::Spectrum;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -15,8 +17,6 @@ use super::plane::{Plane, Plate};
 use super::refine::{Errors, refine};
 use super::tone::{self, Matching};
 use super::warp::{Warp, half, is_inside, reduced, resample};
-use crate::diag::{Diagnostic, Result};
-use crate::math::fourier::Spectrum;
 
 /// The longer side of the small pictures, in pixels.
 const SMALL: f64 = 48.0;

@@ -9,16 +9,16 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::math::{Meters, Mm};
+use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
+use ivcam_optics::film::Resolution;
+use ivcam_render::render::Exposure;
 
 use super::align;
 use super::fit::{Fit, Fitted, Half, Step};
 use super::plane::{Plane, Plate};
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::film::Resolution;
-use crate::math::{Meters, Mm};
 use crate::photo::{Optics, Plan, Session};
-use crate::pose::{CameraPose, Projection, axis_angle};
-use crate::render::Exposure;
 
 /// The start of a camera fit.
 ///

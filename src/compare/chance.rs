@@ -13,10 +13,10 @@
 //! turned, scaled and shifted ones, so a picture that needs no alignment has to show less detail.
 
 use glam::DVec2;
+use ivcam_base::math::fourier::{times, transform_square};
 
 use super::plane::Plane;
 use super::warp::{Warp, half, is_inside, reduced};
-use crate::math::fourier::{times, transform_square};
 
 /// The largest probability at which two pictures are taken to show the same scene. About one
 /// unrelated picture in a thousand would be accepted if the bound were exact.

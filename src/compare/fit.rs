@@ -11,12 +11,13 @@
 //! other, so that the noise averages out. Derivatives are differences of renderings with the same
 //! random numbers.
 
+use ivcam_base::diag::Result;
+use ivcam_base::math::symmetric::solve;
+
 use super::align::{contrast, detail};
 use super::metric::Mask;
 use super::plane::{Plane, Plate};
 use super::tone::{self, Matching};
-use crate::diag::Result;
-use crate::math::symmetric::solve;
 
 /// Renders parameters at a size in pixels. The last argument selects the random numbers.
 pub(crate) type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
@@ -679,7 +680,7 @@ mod tests {
         };
         let mut render = |v: &[f64], size: (usize, usize), _| {
             if ended() {
-                return Err(crate::diag::Diagnostic::error("the time is over"));
+                return Err(ivcam_base::diag::Diagnostic::error("the time is over"));
             }
             left.set(left.get() - 1);
             Ok(blobs(v, size))

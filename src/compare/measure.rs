@@ -1,5 +1,6 @@
 //! Compares two pictures: registration, tone matching, then measures.
 
+use ivcam_base::diag::{Diagnostic, Result};
 use serde::Serialize;
 
 use super::align::{self, Alignment};
@@ -9,7 +10,6 @@ use super::metric::{self, Mask};
 use super::plane::Plate;
 use super::tone::{self, Matching, Tone};
 use super::warp;
-use crate::diag::{Diagnostic, Result};
 
 /// The method that maps the old picture to the new one's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

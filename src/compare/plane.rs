@@ -2,9 +2,8 @@
 //!
 //! A position is in pixels from the top left corner, so that the first pixel's center is (½, ½).
 
+use ivcam_optics::picture::Raster;
 use rayon::prelude::*;
-
-use crate::picture::Raster;
 
 /// One value per pixel, with rows from the top.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 use std::ops::Range;
 
 use glam::DVec2;
+use ivcam_base::math::symmetric::solve;
 use rayon::prelude::*;
 
 use super::plane::Plane;
 use super::warp::{Warp, half, is_inside};
-use crate::math::symmetric::solve;
 
 /// The width of the border, in pixels, where contrast depends on what lies outside the picture.
 const MARGIN: f64 = 12.0;

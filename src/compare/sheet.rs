@@ -6,10 +6,10 @@ use std::path::Path;
 
 use image::ImageFormat;
 use image::codecs::jpeg::JpegEncoder;
+use ivcam_base::diag::{Diagnostic, Result};
 
 use super::measure::Comparison;
 use super::plane::Plate;
-use crate::diag::{Diagnostic, Result};
 
 /// The width of the border around the panels, in pixels.
 const BORDER: usize = 10;
@@ -384,7 +384,7 @@ mod tests {
         ] {
             let bytes = sheet.encode(Path::new(name)).unwrap();
             assert!(bytes.starts_with(magic), "{name}");
-            let raster = crate::picture::Raster::decode(&bytes, name).unwrap();
+            let raster = ivcam_optics::picture::Raster::decode(&bytes, name).unwrap();
             assert_eq!(
                 (raster.width as usize, raster.height as usize),
                 (sheet.width, sheet.height)

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 
 use glam::{Affine2, Vec2, Vec3};
-
-use crate::scene::model::{Image, Material, TextureModel};
+use ivcam_render::scene::model::{Image, Material, TextureModel};
 
 /// A material whose texture, if any, multiplies its color.
 #[derive(Clone, Debug)]
@@ -112,7 +111,7 @@ impl<'m> Appearance<'m> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::model::Texture;
+    use ivcam_render::scene::model::Texture;
 
     fn material(model: TextureModel) -> Material {
         Material {

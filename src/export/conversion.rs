@@ -1,13 +1,14 @@
 //! Converts a document to the bytes of a file, and reports what is lost.
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_inventor::iv::Document;
+use ivcam_render::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
+use ivcam_render::scene::snapshot;
+
 use super::losses::Losses;
 use super::target::Target;
 use super::{gltf, obj, ply, usd, web3d};
-use crate::diag::{Diagnostic, Result};
-use crate::iv::Document;
-use crate::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
-use crate::scene::snapshot;
-use crate::snapshot::SnapshotOptions;
+use crate::photo::snapshot_options;
 
 /// The options of a conversion.
 #[derive(Clone, Debug, Default)]
@@ -45,10 +46,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     if let Some(conversion) = web3d::rewritten(document, target, options) {
         return Ok(conversion);
     }
-    let at = SnapshotOptions {
-        time: options.time,
-        ..SnapshotOptions::default()
-    };
+    let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
     let model = Model::of(&taken, &options.model);
     let mut conversion = Conversion {
@@ -97,5 +95,6 @@ fn motion(document: &Document, model: &Model, options: &ExportOptions) -> Motion
     let Some(sampling) = &options.sampling else {
         return Motion::default();
     };
-    Motion::of(document, model, options.time, &options.model, sampling)
+    let start = snapshot_options(options.time);
+    Motion::of(document, model, &start, &options.model, sampling)
 }

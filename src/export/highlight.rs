@@ -4,9 +4,9 @@
 //! width and height: α² = 2 / (n + 2) and F₀ = 4 α² kₛ.
 
 use glam::Vec3;
+use ivcam_render::scene::model::Material;
 
 use super::color::linear3;
-use crate::scene::model::Material;
 
 /// The exponent n of Inventor's highlight.
 fn exponent(material: &Material) -> f32 {

@@ -1,13 +1,13 @@
 //! What a conversion could not say in the new format.
 
 use indexmap::IndexMap;
+use ivcam_base::diag::Diagnostic;
+use ivcam_inventor::iv::NodeRef;
+use ivcam_render::scene::model::{Feature, Model, Occurrence, Place, Primitives};
 use serde::Serialize;
 
 use super::appearance::is_approximate;
 use super::target::Target;
-use crate::diag::Diagnostic;
-use crate::iv::NodeRef;
-use crate::scene::model::{Feature, Model, Occurrence, Place, Primitives};
 
 /// One loss: what is lost, at which node, and how often.
 #[derive(Clone, Debug)]

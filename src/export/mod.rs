@@ -8,7 +8,7 @@
 //! A target is added in three places: [`Target`] gets its names and the features that it can hold,
 //! `convert` calls its function, and a file or folder of its name has the function.
 //!
-//! [`Model`]: crate::scene::model::Model
+//! [`Model`]: ivcam_render::scene::model::Model
 
 mod appearance;
 mod base64;

@@ -6,12 +6,12 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 use glam::{Affine2, DVec3, Vec3};
+use ivcam_render::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
 
 use super::appearance::{Appearance, texture_point};
 use super::names::{Names, on_one_line, picture_name};
 use super::ply::normal_matrix;
 use super::target::Target;
-use crate::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
 
 /// The numbers of the next vertex, texture coordinate and normal, which count from 1.
 #[derive(Clone, Copy)]

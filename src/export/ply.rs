@@ -5,9 +5,8 @@
 use std::io::Write;
 
 use glam::{DAffine3, DVec3, Vec3};
-
-use crate::diag::{Diagnostic, Result};
-use crate::scene::model::{Material, Mesh, Model};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_render::scene::model::{Material, Mesh, Model};
 
 /// Writes a model.
 ///

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::scene::model::Feature;
+use ivcam_render::scene::model::Feature;
 
 /// A format of other programs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

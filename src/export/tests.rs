@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
+use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_render::scene::model::{Model, ModelOptions, Sampling};
 use serde_json::Value as Json;
 
 use super::{Conversion, ExportOptions, Target, convert};
-use crate::iv::{Document, Limits, NoFiles};
-use crate::scene::model::{Model, ModelOptions, Sampling};
 
 fn document(text: &str) -> Document {
     let text = text.as_bytes().to_vec();

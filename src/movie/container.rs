@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::diag::{Diagnostic, Result};
-use crate::files::write_whole;
-use crate::picture::{Raster, Samples};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::write_whole;
+use ivcam_optics::picture::{Raster, Samples};
 
 /// The file format of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,8 +3,9 @@
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
+use ivcam_base::diag::{Diagnostic, Result};
+
 use super::timeline::MOST_FRAMES;
-use crate::diag::{Diagnostic, Result};
 
 /// Parses a list of frames. Returns the numbers in ascending order, each once.
 ///

@@ -5,10 +5,11 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{Claims, Held};
+use ivcam_optics::picture::Raster;
+
 use super::label::read_label;
-use crate::diag::{Diagnostic, Result};
-use crate::files::{Claims, Held};
-use crate::picture::Raster;
 
 /// The last bytes of every PNG file: its chunk `IEND` with its checksum.
 const END_OF_PNG: [u8; 12] = *b"\0\0\0\0IEND\xae\x42\x60\x82";

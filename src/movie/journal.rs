@@ -9,7 +9,7 @@ use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use crate::files::host_name;
+use ivcam_base::files::host_name;
 
 /// The name of the file.
 const JOURNAL: &str = "film.log";

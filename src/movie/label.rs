@@ -9,9 +9,10 @@ use std::collections::BTreeSet;
 use std::io::Read as _;
 use std::path::Path;
 
+use ivcam_base::diag::{Diagnostic, Result, differences};
+use ivcam_base::files::{HASH_START, Inputs, MAX_TEXT, hash, read_file, write_new};
+
 use super::timeline::Timeline;
-use crate::diag::{Diagnostic, Result, differences};
-use crate::files::{HASH_START, Inputs, MAX_TEXT, hash, read_file, write_new};
 use crate::photo::Plan;
 
 /// The name of the file of the choices.

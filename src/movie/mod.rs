@@ -19,7 +19,6 @@ pub(crate) use container::{Container, has_ffmpeg};
 pub(crate) use ease::Ease;
 pub(crate) use frame_list::{frames_text, parse_frames};
 pub(crate) use frames::{FrameState, Frames, folder_beside};
-#[cfg(feature = "tools")]
-pub(crate) use moments::expose_moments;
+pub use moments::expose_moments;
 pub(crate) use shoot::{Event, Shoot};
-pub(crate) use timeline::Timeline;
+pub use timeline::Timeline;

@@ -1,7 +1,7 @@
 //! A frame that is exposed at several moments while the shutter is open.
 
-use crate::diag::{Diagnostic, Result};
-use crate::render::{Exposure, Stop};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_render::render::{Exposure, Stop};
 
 /// The largest number of times that a frame is exposed to reach its target error.
 const ATTEMPTS: u32 = 3;
@@ -15,7 +15,7 @@ const ATTEMPTS: u32 = 3;
 ///
 /// # Errors
 /// Returns the first error of `expose`, or an error if there is no moment.
-pub(crate) fn expose_moments(
+pub fn expose_moments(
     count: u32,
     stop: Stop,
     expose: &mut dyn FnMut(u32, Stop) -> Result<Exposure>,
@@ -57,7 +57,7 @@ pub(crate) fn expose_moments(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::film::Resolution;
+    use ivcam_optics::film::Resolution;
 
     /// What is seen at one of two moments has half of its light, whichever moment it is.
     #[test]

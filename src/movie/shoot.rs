@@ -7,19 +7,20 @@
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::files::{Claims, record_inputs, recorded_inputs};
+use ivcam_base::math::Meters;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::sampling::Sampler;
+use ivcam_render::render::Exposure;
+use ivcam_render::render::report::stated_error;
+
 use super::frames::{claim_name, frame_path, is_whole};
 use super::journal::Journal;
 use super::label::{check_files, label, label_folder};
 use super::moments::expose_moments;
 use super::timeline::{Moment, Timeline, Travel};
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::{Claims, record_inputs, recorded_inputs};
-use crate::math::Meters;
 use crate::photo::{Optics, Plan, Session};
-use crate::pose::CameraPose;
-use crate::render::Exposure;
-use crate::render::report::stated_error;
-use crate::sampling::Sampler;
 
 /// The largest number of moments that a frame with an open shutter is exposed at. Chosen by trial.
 const MOST_MOMENTS: u32 = 16;

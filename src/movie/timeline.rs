@@ -1,16 +1,16 @@
 //! The timeline of a movie: the values that change, at any moment.
 
 use glam::{DQuat, DVec3};
+use ivcam_base::diag::{Diagnostic, Result};
 
 use super::ease::{Ease, Key, Scale, Track};
-use crate::diag::{Diagnostic, Result};
 
 /// The largest number of frames of a timeline, more than two hours at 24 frames per second.
 pub(super) const MOST_FRAMES: u32 = 200_000;
 
 /// The values that change in a movie. A track without keys leaves the plan's value.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Timeline {
+pub struct Timeline {
     /// The number of frames.
     pub frames: u32,
     /// Frames per second.
@@ -97,7 +97,7 @@ impl Timeline {
     }
 
     /// Returns the moments that one frame is exposed at, each for an equal part of it.
-    pub(crate) fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
+    pub fn exposures(&self, frame: u32, count: u32, travel: &Travel<'_>) -> Vec<Moment> {
         if self.shutter <= 0.0 {
             return vec![self.at(f64::from(frame), travel)];
         }

@@ -15,18 +15,18 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
+use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
+use ivcam_base::math::{LengthUnit, Meters, parse_length};
 
 use super::ease::{Ease, Key, PACES, SCALES, Scale};
 use super::timeline::{MOST_FRAMES, Timeline};
-use crate::diag::{Diagnostic, Result, Source, Span, nearest};
-use crate::math::{LengthUnit, Meters, parse_length};
 
 impl Timeline {
     /// Reads the text of a timeline.
     ///
     /// # Errors
     /// Fails at the first wrong line, with its location.
-    pub(crate) fn read(source: &Arc<Source>) -> Result<Self> {
+    pub fn read(source: &Arc<Source>) -> Result<Self> {
         Reader::new(source).read()
     }
 }

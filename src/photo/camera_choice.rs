@@ -5,15 +5,15 @@ use std::path::PathBuf;
 
 use glam::DQuat;
 use glam::DVec3;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_inventor::grammar::value::Rotation;
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping, quat};
+use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_render::scene::{CompileOptions, snapshot};
 
 use super::overview::first_camera;
-use crate::diag::{Diagnostic, Result};
-use crate::files::{MAX_TEXT, read_file};
-use crate::grammar::value::Rotation;
-use crate::iv::Document;
-use crate::pose::{CameraPose, Projection, ViewportMapping, quat};
-use crate::scene::{CompileOptions, snapshot};
-use crate::snapshot::SnapshotOptions;
 
 /// The camera of a plan.
 #[derive(Clone, Debug, PartialEq)]

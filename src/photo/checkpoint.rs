@@ -13,11 +13,10 @@ use std::time::Duration;
 
 use crc32fast::Hasher;
 use indexmap::IndexMap;
+use ivcam_base::diag::{self, Diagnostic, Result, differences};
+use ivcam_base::files::write_whole;
+use ivcam_render::render::{Alarm, Keeper, Snapshot, Sums};
 use serde::{Deserialize, Serialize};
-
-use crate::diag::{self, Diagnostic, Result, differences};
-use crate::files::write_whole;
-use crate::render::{Alarm, Keeper, Snapshot, Sums};
 
 /// The first bytes of a checkpoint.
 const MAGIC: [u8; 16] = *b"ivcam checkpoint";
@@ -46,7 +45,7 @@ pub(crate) struct Label {
 
 /// A checkpoint that was read.
 #[derive(Debug)]
-pub(crate) struct Checkpoint {
+pub struct Checkpoint {
     pub label: Label,
     pub sums: Sums,
 }
@@ -69,7 +68,7 @@ impl Checkpoint {
     ///
     /// # Errors
     /// Fails if the file cannot be read, is not a checkpoint, or is damaged.
-    pub(crate) fn read(path: &Path) -> Result<Self> {
+    pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
         let open = || {
             let file = File::open(path)?;

@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use glam::DVec3;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::ErrorUnknown;
+use ivcam_optics::picture::Picture;
+use ivcam_render::render::SurfaceSum;
+use ivcam_render::render::report::stated_error;
 
 use super::session::Session;
-use crate::diag::{Diagnostic, Result};
-use crate::film::ErrorUnknown;
-use crate::picture::Picture;
-use crate::render::SurfaceSum;
-use crate::render::report::stated_error;
 
 /// The program that denoises.
 #[derive(Clone, Debug)]

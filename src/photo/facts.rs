@@ -1,11 +1,12 @@
 //! What determines the bits of a picture: names and values that two runs or two processes compare.
 
+use ivcam_base::files::Inputs;
+use ivcam_base::math::simd::arithmetic;
+use ivcam_optics::sampling::SamplerKind;
+
 use super::checkpoint::Facts;
 use super::plan::Plan;
 use super::session::Session;
-use crate::files::Inputs;
-use crate::math::simd::arithmetic;
-use crate::sampling::SamplerKind;
 
 /// The options that two runs of one picture may have different values of.
 pub(super) const FREE: [&str; 7] = [

@@ -1,9 +1,8 @@
 //! The light on the camera: whether it is on, and which setting decided that.
 
 use glam::Vec3;
-
-use crate::pose::CameraPose;
-use crate::scene::Light;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_render::scene::Light;
 
 /// The plan's setting of the headlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! The layers of a picture: what each pixel shows, what its samples cost, and how wrong it is.
 
 use indexmap::IndexMap;
+use ivcam_base::diag::Result;
+use ivcam_optics::picture::{ChannelImage, Picture};
+use ivcam_render::render::{Exposure, SurfaceSum};
 
 use super::memory::take_layers;
 use super::session::Session;
-use crate::diag::Result;
-use crate::picture::{ChannelImage, Picture};
-use crate::render::{Exposure, SurfaceSum};
 
 /// The depth of a pixel that meets no surface, in meters. Programs that composite pictures take it
 /// for a far background, and infinity for an error.

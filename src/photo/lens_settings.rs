@@ -1,15 +1,15 @@
 //! Creates the camera of a plan, and lists the settings of its lens for the report.
 
 use indexmap::IndexMap;
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
+use ivcam_base::math::Meters;
+use ivcam_inventor::pose::{CameraPose, FilmPlane, Projection};
+use ivcam_optics::lens::{FilmPlace, Focus, Lens};
+use ivcam_render::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 
 use super::options::rear_element;
 use super::plan::{Era, IdealChoice, LensChoice, Optics, Plan};
 use super::pose::own_focus;
-use crate::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
-use crate::diag::{Diagnostic, ErrorKind, Result, Sink};
-use crate::lens::{FilmPlace, Focus, Lens};
-use crate::math::Meters;
-use crate::pose::{CameraPose, FilmPlane, Projection};
 
 /// The ratio of the fields of the camera node and the lens, as tangents, above which they differ
 /// far.

@@ -3,11 +3,12 @@
 //! The film is the first to take memory of a plan's limit, before any file is read. The scene gets
 //! what it leaves. A film that does not fit is rendered in strips where that is possible.
 
+use ivcam_base::diag::Result;
+use ivcam_base::memory::MemoryBudget;
+use ivcam_optics::film::{Region, Resolution};
+use ivcam_render::render::diffraction::diffraction_bytes;
+
 use super::plan::{Optics, Plan};
-use crate::diag::Result;
-use crate::film::{Region, Resolution};
-use crate::memory::MemoryBudget;
-use crate::render::diffraction::diffraction_bytes;
 
 /// The bytes of a pixel while a picture is rendered: the film's 56, as many for samples after the
 /// last whole unit, and those of the error estimate. Developing and writing it take no more.
@@ -115,8 +116,8 @@ pub(crate) fn take_layers(memory: &mut MemoryBudget, resolution: Resolution) -> 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::memory::MemoryLimit;
     use crate::photo::Era;
+    use ivcam_base::memory::MemoryLimit;
 
     #[test]
     fn a_film_that_does_not_fit_is_an_error_that_states_its_bytes() {

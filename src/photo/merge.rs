@@ -5,10 +5,11 @@
 
 use std::path::{Path, PathBuf};
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Region;
+use ivcam_render::render::Place;
+
 use super::checkpoint::{Checkpoint, Label};
-use crate::diag::{Diagnostic, Result};
-use crate::film::Region;
-use crate::render::Place;
 
 /// A part that is not in memory.
 struct Part<'p> {

@@ -5,7 +5,7 @@
 //! from it, so they use the same code to render. `options` is the table of all options.
 
 mod camera_choice;
-pub(crate) mod checkpoint;
+pub mod checkpoint;
 mod denoise;
 mod facts;
 pub(crate) mod headlight;
@@ -13,12 +13,13 @@ mod layers;
 mod lens_settings;
 mod memory;
 pub(crate) mod merge;
-pub(crate) mod options;
+pub mod options;
 mod overview;
 mod picture_hint;
 mod plan;
 mod pose;
 mod session;
+mod snapshot_options;
 mod strips;
 #[cfg(test)]
 mod tests;
@@ -36,6 +37,7 @@ pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 pub(crate) use pose::view_through_lens;
 pub use session::Session;
 pub(crate) use session::UNFINISHED;
+pub(crate) use snapshot_options::snapshot_options;
 
-pub use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
-pub use crate::shade::Shading;
+pub use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+pub use ivcam_render::shade::Shading;

@@ -1,12 +1,12 @@
 //! The facts about a scene that a photograph needs before the scene is compiled.
 
-use crate::grammar::{class, vrml97_navigation_info};
-use crate::iv::NodeRef;
-use crate::pose::CameraPose;
-use crate::snapshot::Snapshot;
-use crate::traversal::role::{Role, role};
-use crate::traversal::state::State;
-use crate::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
+use ivcam_inventor::grammar::{class, vrml97_navigation_info};
+use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_inventor::traversal::role::{Role, role};
+use ivcam_inventor::traversal::state::State;
+use ivcam_inventor::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]

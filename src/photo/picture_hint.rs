@@ -4,14 +4,14 @@
 //! traced after the render and only for such a picture. The picture itself does not change.
 
 use glam::Vec3;
+use ivcam_base::diag::Diagnostic;
+use ivcam_optics::picture::Picture;
+use ivcam_render::bvh::Ray;
+use ivcam_render::render::Counts;
+use ivcam_render::shade::{Shading, Work};
 
 use super::plan::Era;
 use super::session::{Session, is_left_dark};
-use crate::bvh::Ray;
-use crate::diag::Diagnostic;
-use crate::picture::Picture;
-use crate::render::Counts;
-use crate::shade::{Shading, Work};
 
 /// The highest level of a dark pixel, of 255. On most screens such a pixel looks black beside a
 /// white window; chosen by eye.

@@ -3,24 +3,25 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::camera_choice::CameraChoice;
-use super::headlight::Headlight;
-use crate::camera::Aim;
-use crate::diag::{Result, Sink};
-use crate::film::{FilmFormat, Metering, Region, Resolution, Response};
-use crate::geometry::text::Fonts;
-use crate::iv::Limits;
-use crate::lens::{
+use ivcam_base::diag::{Result, Sink};
+use ivcam_base::math::{Meters, Mm};
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
+use ivcam_optics::lens::{
     Coating, Focus, FocusMethod, Gap, Iris, Lens, Movements, Reading, at_zoom_list,
     open_prescription,
 };
-use crate::math::{Meters, Mm};
-use crate::memory::MemoryLimit;
-use crate::picture::Depth;
-use crate::prescription::glass::D_LINE;
-use crate::render::Stop;
-use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
-use crate::shade::Shading;
+use ivcam_optics::picture::Depth;
+use ivcam_optics::prescription::glass::D_LINE;
+use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+use ivcam_render::camera::Aim;
+use ivcam_render::geometry::text::Fonts;
+use ivcam_render::render::Stop;
+use ivcam_render::shade::Shading;
+
+use super::camera_choice::CameraChoice;
+use super::headlight::Headlight;
 
 /// The set of defaults that a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -242,10 +243,10 @@ pub struct Plan {
     /// Folders that are searched for files of the scene, in addition to the scene's own folder.
     pub search: Vec<PathBuf>,
     /// The folder below which the scene's files must be. Default: the folder of its project, see
-    /// [`FolderLoader::new`](crate::iv::FolderLoader::new).
+    /// [`FolderLoader::new`](ivcam_inventor::iv::FolderLoader::new).
     pub contain: Option<PathBuf>,
     /// Typefaces that are preferred to the shipped ones. Default: none.
-    pub(crate) fonts: Arc<Fonts>,
+    pub fonts: Arc<Fonts>,
     /// Limits on the size of the scene.
     pub limits: Limits,
     /// How much memory the scene, its textures and its film may use. Default: half of what the

@@ -3,17 +3,17 @@
 use std::path::Path;
 
 use glam::{DMat4, DVec3};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_base::math::Meters;
+use ivcam_inventor::grammar::{class, directional_light};
+use ivcam_inventor::iv::{Document, NodeId, NodeRef};
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_render::camera::half_field;
+use ivcam_render::scene::{CompileOptions, Light, RenderScene};
 
 use super::plan::{Optics, Plan};
-use crate::camera::half_field;
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::files::{MAX_TEXT, read_file};
-use crate::grammar::{class, directional_light};
-use crate::iv::{Document, NodeId, NodeRef};
-use crate::math::Meters;
-use crate::pose::CameraPose;
-use crate::scene::{CompileOptions, Light, RenderScene};
-use crate::snapshot::Snapshot;
 
 /// Returns the pose of the camera. It is the camera of `-camread`, or else that of the environment
 /// file, or else the scene's first, or else a view of the whole scene.

@@ -6,6 +6,30 @@ use std::time::Instant;
 
 use glam::DVec3;
 use indexmap::IndexMap;
+use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::files::Inputs;
+use ivcam_base::math::lanes::is_portable;
+use ivcam_base::memory::MemoryBudget;
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
+use ivcam_inventor::traversal::state::Language;
+use ivcam_optics::film::{Film, GhostImage, Region};
+use ivcam_optics::lens::Movements;
+use ivcam_optics::picture::{Depth, Picture};
+use ivcam_optics::sampling::{FilterTable, Sampler};
+use ivcam_render::camera::{Camera, LensCamera, film_plane, lens_in_scene};
+use ivcam_render::render::diffraction::diffract;
+use ivcam_render::render::ghosts::GhostRender;
+use ivcam_render::render::report::{RenderReport, Seconds, stated_error};
+use ivcam_render::render::{
+    Exposure, Progress, Render, Stop, Stopped, Stopwatch, Summary, SurfaceSum, Task, is_stopped,
+};
+#[cfg(test)]
+use ivcam_render::scene::Unneeded;
+use ivcam_render::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
+use ivcam_render::shade::{ShadeOptions, Shader, Shading};
+use ivcam_render::team::Team;
 
 use super::camera_choice::camera_file;
 use super::checkpoint::Label;
@@ -16,30 +40,7 @@ use super::memory::{film_bytes, memory_beside_film};
 use super::overview::{Overview, first_camera};
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
-use crate::camera::{Camera, LensCamera, film_plane, lens_in_scene};
-use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::files::Inputs;
-use crate::film::{Film, GhostImage, Region};
-use crate::iv::Document;
-use crate::lens::Movements;
-use crate::math::lanes::is_portable;
-use crate::memory::MemoryBudget;
-use crate::picture::{Depth, Picture};
-use crate::pose::{CameraPose, Projection};
-use crate::render::diffraction::diffract;
-use crate::render::ghosts::GhostRender;
-use crate::render::report::{RenderReport, Seconds, stated_error};
-use crate::render::{
-    Exposure, Progress, Render, Stop, Stopped, Stopwatch, Summary, SurfaceSum, Task, is_stopped,
-};
-use crate::sampling::{FilterTable, Sampler};
-#[cfg(test)]
-use crate::scene::Unneeded;
-use crate::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
-use crate::shade::{ShadeOptions, Shader, Shading};
-use crate::snapshot::{Snapshot, SnapshotOptions};
-use crate::team::Team;
-use crate::traversal::state::Language;
+use super::snapshot_options::snapshot_options;
 
 /// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
 const GHOST_RAYS: u32 = 1 << 17;
@@ -152,7 +153,7 @@ impl Session {
     ///
     /// # Errors
     /// Returns the errors of [`Session::open`].
-    pub(crate) fn with_document(plan: Plan, document: Document) -> Result<Self> {
+    pub fn with_document(plan: Plan, document: Document) -> Result<Self> {
         check_region(&plan)?;
         let framing = plan.clone();
         Self::from_document(
@@ -219,11 +220,7 @@ impl Session {
         scene.prepare(usual_rays(&plan, &scene));
         // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
-            let severity = diagnostic.severity.min(Severity::Warning);
-            sink.add(Diagnostic {
-                severity,
-                ..diagnostic.clone()
-            });
+            sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
         }
         let world = |p: glam::Vec3| p.as_dvec3() + scene.origin;
         let bounds = scene.bounds().map(|(low, high)| (world(low), world(high)));
@@ -406,7 +403,7 @@ impl Session {
     }
 
     /// Exposes a film with another sampler and another end than the plan's.
-    pub(crate) fn expose_with(
+    pub fn expose_with(
         &self,
         sampler: Sampler,
         stop: Stop,
@@ -791,8 +788,8 @@ fn memory_of_scene(plan: &Plan) -> u64 {
 /// Returns the document at the plan's time.
 fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
     let at = SnapshotOptions {
-        time: plan.time,
         handles: plan.handles,
+        ..snapshot_options(plan.time)
     };
     let options = CompileOptions {
         fonts: plan.fonts.clone(),

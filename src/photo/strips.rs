@@ -2,13 +2,14 @@
 
 use std::borrow::Cow;
 
+use ivcam_base::diag::Result;
+use ivcam_optics::film::{Film, Resolution};
+use ivcam_optics::picture::{Heading, Picture, ROWS, RowSource};
+use ivcam_render::render::report::stated_error;
+use ivcam_render::render::{Progress, Stopwatch, StripSums, Strips, Summary};
+
 use super::memory::strip_pixels;
 use super::session::Session;
-use crate::diag::Result;
-use crate::film::{Film, Resolution};
-use crate::picture::{Heading, Picture, ROWS, RowSource};
-use crate::render::report::stated_error;
-use crate::render::{Progress, Stopwatch, StripSums, Strips, Summary};
 
 /// The largest number of pixels that are kept to look for a black or a clipped picture.
 const KEPT: usize = 1 << 16;

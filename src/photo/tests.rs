@@ -4,16 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec3;
+use ivcam_base::math::Meters;
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::pose::Projection;
+use ivcam_optics::film::{Region, Resolution};
+use ivcam_render::camera::Camera;
+use ivcam_render::render::{Exposure, Stop, crew};
+use ivcam_render::scene::Unneeded;
+use ivcam_render::team::threads;
 
 use super::{Era, Headlight, Plan, Session};
-use crate::camera::Camera;
-use crate::film::{Region, Resolution};
-use crate::math::Meters;
-use crate::memory::MemoryLimit;
-use crate::pose::Projection;
-use crate::render::{Exposure, Stop, crew};
-use crate::scene::Unneeded;
-use crate::team::threads;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
     PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
@@ -46,7 +46,7 @@ fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
     session.change(plan, pose.clone()).unwrap();
     assert_eq!(session.scene.origin, pose.position);
     let compiled = session.expose(&|_| ()).film;
-    let apart = |(a, b): (&crate::film::Exposed, &crate::film::Exposed)| {
+    let apart = |(a, b): (&ivcam_optics::film::Exposed, &ivcam_optics::film::Exposed)| {
         (a.mean - b.mean).abs().max_element() > 1e-4
     };
     let off = aimed
@@ -98,7 +98,7 @@ fn layers_hold_what_each_pixel_shows() {
         PointLight { location 0 0 3 } Material { diffuseColor .2 .4 .6 }\n\
         Translation { translation 10.03 0 0 } Cube { width 20 height 90 }\n";
     std::fs::write(&plan.scene, scene).expect("the scene can be written");
-    plan.stop = crate::render::Stop::after(16);
+    plan.stop = ivcam_render::render::Stop::after(16);
     let session = Session::open(plan).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
     let picture = session.develop(&exposure, "");
@@ -129,7 +129,7 @@ fn layers_hold_what_each_pixel_shows() {
 fn the_report_names_what_the_scene_did_not_need() {
     let folder = std::env::temp_dir().join(format!("ivcam-unneeded-{}", std::process::id()));
     let mut plan = plan(&folder);
-    plan.shading = crate::shade::Shading::Recursive;
+    plan.shading = ivcam_render::shade::Shading::Recursive;
     plan.headlight = Headlight::Set(false);
     let left_out = |text: &str| {
         let text = format!("#Inventor V2.1 ascii\n{text}\n");
@@ -258,14 +258,14 @@ fn what_is_left_out_does_not_change_the_picture() {
         "shapes/solids.iv",
     ];
     for scene in scenes {
-        for shading in crate::shade::Shading::ALL {
+        for shading in ivcam_render::shade::Shading::ALL {
             let mut plan = Plan::of_era(Era::Modern, golden.join(scene));
             plan.resolution = Resolution {
                 width: 24,
                 height: 16,
             };
             plan.shading = shading;
-            plan.stop = crate::render::Stop::after(2);
+            plan.stop = ivcam_render::render::Stop::after(2);
             let mut session = Session::open(plan).expect("the scene is whole");
             let lean = session.expose(&|_| ()).film;
             session.compile_everything().expect("the scene is whole");
@@ -286,7 +286,7 @@ fn what_is_left_out_does_not_change_the_picture() {
 }
 
 /// A source of rows that the test reads itself.
-fn rows_of(session: &Session) -> (Vec<[f32; 3]>, crate::render::Summary, usize) {
+fn rows_of(session: &Session) -> (Vec<[f32; 3]>, ivcam_render::render::Summary, usize) {
     let (mut pixels, mut pieces) = (Vec::new(), 0);
     let made = session
         .expose_in_strips("", &|_| (), |heading, rows| {
@@ -319,7 +319,7 @@ fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
             height: 45,
         };
         (plan.adaptive, plan.region) = (adaptive, part);
-        plan.stop = crate::render::Stop::after(plan.sampler.samples);
+        plan.stop = ivcam_render::render::Stop::after(plan.sampler.samples);
         let mut session = Session::open(plan).unwrap();
         let whole = session.expose(&|_| ());
         // A quarter of it is for the 60 or 41 pixels of 16 rows.

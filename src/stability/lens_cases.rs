@@ -1,14 +1,14 @@
 //! Extreme lenses and rays.
 
 use glam::DVec3;
+use ivcam_base::diag::Result;
+use ivcam_base::math::Meters;
+use ivcam_optics::lens::{FocusMethod, Lens, LensRay, Prescription, Surface};
+use ivcam_optics::prescription::Medium;
 
 use super::case::Case;
 use super::double::Double;
 use super::lens_reference::{Answer, Inputs, distance};
-use crate::diag::Result;
-use crate::lens::{FocusMethod, Lens, LensRay, Prescription, Surface};
-use crate::math::Meters;
-use crate::prescription::Medium;
 
 /// A computation may be as wrong as this many roundings of each number.
 const ROUNDINGS: f64 = 4.0;

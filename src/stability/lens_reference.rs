@@ -1,7 +1,8 @@
 //! Lenses of spheres and planes in numbers of 32 digits, written without the code of `lens`.
 
+use ivcam_optics::lens::{Lens, LensRay};
+
 use super::double::Double;
-use crate::lens::{Lens, LensRay};
 
 /// The inputs of a ray through a lens, which can be rounded one by one: for each surface its
 /// curvature, its thickness and the index behind it; the index in front; the ray.
@@ -19,7 +20,7 @@ impl Inputs {
     /// Returns the inputs of a ray through a lens at the lens's wavelength.
     pub(super) fn of(lens: &Lens, ray: &LensRay) -> Self {
         let prescription = lens.prescription();
-        let surface = |s: &crate::lens::Surface| {
+        let surface = |s: &ivcam_optics::lens::Surface| {
             let index = s.medium.index(lens.wavelength());
             [s.curvature.per_mm(), s.thickness, index]
         };

@@ -3,19 +3,19 @@
 use std::sync::Arc;
 
 use glam::Vec3;
+use ivcam_base::diag::Result;
+use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
+use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_optics::film::{Region, Resolution};
+use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
+use ivcam_render::bvh::Ray;
+use ivcam_render::camera::{Camera, Pinhole};
+use ivcam_render::render::{Render, Stop, Task};
+use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
+use ivcam_render::shade::{ShadeOptions, Shader, Shading, Work};
 
 use super::case::Case;
-use crate::bvh::Ray;
-use crate::camera::{Camera, Pinhole};
-use crate::diag::Result;
-use crate::film::{Region, Resolution};
-use crate::iv::{Document, Limits, NoFiles};
-use crate::pose::{CameraPose, Projection, ViewportMapping};
-use crate::render::{Render, Stop, Task};
-use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
-use crate::scene::{CompileOptions, RenderScene, snapshot};
-use crate::shade::{ShadeOptions, Shader, Shading, Work};
-use crate::snapshot::SnapshotOptions;
 
 /// The bound of positions and colors, which are rounded to 24 bits in several steps.
 const SINGLE: f64 = 1e-5;

@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use ivcam_base::diag::Result;
+use ivcam_optics::film::Resolution;
+use ivcam_optics::picture::Raster;
+
 use crate::compare::{Alignment, Plane, Plate, align, warp};
-use crate::diag::Result;
-use crate::film::Resolution;
-use crate::picture::Raster;
 
 /// The way that two pictures are shown in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

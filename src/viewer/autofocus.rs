@@ -5,15 +5,14 @@
 //! determines the best distance. It differs from the first one if the field is curved, or an edge
 //! is beside the cursor.
 
+use ivcam_optics::sampling::FilterTable;
+use ivcam_render::render::{Render, Stop};
+use ivcam_render::shade::Work;
 use rayon::prelude::*;
-
-use crate::photo::{Optics, Session};
-use crate::render::{Render, Stop};
-use crate::sampling::FilterTable;
-use crate::shade::Work;
 
 use super::live::Live;
 use super::sharpness::Blur;
+use crate::photo::{Optics, Session};
 
 /// The side of the patch in pixels.
 const PATCH: u32 = 20;
@@ -84,7 +83,7 @@ pub(crate) fn focus_at(live: &mut Live, x: f64, y: f64) -> Option<Focused> {
 
 fn blur_of(session: &Session) -> Option<Blur> {
     match &session.camera {
-        crate::camera::Camera::Lens(camera) => Blur::of(&camera.lens, camera.focus.film_z),
+        ivcam_render::camera::Camera::Lens(camera) => Blur::of(&camera.lens, camera.focus.film_z),
         _ => None,
     }
 }

@@ -1,9 +1,8 @@
 //! Develops exposures for the screen: levels, the histogram, and marks for clipping, focus peaking
 //! and the focus plane.
 
+use ivcam_optics::film::Response;
 use rayon::prelude::*;
-
-use crate::film::Response;
 
 use super::live::Frame;
 use super::model::Marks;

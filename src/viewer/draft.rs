@@ -7,13 +7,12 @@
 //! previews are provided for comparison; neither has blur, distortion or vignetting.
 
 use glam::DVec3;
-
-use crate::camera::{Camera, LensCamera, Pinhole};
-use crate::pose::{CameraPose, Projection, ViewportMapping};
+use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
+use ivcam_render::camera::{Camera, LensCamera, Pinhole};
 
 /// The camera that the window shows the picture of.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) enum Preview {
+pub enum Preview {
     /// The picture itself, through the lens.
     #[default]
     Lens,
@@ -88,10 +87,10 @@ pub(crate) fn camera(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Aim;
-    use crate::film::FilmFormat;
-    use crate::lens::{FocusMethod, Lens};
-    use crate::math::meters;
+    use ivcam_base::math::meters;
+    use ivcam_optics::film::FilmFormat;
+    use ivcam_optics::lens::{FocusMethod, Lens};
+    use ivcam_render::camera::Aim;
 
     /// The chief ray of a stopped-down lens crosses the plane in focus at height H = h (Z/z) of
     /// equation 6, measured from the principal plane.

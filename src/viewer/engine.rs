@@ -13,20 +13,19 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use glam::DVec3;
-
-use crate::diag::{Diagnostic, Result};
-use crate::photo::headlight::HeadlightSources;
-use crate::photo::{Plan, Session};
-use crate::picture::PictureFormat;
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::picture::PictureFormat;
 
 use super::archive::{Aligned, AlignmentJob};
 use super::autofocus::{Focused, focus_at};
 use super::live::{Frame, Live, Request};
 use super::setup::Setup;
 use super::view::{DepthMap, FocalSurface};
+use crate::photo::headlight::HeadlightSources;
+use crate::photo::{Plan, Session};
 
 /// An order of the window.
-pub(crate) enum Order {
+pub enum Order {
     /// Open a scene; the old one is kept if it cannot be opened.
     Open(Box<Plan>),
     /// Focus on a place of the picture, from 0 to 1.
@@ -34,7 +33,7 @@ pub(crate) enum Order {
 }
 
 /// News of the renderer.
-pub(crate) enum News {
+pub enum News {
     Opened(Box<Opened>),
     /// A scene cannot be opened.
     NotOpened(PathBuf, Box<Diagnostic>),
@@ -54,7 +53,7 @@ pub(crate) enum News {
 }
 
 /// A scene that was opened.
-pub(crate) struct Opened {
+pub struct Opened {
     pub setup: Setup,
     pub messages: Vec<Diagnostic>,
     /// The bounding box of the scene as `viewAll` sees it, in meters.
@@ -88,7 +87,7 @@ impl Shared {
 }
 
 /// The window's handle of the renderer's thread.
-pub(crate) struct Engine {
+pub struct Engine {
     shared: Arc<Shared>,
     news: Receiver<News>,
     sender: Sender<News>,
@@ -102,7 +101,7 @@ impl Engine {
     ///
     /// # Errors
     /// Fails if threads cannot be started.
-    pub(crate) fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
+    pub fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
         let (sender, news) = channel();
         let shared = Arc::new(Shared::default());
         shared.lock().refine = true;
@@ -129,12 +128,12 @@ impl Engine {
     }
 
     /// Adds an order to those that wait.
-    pub(crate) fn order(&self, order: Order) {
+    pub fn order(&self, order: Order) {
         self.tell(|inbox| inbox.orders.push_back(order));
     }
 
     /// Requests a picture in place of the last request.
-    pub(crate) fn show(&self, request: Request) {
+    pub fn show(&self, request: Request) {
         self.tell(|inbox| inbox.show = Some(request));
     }
 
@@ -154,7 +153,7 @@ impl Engine {
     }
 
     /// Returns the news since the last call.
-    pub(crate) fn news(&self) -> Vec<News> {
+    pub fn news(&self) -> Vec<News> {
         self.news.try_iter().collect()
     }
 

@@ -2,15 +2,15 @@
 
 use std::path::Path;
 
-use crate::diag::Result;
-use crate::files::write_whole;
-use crate::files::{MAX_TEXT, read_file};
-use crate::grammar::class;
-use crate::iv::{Document, Format};
-use crate::photo::{CameraChoice, camera_file};
-use crate::pose::CameraPose;
+use ivcam_base::diag::Result;
+use ivcam_base::files::write_whole;
+use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_inventor::grammar::class;
+use ivcam_inventor::iv::{Document, Format};
+use ivcam_inventor::pose::CameraPose;
 
 use super::setup::Setup;
+use crate::photo::{CameraChoice, camera_file};
 
 /// The probable kind of a file that was dropped or named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 
 use std::sync::{Arc, OnceLock};
 
-use crate::diagram::drawing::{Drawing, Item};
-use crate::diagram::{LensDiagram, SectionOptions};
-use crate::lens::{About, Lens, shipped_names};
+use ivcam_optics::diagram::drawing::{Drawing, Item};
+use ivcam_optics::diagram::{LensDiagram, SectionOptions};
+use ivcam_optics::lens::{About, Lens, shipped_names};
 
 /// A lens of the menu.
 #[derive(Clone, Debug)]

@@ -7,16 +7,16 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use crate::diag::Result;
-use crate::film::{ErrorEstimate, ErrorUnknown, Film, Region, Resolution};
-use crate::photo::{Optics, Plan, Session};
-use crate::render::{Counts, Render, Stop};
-use crate::sampling::FilterTable;
-use crate::shade::Shading;
+use ivcam_base::diag::Result;
+use ivcam_optics::film::{ErrorEstimate, ErrorUnknown, Film, Region, Resolution};
+use ivcam_optics::sampling::FilterTable;
+use ivcam_render::render::{Counts, Render, Stop};
+use ivcam_render::shade::Shading;
 
 use super::draft::{self, Preview};
 use super::setup::Setup;
 use super::view::View;
+use crate::photo::{Optics, Plan, Session};
 
 /// The time for the rays of a first frame: the part of 50 ms that the lens, the window and a busy
 /// machine leave.
@@ -38,7 +38,7 @@ const FILLED_FROM: usize = 6;
 
 /// A request of the window for a picture.
 #[derive(Clone, Debug)]
-pub(crate) struct Request {
+pub struct Request {
     pub setup: Setup,
     pub preview: Preview,
     /// The pixels of the view; the plan's own resolution if `None`.
@@ -51,7 +51,7 @@ pub(crate) struct Request {
 
 /// The picture so far, for display.
 #[derive(Clone, Debug)]
-pub(crate) struct Frame {
+pub struct Frame {
     /// The serial number of the request.
     pub serial: u64,
     pub resolution: Resolution,
@@ -68,10 +68,6 @@ pub(crate) struct Frame {
     /// Rays from the film per second.
     pub rate: f64,
     /// The time from the request to this frame.
-    #[cfg_attr(
-        not(feature = "tools"),
-        expect(dead_code, reason = "`measure latency` reads it")
-    )]
     pub latency: Duration,
     pub view: Arc<View>,
 }

@@ -9,14 +9,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
-
-use crate::camera::Camera;
-use crate::diag::{Diagnostic, Result, Severity, Sink};
-use crate::film::Resolution;
-use crate::math::Meters;
-use crate::photo::headlight::HeadlightSources;
-use crate::photo::{CameraChoice, Optics, Plan, free_name, picture_name, view_through_lens};
-use crate::pose::{CameraPose, Projection};
+use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::math::Meters;
+use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_optics::film::Resolution;
+use ivcam_render::camera::Camera;
 
 use super::archive::{AlignmentJob, Archive};
 use super::autofocus::Focused;
@@ -30,6 +27,8 @@ use super::navigate::{self, Tool, Viewpoint};
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
 use super::view::{DepthMap, FocalSurface, VisiblePoint};
+use crate::photo::headlight::HeadlightSources;
+use crate::photo::{CameraChoice, Optics, Plan, free_name, picture_name, view_through_lens};
 
 /// The marks that are drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -262,7 +261,8 @@ impl Model {
             files::Kind::Picture => self.archive.load(path),
             files::Kind::Lens => {
                 let name = path.to_string_lossy().into_owned();
-                crate::lens::Lens::open(&name).map(|_| self.edit("lens", |s| s.choose_lens(&name)))
+                ivcam_optics::lens::Lens::open(&name)
+                    .map(|_| self.edit("lens", |s| s.choose_lens(&name)))
             }
         };
         if let Err(error) = taken {

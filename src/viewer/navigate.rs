@@ -3,8 +3,7 @@
 //! Each makes a pose from a pose. The panels convert pixels to angles and lengths.
 
 use glam::{DQuat, DVec2, DVec3};
-
-use crate::pose::CameraPose;
+use ivcam_inventor::pose::CameraPose;
 
 /// The action of the mouse on the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -6,16 +6,17 @@
 
 use std::path::Path;
 
-use crate::film::{FilmFormat, Resolution};
-use crate::lens::FocusMethod;
-use crate::math::{Meters, Mm};
+use ivcam_base::math::{Meters, Mm};
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::film::{FilmFormat, Resolution};
+use ivcam_optics::lens::FocusMethod;
+
 use crate::photo::options::command_line;
 use crate::photo::{CameraChoice, CameraNode, LensChoice, Optics, Plan};
-use crate::pose::CameraPose;
 
 /// A photograph to be made: the state that undo restores.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Setup {
+pub struct Setup {
     pub plan: Plan,
     pub pose: CameraPose,
 }
@@ -27,7 +28,7 @@ impl Setup {
     }
 
     /// Selects another lens, wide open and at its own size; the method of focusing is kept.
-    pub(crate) fn choose_lens(&mut self, name: &str) {
+    pub fn choose_lens(&mut self, name: &str) {
         let method = self.lens().map(|l| l.method);
         let mut choice = LensChoice::named(name);
         if let Some(method @ (FocusMethod::Film | FocusMethod::Lens | FocusMethod::Best)) = method {
@@ -37,21 +38,21 @@ impl Setup {
     }
 
     /// Returns the focus distance in meters.
-    pub(crate) fn focus(&self) -> f64 {
+    pub fn focus(&self) -> f64 {
         let own = self.pose.focal_distance;
         let own = if own > 0.0 { own } else { f64::INFINITY };
         self.plan.focus.map_or(own, |d| d.0)
     }
 
     /// Sets the focus distance in meters.
-    pub(crate) fn set_focus(&mut self, meters: f64) {
+    pub fn set_focus(&mut self, meters: f64) {
         if meters > 0.0 {
             self.plan.focus = Some(Meters(rounded(meters)));
         }
     }
 
     /// Moves the camera to the nearest pose that a camera node can represent.
-    pub(crate) fn set_pose(&mut self, pose: &CameraPose) {
+    pub fn set_pose(&mut self, pose: &CameraPose) {
         let node = CameraNode::from_pose(pose);
         self.pose = node.pose().clone();
         self.plan.camera = Some(CameraChoice::Node(node));

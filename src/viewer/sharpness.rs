@@ -1,8 +1,8 @@
 //! Depth of field of a thick lens, and the focus wheel.
 
-use crate::camera::LensCamera;
-use crate::film::FilmFormat;
-use crate::lens::Lens;
+use ivcam_optics::film::FilmFormat;
+use ivcam_optics::lens::Lens;
+use ivcam_render::camera::LensCamera;
 
 /// The range of acceptable sharpness, in meters on the scale of the focus distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -141,8 +141,8 @@ pub(crate) fn wheel(distance: f64, radians: f64, speed: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lens::FocusMethod;
-    use crate::math::meters;
+    use ivcam_base::math::meters;
+    use ivcam_optics::lens::FocusMethod;
 
     fn blur(name: &str, f_number: f64, distance: f64) -> Blur {
         let lens = Lens::named(name).unwrap().at_f_number(f_number).unwrap();

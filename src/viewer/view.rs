@@ -5,13 +5,12 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::film::Resolution;
+use ivcam_render::bvh::Ray;
+use ivcam_render::camera::{Camera, CameraRay, LensCamera};
+use ivcam_render::scene::RenderScene;
 use rayon::prelude::*;
-
-use crate::bvh::Ray;
-use crate::camera::{Camera, CameraRay, LensCamera};
-use crate::film::Resolution;
-use crate::pose::CameraPose;
-use crate::scene::RenderScene;
 
 /// Lens points tried in turn for the ray that represents a pixel: the middle, then points around it
 /// for places where the rim blocks the middle.
@@ -19,7 +18,7 @@ const TRIES: [[f64; 2]; 5] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5], [0.5, 0.3], [0
 
 /// A scene seen by a camera.
 #[derive(Clone, Debug)]
-pub(crate) struct View {
+pub struct View {
     pub scene: Arc<RenderScene>,
     pub camera: Camera,
     pub pose: CameraPose,
@@ -215,11 +214,11 @@ fn waist(camera: &LensCamera, film: DVec2) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::Aim;
-    use crate::film::FilmFormat;
-    use crate::lens::{FocusMethod, Lens};
-    use crate::math::meters;
-    use crate::pose::CameraPose;
+    use ivcam_base::math::meters;
+    use ivcam_inventor::pose::CameraPose;
+    use ivcam_optics::film::FilmFormat;
+    use ivcam_optics::lens::{FocusMethod, Lens};
+    use ivcam_render::camera::Aim;
 
     fn camera(name: &str, f_number: f64, distance: f64) -> LensCamera {
         let lens = Lens::named(name).unwrap().at_f_number(f_number).unwrap();

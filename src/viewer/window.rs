@@ -1,14 +1,13 @@
 //! The native window: eframe around [`Window`].
 
 use eframe::egui;
-
-use crate::diag::{Diagnostic, Result};
-use crate::photo::Plan;
+use ivcam_base::diag::{Diagnostic, Result};
 
 use super::engine::Engine;
 use super::lenses::LensMenu;
 use super::model::Model;
 use super::panels::{Window, waker};
+use crate::photo::Plan;
 
 /// The help for systems without a display.
 const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam render`";

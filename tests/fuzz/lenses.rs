@@ -3,17 +3,16 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-
-use crate::camera::{Aim, Camera, LensCamera};
-use crate::diag::{Sink, Source, Span};
-use crate::film::FilmFormat;
-use crate::lens::{FocusMethod, Lens, LensRay, Toward};
-use crate::math::meters;
-use crate::pose::CameraPose;
-use crate::prescription::formats;
-use crate::prescription::formats::write::{Target, write};
-use crate::prescription::glass::agf;
-use crate::prescription::{Medium, Prescription, Surface};
+use ivcam_base::diag::{Sink, Source, Span};
+use ivcam_base::math::meters;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::film::FilmFormat;
+use ivcam_optics::lens::{FocusMethod, Lens, LensRay, Toward};
+use ivcam_optics::prescription::formats;
+use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::glass::agf;
+use ivcam_optics::prescription::{Medium, Prescription, Surface};
+use ivcam_render::camera::{Aim, Camera, LensCamera};
 
 /// The largest number of surfaces of a lens that rays are traced through.
 const MOST_TRACED: usize = 40;

@@ -1,6 +1,6 @@
 //! Damages inputs in a way that is the same in every run.
 
-use crate::sampling::mix;
+use ivcam_optics::sampling::mix;
 
 /// A random number generator with a seed.
 pub(super) struct Dice(pub(super) u64);

@@ -2,10 +2,11 @@
 
 use std::ffi::OsString;
 
-use crate::cli::flags;
-use crate::diag::Sink;
-use crate::photo::options::all;
-use crate::photo::{Era, Plan};
+use ivcam_base::diag::Sink;
+
+use ivcam::cli::flags;
+use ivcam::photo::options::all;
+use ivcam::photo::{Era, Plan};
 
 /// Returns the plan of command-line arguments, or `None` if they are not valid.
 pub(crate) fn read(words: &[String], era: Era) -> Option<Plan> {

@@ -2,15 +2,16 @@
 
 use std::sync::Arc;
 
-use crate::diag::Result;
-use crate::film::Resolution;
-use crate::geometry::Mesh;
-use crate::geometry::text::{
+use ivcam_base::diag::Result;
+use ivcam_inventor::iv::{Document, Format, Limits, Loader, NoFiles};
+use ivcam_optics::film::Resolution;
+use ivcam_render::geometry::Mesh;
+use ivcam_render::geometry::text::{
     Face, Fonts, Justify, SolidParts, TextOutput, TextStyle, ascii_text, pixel_text, text3,
 };
-use crate::iv::{Document, Format, Limits, Loader, NoFiles};
-use crate::photo::{Era, IdealChoice, Optics, Plan, Session, Shading};
-use crate::render::Stop;
+use ivcam_render::render::Stop;
+
+use ivcam::photo::{Era, IdealChoice, Optics, Plan, Session, Shading};
 
 /// Limits that let one input take a fraction of a second.
 fn limits() -> Limits {

@@ -4,10 +4,9 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
-
-use crate::film::Response;
-use crate::iv::{Document, Format};
-use crate::picture::{Depth, Picture, PictureFormat};
+use ivcam_inventor::iv::{Document, Format};
+use ivcam_optics::film::Response;
+use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 
 /// An input with its name.
 type Seed = (String, Vec<u8>);
@@ -46,7 +45,7 @@ pub(super) fn scenes() -> Vec<Seed> {
     seeds.extend(below("tests/graph", &["iv", "wrl"], 1500));
     let mut more = Vec::new();
     for (name, bytes) in seeds.iter().step_by(5) {
-        let loader = std::sync::Arc::new(crate::iv::NoFiles);
+        let loader = std::sync::Arc::new(ivcam_inventor::iv::NoFiles);
         let document = Document::read(name, bytes.clone(), loader, &Default::default());
         if let Ok(document) = document.as_ref().map(|d| (!d.is_vrml97()).then_some(d))
             && let Some(document) = document

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::diag::Source;
-use crate::film::{Emulsion, Response};
-use crate::movie::Timeline;
-use crate::photo::CameraNode;
-use crate::render::report::Peer;
+use ivcam_base::diag::Source;
+use ivcam_optics::film::{Emulsion, Response};
+use ivcam_render::render::report::Peer;
+
+use ivcam::movie::Timeline;
+use ivcam::photo::CameraNode;
 
 /// Reads a camera file, writes its camera as a node, and reads that again.
 pub(super) fn camera(bytes: &[u8]) {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::grammar::CLASSES;
+use ivcam_inventor::grammar::CLASSES;
 
 /// Returns an empty list, for formats that are not text.
 pub(super) fn none() -> Vec<String> {

@@ -5,9 +5,10 @@
 
 use std::path::{Path, PathBuf};
 
+use ivcam_optics::picture::Raster;
+
 use crate::compare::align::align;
 use crate::compare::{Alignment, Options, Plane, Plate, Registration, compare};
-use crate::picture::Raster;
 
 /// Numbers that are the same in every run (SplitMix64).
 struct Random(u64);

@@ -1,11 +1,11 @@
 //! Movies: motion blur is the average of its moments, and an interrupted movie continues.
 
-use super::common;
-
 use std::path::Path;
 
-use crate::picture::Raster;
 use common::{Folder, ivcam};
+use ivcam_optics::picture::Raster;
+
+use super::common;
 
 const SCENE: &str = r#"#Inventor V2.1 ascii
 Separator {

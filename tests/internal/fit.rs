@@ -1,13 +1,13 @@
 //! Finds the camera of an archival picture from a start that is disturbed by 5 cm, 2 degrees and 5%
 //! of the focal length, and from an 8-bit JPEG with noise.
 
-use super::common;
-
 use std::path::Path;
 
-use crate::iv::Document;
-use crate::pose::{CameraPose, Projection};
 use common::{Folder, ivcam};
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::pose::{CameraPose, Projection};
+
+use super::common;
 
 /// A corner of a room: tiled floor and walls, and solids at several distances.
 const SCENE: &str = r#"#Inventor V2.1 ascii

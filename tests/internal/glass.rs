@@ -1,16 +1,17 @@
 //! Glass and fluids in rendered pictures: dispersion compared with rays of the same lens, media
 //! with Snell's law.
 
-use crate::camera::Aim;
-use crate::film::{FilmFormat, Resolution};
-use crate::lens::{Lens, LensRay};
-use crate::math::Meters;
-use crate::photo::{Era, LensChoice, Optics, Plan, Session};
-use crate::render::{Exposure, Stop};
-use crate::sampling::DiscMap;
-use crate::shade::Shading;
-use crate::spectrum::Spectrum;
 use glam::DVec3;
+use ivcam_base::math::Meters;
+use ivcam_optics::film::{FilmFormat, Resolution};
+use ivcam_optics::lens::{Lens, LensRay};
+use ivcam_optics::sampling::DiscMap;
+use ivcam_optics::spectrum::Spectrum;
+use ivcam_render::camera::Aim;
+use ivcam_render::render::{Exposure, Stop};
+use ivcam_render::shade::Shading;
+
+use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
 /// The camera's distance from the scene, in meters.
 const DISTANCE: f64 = 10.0;
@@ -149,7 +150,7 @@ fn slit_variance(lens: &Lens, film_z: f64, width: f64) -> f64 {
 
 fn film_z(session: &Session) -> f64 {
     match &session.camera {
-        crate::camera::Camera::Lens(camera) => camera.focus.film_z,
+        ivcam_render::camera::Camera::Lens(camera) => camera.focus.film_z,
         _ => f64::NAN,
     }
 }
@@ -374,7 +375,7 @@ fn a_stop_in_a_fluid_blurs_by_its_image() {
     let opened = Lens::open(lens_file(&session)).unwrap();
     let z = film_z(&session);
     let image = opened
-        .focus(crate::lens::FocusMethod::Film, Meters(DISTANCE))
+        .focus(ivcam_optics::lens::FocusMethod::Film, Meters(DISTANCE))
         .unwrap()
         .film_z;
     // The exit pupil is at the apparent depth of 20 mm of water, 20/n.

@@ -321,7 +321,7 @@ fn files() -> Vec<PathBuf> {
         .iter()
         .map(|name| root.join(name))
         .collect();
-    for folder in ["src", "build", "tools", "tests", "grammar", "docs"] {
+    for folder in ["src", "crates", "tests", "grammar", "docs"] {
         find(&root.join(folder), &["rs", "md", "nodes"], &mut files);
     }
     files.retain(|path| !path.ends_with("tests/internal/language.rs"));
@@ -361,11 +361,10 @@ fn comments_messages_and_documents_have_no_dialect() {
 fn comment_lines_of_the_sources_fit_in_100_columns() {
     let mut found = String::new();
     let mut files = Vec::new();
-    find(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("src"),
-        &["rs"],
-        &mut files,
-    );
+    for folder in ["src", "crates"] {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+        find(&folder, &["rs"], &mut files);
+    }
     for path in files {
         let text = std::fs::read_to_string(&path).expect("a source file is readable");
         for (i, line) in text.lines().enumerate() {

@@ -1,15 +1,15 @@
 //! Tests by rays of tilt, swing, shift and rise of the lens relative to the film, and of film bent
 //! to a sphere.
 
-use crate::camera::{Aim, Camera, CameraRay, LensCamera};
-use crate::film::FilmFormat;
-use crate::lens::{
+use glam::{DQuat, DVec2, DVec3};
+use ivcam_base::math::Meters;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::film::FilmFormat;
+use ivcam_optics::lens::{
     FilmPlace, Focus, FocusMethod, Lens, LensRay, Movements, Prescription, PupilTarget, Surface,
 };
-use crate::math::Meters;
-use crate::pose::CameraPose;
-use crate::prescription::Medium;
-use glam::{DQuat, DVec2, DVec3};
+use ivcam_optics::prescription::Medium;
+use ivcam_render::camera::{Aim, Camera, CameraRay, LensCamera};
 
 const FILM: FilmFormat = FilmFormat::STANDARD;
 
@@ -190,7 +190,7 @@ fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
     for name in ["double-gauss", "telephoto", "wide-angle", "anamorphic"] {
         for moved in moves {
             let lens = Lens::named(name).unwrap();
-            let lens = lens.scaled_to(crate::math::Mm(80.0)).unwrap();
+            let lens = lens.scaled_to(ivcam_base::math::Mm(80.0)).unwrap();
             let focus = lens.focus(FocusMethod::Film, Meters(2.0)).unwrap();
             let Ok(place) = FilmPlace::new(&lens, &focus, &moved, FILM) else {
                 panic!("{name} {moved:?}");

@@ -1,12 +1,13 @@
 //! Tests of the option table: every option is parsed to a plan, printed, and parsed to the same
 //! plan.
 
+use ivcam_base::diag::Sink;
+use ivcam_render::shade::Shading;
+
 use crate::cli::flags;
-use crate::diag::Sink;
 use crate::fuzz::options::{again, read};
 use crate::photo::options::{GivenOptions, Opt, Takes, all};
 use crate::photo::{Era, Plan};
-use crate::shade::Shading;
 
 const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
 

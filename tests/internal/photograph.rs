@@ -6,18 +6,18 @@
 //! the test limits their ratio. Six standard errors of eight pictures are p = 5e-4 for a single
 //! comparison, and the seeds are fixed.
 
-use crate::camera::{Aim, Camera, LensCamera};
-use crate::film::{Film, FilmFormat, Resolution};
-use crate::iv::Document;
-use crate::lens::{FilmPlace, Focus, FocusMethod, Lens, LensRay, Movements, Plane};
-use crate::math::{Meters, Mm};
-use crate::pose::CameraPose;
-use crate::render::{Render, Stop};
-use crate::sampling::{Filter, FilterTable, Sampler, SamplerKind};
-use crate::scene::{CompileOptions, RenderScene};
-use crate::shade::{ShadeOptions, Shader, Shading};
-use crate::snapshot::Snapshot;
 use glam::{DQuat, DVec2, DVec3};
+use ivcam_base::math::{Meters, Mm};
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_optics::film::{Film, FilmFormat, Resolution};
+use ivcam_optics::lens::{FilmPlace, Focus, FocusMethod, Lens, LensRay, Movements, Plane};
+use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
+use ivcam_render::camera::{Aim, Camera, LensCamera};
+use ivcam_render::render::{Render, Stop};
+use ivcam_render::scene::{CompileOptions, RenderScene};
+use ivcam_render::shade::{ShadeOptions, Shader, Shading};
 
 /// A lens in focus and the film behind it.
 struct Bench {

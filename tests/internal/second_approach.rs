@@ -1,22 +1,22 @@
 //! Compares the paper's first approach, a lens made of solids in the scene, with its second, a lens
 //! in the camera. Film and lens are the same; the light is computed by different code.
 
-use super::common;
-
 use std::path::Path;
 
-use crate::bvh::Ray;
-use crate::camera::{film_plane, lens_in_scene};
-use crate::iv::Document;
-use crate::lens::{FocusMethod, Lens, LensRay, RearElement};
-use crate::math::{Meters, Mm};
-use crate::picture::Raster;
-use crate::sampling::{DiscMap, Sampler, SamplerKind};
-use crate::scene::{CompileOptions, RenderScene};
-use crate::shade::{ShadeOptions, Shader, Shading};
-use crate::snapshot::Snapshot;
 use common::{Folder, ivcam};
 use glam::{DVec2, DVec3};
+use ivcam_base::math::{Meters, Mm};
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_optics::lens::{FocusMethod, Lens, LensRay, RearElement};
+use ivcam_optics::picture::Raster;
+use ivcam_optics::sampling::{DiscMap, Sampler, SamplerKind};
+use ivcam_render::bvh::Ray;
+use ivcam_render::camera::{film_plane, lens_in_scene};
+use ivcam_render::scene::{CompileOptions, RenderScene};
+use ivcam_render::shade::{ShadeOptions, Shader, Shading};
+
+use super::common;
 
 /// Boards of several grays at 2 m, and a black wall behind.
 const BOARDS: &str = "LightModel { model BASE_COLOR }

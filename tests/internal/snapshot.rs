@@ -3,10 +3,10 @@
 use std::ffi::OsString;
 use std::sync::Arc;
 
-use crate::iv::{Document, Limits, NoFiles};
-use crate::scene::{CompileOptions, RenderScene, snapshot};
-use crate::snapshot::SnapshotOptions;
 use glam::DVec3;
+use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 
 /// Returns the position of the first camera that `check` finds.
 fn surveyed(scene: &str, time: f64) -> Option<DVec3> {

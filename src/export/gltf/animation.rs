@@ -2,13 +2,13 @@
 //! out.
 
 use glam::{DAffine3, DQuat, DVec3};
+use ivcam_render::scene::model::{Feature, Model, Motion, Pose};
 
 use super::buffer::Buffer;
 use super::nodes::Nodes;
 use super::schema::{Animation, AnimationSampler, Channel, ChannelTarget, Index};
 use crate::export::losses::Losses;
 use crate::export::trs::Trs;
-use crate::scene::model::{Feature, Model, Motion, Pose};
 
 /// The largest error of a value that is left out, as a fraction of the scene's size, of a unit
 /// quaternion, and of a scale.

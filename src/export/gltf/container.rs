@@ -1,7 +1,8 @@
 //! Packs the JSON and the binary part of a file: as GLB, or as JSON with the bytes in it.
 
+use ivcam_base::diag::{Diagnostic, Result};
+
 use super::schema::{Buffer, Root};
-use crate::diag::{Diagnostic, Result};
 use crate::export::base64::base64;
 
 /// How a file is packed.

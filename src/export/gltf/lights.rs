@@ -7,13 +7,13 @@
 //! gets the intensity that is right at the center of the scene.
 
 use glam::DVec3;
+use ivcam_inventor::pose::{Projection, ViewportMapping};
+use ivcam_render::scene::model::{self, Feature, Light, LightShape};
 use serde_json::{Value, json};
 
 use super::schema::{Camera, Orthographic, Perspective};
 use crate::export::color;
 use crate::export::losses::Losses;
-use crate::pose::{Projection, ViewportMapping};
-use crate::scene::model::{self, Feature, Light, LightShape};
 
 /// The center and the radius of a sphere around a scene.
 #[derive(Clone, Copy, Debug)]

@@ -6,6 +6,7 @@
 use std::collections::HashMap;
 
 use glam::{Affine2, DMat2, Vec2};
+use ivcam_render::scene::model::{self, Model, Texture, TextureModel};
 use serde_json::{Map, Value, json};
 
 use super::buffer::Buffer;
@@ -15,7 +16,6 @@ use super::schema::{
 use crate::export::appearance::Appearance;
 use crate::export::color::linear3;
 use crate::export::highlight::{reflectance, roughness};
-use crate::scene::model::{self, Model, Texture, TextureModel};
 
 /// The reflectance at normal incidence of a dielectric with the index of refraction 1.5, which the
 /// specular color of `KHR_materials_specular` multiplies.

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use glam::{Affine2, Vec2};
+use ivcam_render::scene::model::{Model, Part, Primitives};
 
 use super::buffer::Buffer;
 use super::materials::{Materials, Use};
 use super::schema::{Attributes, Index, Mesh, Primitive};
 use crate::export::appearance::texture_point;
 use crate::export::color::linear;
-use crate::scene::model::{Model, Part, Primitives};
 
 /// The meshes of a file.
 #[derive(Debug, Default)]

@@ -1,6 +1,8 @@
 //! Writes a model as glTF: its nodes, and what they refer to.
 
 use glam::{DQuat, DVec3};
+use ivcam_base::diag::Result;
+use ivcam_render::scene::model::{Model, Motion};
 use serde_json::{Map, Value, json};
 
 use super::animation::animate;
@@ -9,10 +11,8 @@ use super::container::{Packing, pack};
 use super::lights::{self, Around};
 use super::nodes::Nodes;
 use super::schema::{Index, Node, Root, Scene};
-use crate::diag::Result;
 use crate::export::losses::Losses;
 use crate::export::trs::{Trs, split};
-use crate::scene::model::{Model, Motion};
 
 /// Writes a model with its motion. `losses` receives what glTF cannot say.
 ///

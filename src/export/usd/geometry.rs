@@ -1,11 +1,11 @@
 //! The lists of a mesh as `Mesh`, `BasisCurves` or `Points`.
 
 use glam::{Affine2, DAffine3};
+use ivcam_render::scene::model::{Mesh, Primitives};
 
 use super::text::{Text, numbers, tuple, tuples};
 use crate::export::appearance::texture_point;
 use crate::export::color::linear;
-use crate::scene::model::{Mesh, Primitives};
 
 /// The width of lines and points as a fraction of the scene's size. USD has no widths in pixels.
 const WIDTH: f64 = 0.001;

@@ -1,12 +1,12 @@
 //! Lights and cameras of USD.
 
 use glam::{DAffine3, DQuat, DVec3};
+use ivcam_inventor::pose::Projection;
+use ivcam_render::scene::model::{self, Feature, Light, LightShape, Motion, Pose};
 
 use super::text::{Text, matrix, tuple};
 use crate::export::color::{illuminance, linear3};
 use crate::export::losses::Losses;
-use crate::pose::Projection;
-use crate::scene::model::{self, Feature, Light, LightShape, Motion, Pose};
 
 /// The number of time codes in a second.
 pub(super) const CODES_PER_SECOND: f64 = 30.0;

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::Vec3;
+use ivcam_render::scene::model::{Material, Model, Part};
 
 use super::text::{Text, asset, tuple};
 use crate::export::appearance::Appearance;
@@ -10,7 +11,6 @@ use crate::export::color::linear3;
 use crate::export::highlight::{reflectance, roughness};
 use crate::export::names::picture_name;
 use crate::export::target::Target;
-use crate::scene::model::{Material, Model, Part};
 
 /// How a shape uses a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -3,13 +3,13 @@
 use std::collections::HashMap;
 
 use glam::{Affine2, DAffine3, DVec3};
+use ivcam_render::scene::model::{Model, Motion, Part};
 
 use super::materials::Materials;
 use super::text::{Text, quoted};
 use super::{geometry, lights};
 use crate::export::losses::Losses;
 use crate::export::names::Names;
-use crate::scene::model::{Model, Motion, Part};
 
 /// Writes a model with its motion. `stem` is the name of the file without its ending, and `losses`
 /// receives what USD cannot say. Returns the file and the pictures beside it.

@@ -4,6 +4,13 @@ use std::collections::HashMap;
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2, Vec3};
 use indexmap::IndexMap;
+use ivcam_inventor::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
+use ivcam_inventor::grammar::{Dialect, by_name};
+use ivcam_inventor::iv::{Document, FieldEntry, Node};
+use ivcam_inventor::pose::Projection;
+use ivcam_render::scene::model::{
+    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
+};
 
 use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
@@ -11,13 +18,6 @@ use crate::export::losses::Losses;
 use crate::export::names::{Names, picture_name};
 use crate::export::target::Target;
 use crate::export::trs::split;
-use crate::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
-use crate::grammar::{Dialect, by_name};
-use crate::iv::{Document, FieldEntry, Node};
-use crate::pose::Projection;
-use crate::scene::model::{
-    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
-};
 
 /// The radius of lights that shine to any distance, in meters.
 const FAR: f32 = 1e9;
@@ -119,7 +119,7 @@ impl Builder<'_> {
                 value,
                 ignored: false,
                 connection: None,
-                span: crate::diag::Span::default(),
+                span: ivcam_base::diag::Span::default(),
             })
         };
         let fields = fields.into_iter().filter_map(entry).collect();

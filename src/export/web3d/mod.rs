@@ -5,7 +5,7 @@
 //! to node, `graph` makes a document in VRML97 from the [`Model`]. `xml` writes a document in
 //! VRML97 as X3D, with the values of `values`. `write` chooses between these ways.
 //!
-//! [`Model`]: crate::scene::model::Model
+//! [`Model`]: ivcam_render::scene::model::Model
 
 mod graph;
 #[cfg(test)]

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use crate::diag::ErrorKind;
+use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
+
 use crate::export::{Conversion, ExportOptions, Target, convert};
-use crate::iv::{Document, Limits, NoFiles};
-use crate::scene::{CompileOptions, RenderScene, snapshot};
-use crate::snapshot::SnapshotOptions;
 
 fn document(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();

@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use crate::grammar::FieldType;
-use crate::grammar::value::{Image, Value};
+use ivcam_inventor::grammar::FieldType;
+use ivcam_inventor::grammar::value::{Image, Value};
 
 /// The number of characters after which a list continues on a new line.
 const LINE: usize = 100;

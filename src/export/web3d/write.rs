@@ -1,12 +1,13 @@
 //! Chooses how a scene becomes X3D or VRML97: node by node, or from a model.
 
+use ivcam_inventor::iv::{Document, Format};
+use ivcam_render::scene::model::Model;
+
 use super::graph::{GraphOptions, Pictures, graph};
 use super::xml::{Textures, write_xml};
 use crate::export::conversion::{Conversion, ExportOptions};
 use crate::export::losses::Losses;
 use crate::export::target::Target;
-use crate::iv::{Document, Format};
-use crate::scene::model::Model;
 
 /// Converts a document in VRML97 to X3D or VRML97 node by node. Returns `None` for other documents
 /// and targets.

@@ -8,17 +8,17 @@ use std::mem;
 use std::path::PathBuf;
 
 use glam::Vec3;
+use ivcam_inventor::grammar::value::{NodeId, Value};
+use ivcam_inventor::grammar::{FieldType, class};
+use ivcam_inventor::iv::declarations::{Access, Interface, Proto, Route};
+use ivcam_inventor::iv::document::{ClassRef, Document, FieldEntry};
+use ivcam_render::scene::model::Feature;
+use ivcam_render::scene::texture_components;
 
 use super::values::{attribute, escaped};
 use crate::export::indent::indent;
 use crate::export::losses::Losses;
 use crate::export::names::Names;
-use crate::grammar::value::{NodeId, Value};
-use crate::grammar::{FieldType, class};
-use crate::iv::declarations::{Access, Interface, Proto, Route};
-use crate::iv::document::{ClassRef, Document, FieldEntry};
-use crate::scene::model::Feature;
-use crate::scene::texture_components;
 
 /// How the textures of the document meet the diffuse color.
 pub(in crate::export) enum Textures<'t> {
@@ -371,7 +371,7 @@ impl<'d> Writer<'d, '_> {
     }
 
     fn lose(&mut self, id: NodeId, code: &str, text: &str) {
-        let node = crate::iv::NodeRef {
+        let node = ivcam_inventor::iv::NodeRef {
             document: self.document,
             id,
         };

@@ -4,13 +4,13 @@ use std::ffi::OsStr;
 use std::path::Path;
 
 use indexmap::IndexMap;
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::math::Meters;
 
 use super::given::GivenOptions;
 use super::lens::lens_options;
 use super::option::{Needs, Takes};
 use super::table::all;
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::math::Meters;
 use crate::photo::plan::{Era, LensChoice, Optics, Plan};
 
 impl Plan {

@@ -1,10 +1,11 @@
 //! Options of the film: its size, its position, and its exposure.
 
+use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
+use ivcam_optics::picture::Depth;
+
 use super::option::{Opt, Takes};
 use super::shutter::{metering, shutter_word};
 use super::values::{angle, degrees, if_any, length, pair, positive, set, unless_default};
-use crate::film::{FilmFormat, Metering, Region, Resolution, Response};
-use crate::picture::Depth;
 
 const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
 const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use crate::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result};
 
 /// The exposure of a frame of a movie.
 #[derive(Clone, Copy, Debug, PartialEq)]

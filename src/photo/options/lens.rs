@@ -1,5 +1,9 @@
 //! Options of the lens and of its focus.
 
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::math::{LengthUnit, Mm, parse_length};
+use ivcam_optics::lens::{Coating, FocusMethod, Gap, Iris};
+
 use super::given::GivenOptions;
 use super::option::{Needs, Opt, Takes};
 use super::table::all;
@@ -7,9 +11,6 @@ use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
     switch, unless_default,
 };
-use crate::diag::{Diagnostic, Result, Sink};
-use crate::lens::{Coating, FocusMethod, Gap, Iris};
-use crate::math::{LengthUnit, Mm, parse_length};
 use crate::photo::plan::{IdealChoice, LensChoice, Optics, Plan};
 
 const METHODS: [FocusMethod; 4] = [

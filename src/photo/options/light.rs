@@ -1,9 +1,10 @@
 //! Options of light and shading.
 
+use ivcam_render::shade::Shading;
+
 use super::option::{Opt, Takes};
 use super::values::{if_any, set};
 use crate::photo::headlight::Headlight;
-use crate::shade::Shading;
 
 pub(super) static OPTIONS: [Opt; 3] = [
     Opt::new(

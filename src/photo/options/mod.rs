@@ -26,5 +26,5 @@ pub(crate) use option::{Needs, Opt, Takes};
 pub(crate) use sampling::rear_element;
 pub(crate) use scene::{FONTS, LIMIT, MEMORY, limits, memory, typefaces};
 pub(crate) use shutter::Shutter;
-pub(crate) use table::{all, groups};
+pub use table::{all, groups};
 pub(crate) use values::duration;

@@ -1,7 +1,8 @@
 //! The entry of one option in the table.
 
+use ivcam_base::diag::{Result, Sink};
+
 use super::given::GivenOptions;
-use crate::diag::{Result, Sink};
 use crate::photo::plan::Plan;
 
 /// Changes a plan by an option. It is called in the order of the table, whether the option was

@@ -1,12 +1,13 @@
 //! Options of sampling, and of when to stop.
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+use ivcam_render::camera::Aim;
+
 use super::given::GivenOptions;
 use super::option::{Needs, Opt, Takes};
 use super::values::{duration, if_any, set, share, switch, unless_default};
-use crate::camera::Aim;
-use crate::diag::{Diagnostic, Result};
 use crate::photo::plan::{Era, Optics, Plan};
-use crate::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 
 /// The largest number of samples per pixel if the error or the time ends a render. It only prevents
 /// endless renders and was chosen by trial.
@@ -205,7 +206,7 @@ pub(crate) fn rear_element(map: DiscMap) -> String {
     }
 }
 
-fn samples(plan: &mut Plan, words: &GivenOptions, _: &mut crate::diag::Sink) -> Result<()> {
+fn samples(plan: &mut Plan, words: &GivenOptions, _: &mut ivcam_base::diag::Sink) -> Result<()> {
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
     if let Some(count) = words.parsed("samples", "a number from 1 to 2^24", count)? {
         plan.sampler.samples = count;

@@ -2,13 +2,14 @@
 
 use std::sync::Arc;
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_render::geometry::text::Fonts;
+
 use super::given::GivenOptions;
 use super::option::{Opt, Takes};
 use super::values::{finite, paths, set, switch, unless_default};
-use crate::diag::{Diagnostic, Result};
-use crate::geometry::text::Fonts;
-use crate::iv::Limits;
-use crate::memory::MemoryLimit;
 use crate::photo::camera_choice::CameraChoice;
 
 /// The option `--scene-limit`, which every command that reads scenes has.

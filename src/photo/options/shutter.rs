@@ -1,10 +1,11 @@
 //! Options of metering: shutter, ISO and the luminance of white, which determine the exposure
 //! together with the lens's light.
 
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_optics::film::Metering;
+
 use super::given::GivenOptions;
 use super::values::{POSITIVE, duration, finite, positive};
-use crate::diag::{Diagnostic, Result};
-use crate::film::Metering;
 
 /// The time for which a shutter is open.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -41,11 +41,11 @@ static GROUPS: [Group; 6] = [
 ];
 
 /// Returns the groups in the order of the help.
-pub(crate) fn groups() -> &'static [Group] {
+pub fn groups() -> &'static [Group] {
     &GROUPS
 }
 
 /// Returns all options in the order in which they change a plan.
-pub(crate) fn all() -> impl Iterator<Item = &'static Opt> {
+pub fn all() -> impl Iterator<Item = &'static Opt> {
     GROUPS.iter().flat_map(|group| group.options)
 }

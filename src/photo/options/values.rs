@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::math::{LengthUnit, Meters, Mm, parse_length};
+use ivcam_base::math::{LengthUnit, Meters, Mm, parse_length};
 
 /// The description of a positive number in messages.
 pub(super) const POSITIVE: &str = "a number greater than 0";

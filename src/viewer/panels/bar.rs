@@ -1,14 +1,13 @@
 //! The bar at the top with tools, views and undo, and the status line at the bottom.
 
 use egui::Ui;
+use ivcam_render::render::report::account::count;
+use ivcam_render::scene::check::counted;
 
-use crate::render::report::account::count;
-use crate::scene::check::counted;
+use super::fold::Fold;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
-
-use super::fold::Fold;
 
 /// The width in points below which the status line leaves out speed and losses.
 const WIDE: f32 = 720.0;

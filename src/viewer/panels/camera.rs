@@ -1,15 +1,14 @@
 //! The camera menu with the lenses, and the film formats.
 
 use egui::{Response, Sense, Ui, WidgetInfo, WidgetType, vec2};
+use ivcam_base::math::Mm;
+use ivcam_optics::film::FilmFormat;
+use ivcam_optics::lens::FocusMethod;
 
-use crate::film::FilmFormat;
-use crate::lens::FocusMethod;
-use crate::math::Mm;
+use super::{Kit, drawing};
 use crate::photo::Optics;
 use crate::viewer::lenses::Entry;
 use crate::viewer::model::Model;
-
-use super::{Kit, drawing};
 
 /// Film formats: the name, and width and height in millimeters.
 pub(super) const FILMS: [(&str, f64, f64); 10] = [

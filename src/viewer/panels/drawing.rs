@@ -2,8 +2,7 @@
 
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
-
-use crate::diagram::drawing::{Anchor, Drawing, Ink, Output, Path, Text};
+use ivcam_optics::diagram::drawing::{Anchor, Drawing, Ink, Output, Path, Text};
 
 /// Draws into a rectangle at the largest size that fits.
 pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {

@@ -3,12 +3,11 @@
 use std::path::PathBuf;
 
 use egui::{Context, Ui, WidgetInfo, WidgetType};
-
-use crate::film::{FilmFormat, Resolution};
-use crate::viewer::model::{Model, Output};
+use ivcam_optics::film::{FilmFormat, Resolution};
 
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, rule};
+use crate::viewer::model::{Model, Output};
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     ui.horizontal(|ui| {

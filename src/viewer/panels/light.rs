@@ -1,14 +1,13 @@
 //! The light panel: exposure with its histogram, headlight and shading.
 
 use egui::{Color32, Sense, Ui, pos2, vec2};
-
-use crate::film::Response;
-use crate::photo::Headlight;
-use crate::shade::Shading;
-use crate::viewer::develop::{BINS, Histogram};
-use crate::viewer::model::Model;
+use ivcam_optics::film::Response;
+use ivcam_render::shade::Shading;
 
 use super::{Kit, rule};
+use crate::photo::Headlight;
+use crate::viewer::develop::{BINS, Histogram};
+use crate::viewer::model::Model;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
     let mut next = model.setup.clone();

@@ -1,12 +1,11 @@
 //! The messages about the scene and the lens; a click shows the source lines.
 
 use egui::{Color32, RichText, Ui};
-
-use crate::diag::{Diagnostic, Severity};
-use crate::scene::check::counted;
-use crate::viewer::model::Model;
+use ivcam_base::diag::{Diagnostic, Severity};
+use ivcam_render::scene::check::counted;
 
 use super::settings::meters;
+use crate::viewer::model::Model;
 
 pub(super) fn show(ui: &mut Ui, model: &mut Model) {
     refusal(ui, model);

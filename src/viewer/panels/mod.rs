@@ -18,14 +18,13 @@ mod wheel;
 use std::sync::Arc;
 
 use egui::{Context, Key, Modifiers, TextureHandle};
-
-use crate::diag::Sink;
-use crate::photo::LensChoice;
+use ivcam_base::diag::Sink;
 
 use super::engine::Engine;
 use super::lenses::LensMenu;
 use super::model::Model;
 use super::navigate::Tool;
+use crate::photo::LensChoice;
 
 pub(crate) use wheel::{Turn, wheel};
 

@@ -5,14 +5,13 @@ use egui::{
     TextureOptions, Ui, WidgetInfo, WidgetType, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
-
-use crate::film::{Resolution, Response as FilmResponse};
-use crate::viewer::develop::{Marking, histogram, levels, mark};
-use crate::viewer::model::{Marks, Model};
-use crate::viewer::navigate::Tool;
+use ivcam_optics::film::{Resolution, Response as FilmResponse};
 
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, compare, overlay};
+use crate::viewer::develop::{Marking, histogram, levels, mark};
+use crate::viewer::model::{Marks, Model};
+use crate::viewer::navigate::Tool;
 
 /// The inputs that the texture on screen was made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,7 +205,7 @@ fn scrolled(ui: &Ui, model: &mut Model) {
 }
 
 /// Moves the camera without changing its own focal distance.
-fn keep_focus(model: &mut Model, control: &'static str, pose: &crate::pose::CameraPose) {
+fn keep_focus(model: &mut Model, control: &'static str, pose: &ivcam_inventor::pose::CameraPose) {
     let focus = model.setup.focus();
     model.go(control, pose);
     if model.setup.plan.focus.is_none() {

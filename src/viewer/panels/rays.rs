@@ -2,15 +2,14 @@
 
 use egui::Ui;
 use glam::{DVec2, DVec3};
-
-use crate::camera::LensCamera;
-use crate::diagram::drawing::Ink;
-use crate::diagram::{LensDiagram, SectionOptions};
-use crate::lens::{LensRay, RayPath};
-use crate::viewer::model::Model;
+use ivcam_optics::diagram::drawing::Ink;
+use ivcam_optics::diagram::{LensDiagram, SectionOptions};
+use ivcam_optics::lens::{LensRay, RayPath};
+use ivcam_render::camera::LensCamera;
 
 use super::drawing;
 use super::settings::meters;
+use crate::viewer::model::Model;
 
 /// The number of samples of the pixel that are drawn.
 const RAYS: u32 = 24;
@@ -21,7 +20,7 @@ const TWO_LINES: f32 = 540.0;
 #[derive(Default)]
 pub(super) struct Section {
     of: Option<(u64, [u32; 2], [f32; 2])>,
-    drawing: crate::diagram::drawing::Drawing,
+    drawing: ivcam_optics::diagram::drawing::Drawing,
     passed: usize,
 }
 
@@ -81,7 +80,7 @@ fn draw(
     [px, py]: [u32; 2],
     number: u64,
     [width, height]: [f32; 2],
-) -> (crate::diagram::drawing::Drawing, usize) {
+) -> (ivcam_optics::diagram::drawing::Drawing, usize) {
     let plan = &model.setup.plan;
     let options = SectionOptions {
         width: width.max(80.0).into(),

@@ -1,12 +1,11 @@
 //! The panels of focus and aperture, with the depth of field.
 
 use egui::{Grid, Ui};
-
-use crate::lens::Iris;
-use crate::viewer::model::Model;
-use crate::viewer::sharpness::{self, DepthOfField};
+use ivcam_optics::lens::Iris;
 
 use super::{Kit, Turn, camera, rule, wheel};
+use crate::viewer::model::Model;
+use crate::viewer::sharpness::{self, DepthOfField};
 
 /// The full f-stops, from f/1.
 pub(super) const STOPS: [f64; 13] = [

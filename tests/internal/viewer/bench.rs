@@ -11,8 +11,9 @@ use egui::accesskit::{Action, ActionData, ActionRequest, Role};
 use egui::{Event, Modifiers, PointerButton, Pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use ivcam_optics::film::Resolution;
 
-use crate::film::Resolution;
+use super::raster;
 use crate::photo::{Era, LensChoice, Optics, Plan};
 use crate::viewer::draft::Preview;
 use crate::viewer::engine::Engine;
@@ -21,8 +22,6 @@ use crate::viewer::live::{Frame, Live, Request};
 use crate::viewer::model::Model;
 use crate::viewer::panels::Window;
 use crate::viewer::setup::Setup;
-
-use super::raster;
 
 /// A striped sphere three meters away, a cube nearer to the left, and a wall behind.
 pub(super) const SCENE: &str = "#Inventor V2.1 ascii

@@ -1,13 +1,12 @@
 //! An archival picture beside the live one.
 
 use egui::accesskit::Role;
-
-use crate::film::Resolution;
-use crate::photo::Optics;
-use crate::viewer::archive::ArchiveMode;
+use ivcam_optics::film::Resolution;
 
 use super::bench::{Bench, Scratch, exposed};
 use super::raster;
+use crate::photo::Optics;
+use crate::viewer::archive::ArchiveMode;
 
 #[test]
 fn an_archival_picture_is_blinked_wiped_and_blended() {

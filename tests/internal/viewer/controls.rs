@@ -3,17 +3,16 @@
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
+use ivcam_base::math::Mm;
+use ivcam_optics::film::Response;
+use ivcam_optics::lens::{FocusMethod, Iris};
+use ivcam_render::shade::Shading;
 
-use crate::film::Response;
-use crate::lens::{FocusMethod, Iris};
-use crate::math::Mm;
+use super::bench::{Bench, lens_of};
 use crate::photo::{Headlight, Optics};
-use crate::shade::Shading;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::Model;
 use crate::viewer::navigate::Tool;
-
-use super::bench::{Bench, lens_of};
 
 #[test]
 fn every_lens_is_in_the_menu_and_a_click_selects_it() {

@@ -4,14 +4,13 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use egui_kittest::kittest::Queryable;
-
-use crate::math::Mm;
-use crate::photo::{Era, LensChoice, Optics, Plan};
-use crate::viewer::autofocus::Focused;
-use crate::viewer::model::Model;
+use ivcam_base::math::Mm;
 
 use super::bench::{Bench, Scratch, difference_from, still};
 use super::raster;
+use crate::photo::{Era, LensChoice, Optics, Plan};
+use crate::viewer::autofocus::Focused;
+use crate::viewer::model::Model;
 
 /// The picture has one pixel for each pixel of the screen, in windows of every size.
 #[test]

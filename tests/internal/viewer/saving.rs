@@ -6,15 +6,14 @@ use egui::{Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
 use image::imageops::FilterType;
-
-use crate::film::{Resolution, Response};
-use crate::lens::{FocusMethod, Iris};
-use crate::photo::{Era, Headlight, Plan};
-use crate::sampling::SamplerKind;
-use crate::viewer::model::Model;
-use crate::viewer::setup::Setup;
+use ivcam_optics::film::{Resolution, Response};
+use ivcam_optics::lens::{FocusMethod, Iris};
+use ivcam_optics::sampling::SamplerKind;
 
 use super::bench::{Bench, SCENE, Scratch, batch, exposed, lens_of, window_plan};
+use crate::photo::{Era, Headlight, Plan};
+use crate::viewer::model::Model;
+use crate::viewer::setup::Setup;
 
 /// Returns the picture in the window, at the size of the saved one.
 fn seen(bench: &Bench) -> image::RgbImage {
@@ -123,7 +122,7 @@ fn a_command_line_describes_its_plan_exactly() {
     let scratch = Scratch::new("words");
     let mut setup = Setup {
         plan: scratch.plan(),
-        pose: crate::pose::CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5),
+        pose: ivcam_inventor::pose::CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5),
     };
     let check = |setup: &Setup| {
         let words = setup.words(Path::new("a.png"));

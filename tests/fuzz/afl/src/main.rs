@@ -9,7 +9,10 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use ivcam::fuzz::{TARGETS, Target};
+#[path = "../../mod.rs"]
+mod fuzz;
+
+use fuzz::{TARGETS, Target};
 
 fn main() -> ExitCode {
     let words: Vec<String> = std::env::args().skip(1).collect();

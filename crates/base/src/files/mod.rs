@@ -1,0 +1,21 @@
+//! Reads files of bounded size, writes files that appear only when they are complete, asks for the
+//! space that they take, records what was read, claims work in shared folders, finds the folders of
+//! files, and escapes text for markup.
+
+mod claim;
+mod folder;
+mod inputs;
+mod markup;
+#[cfg(feature = "mpi")]
+pub(crate) mod passed_on;
+mod read;
+mod space;
+mod whole;
+
+pub use claim::{Claims, Held, host_name};
+pub use folder::{folder_of, project_of};
+pub use inputs::{HASH_START, Inputs, hash, record_inputs, recorded_inputs};
+pub use markup::escaped;
+pub use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
+pub use space::{SizeEstimate, check_space};
+pub use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};

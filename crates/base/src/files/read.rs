@@ -1,0 +1,97 @@
+//! Reading a whole file of bounded size.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::inputs::record;
+#[cfg(feature = "mpi")]
+use super::passed_on;
+use crate::diag::{Diagnostic, Result};
+
+/// The largest text file other than a scene, in bytes: a lens, a camera, a glass catalogue, an
+/// emulsion. The largest catalogues of makers have about 2 MB.
+pub const MAX_TEXT: usize = 64 << 20;
+/// The largest picture file, in bytes. A picture of 2²⁸ pixels, the most that are decoded, has
+/// 1.6 GB at 16 bits.
+pub const MAX_PICTURE: usize = 2 << 30;
+/// The most that is read from a pipe or a device, whose size is not known beforehand, in bytes.
+const MAX_STREAM: usize = 256 << 20;
+
+/// Reads a file, a pipe or a device of at most `limit` bytes. The size of a regular file is known
+/// before it is read.
+///
+/// # Errors
+/// Fails if the file cannot be read, or is larger.
+pub fn read_file(path: &Path, limit: usize) -> Result<Vec<u8>> {
+    read_file_named(path, &path.to_string_lossy(), limit)
+}
+
+/// Reads a file as [`read_file`] does. `name` is the file's name in messages.
+///
+/// # Errors
+/// Returns the errors of [`read_file`].
+pub fn read_file_named(path: &Path, name: &str, limit: usize) -> Result<Vec<u8>> {
+    #[cfg(feature = "mpi")]
+    if let Some(bytes) = passed_on::taken(path) {
+        return Ok(bytes);
+    }
+    let open = || File::open(path).and_then(|file| Ok((file.metadata()?, file)));
+    let (about, file) = open().map_err(|e| Diagnostic::io(name, &e))?;
+    let limit = if about.is_file() {
+        limit
+    } else {
+        limit.min(MAX_STREAM)
+    };
+    if about.len() > limit as u64 {
+        return Err(too_large(name, limit));
+    }
+    let bytes = read_stream(file, name, limit)?;
+    #[cfg(feature = "mpi")]
+    passed_on::keep(path, &bytes);
+    Ok(bytes)
+}
+
+/// Reads a stream of at most `limit` bytes to its end. `name` is its name in messages.
+///
+/// # Errors
+/// Fails if the stream cannot be read, or is longer.
+pub fn read_stream(stream: impl Read, name: &str, limit: usize) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    stream
+        .take((limit as u64).saturating_add(1))
+        .read_to_end(&mut bytes)
+        .map_err(|e| Diagnostic::io(name, &e))?;
+    if bytes.len() > limit {
+        return Err(too_large(name, limit));
+    }
+    record(name, &bytes);
+    Ok(bytes)
+}
+
+fn too_large(name: &str, limit: usize) -> Box<Diagnostic> {
+    Diagnostic::beyond_limit(format!("`{name}` is larger than {limit} bytes")).in_file(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diag::ErrorKind;
+
+    #[test]
+    fn a_file_above_the_limit_and_an_endless_device_are_refused() {
+        let name = format!("ivcam-files-{}-five.txt", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        std::fs::write(&path, b"12345").unwrap();
+        assert_eq!(read_file(&path, 5).unwrap(), b"12345");
+        let error = read_file(&path, 4).unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Limit);
+        assert!(error.message.ends_with("is larger than 4 bytes"));
+        std::fs::remove_file(&path).unwrap();
+        let endless = Path::new("/dev/zero");
+        if endless.exists() {
+            assert_eq!(read_file(endless, 1000).unwrap_err().kind, ErrorKind::Limit);
+        }
+        assert_eq!(read_file(&path, 5).unwrap_err().kind, ErrorKind::NotFound);
+    }
+}

@@ -1,0 +1,279 @@
+//! Opens the files that a scene refers to.
+
+use std::collections::{BTreeSet, HashMap};
+use std::fmt::Debug;
+use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
+use ivcam_base::files::read_file_named;
+use ivcam_base::files::{folder_of, project_of};
+
+/// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
+/// file system implements this trait.
+pub trait Loader: Debug + Send + Sync {
+    /// Opens the file that the file named `from` calls `reference`. Returns its name and its bytes.
+    /// The name becomes `from` for the files that this file refers to.
+    ///
+    /// # Errors
+    /// Returns an error if there is no such file, or if it may not be opened.
+    fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)>;
+
+    /// Returns the paths of the files that were opened. A loader without a file system has none.
+    fn opened_files(&self) -> Vec<PathBuf> {
+        Vec::new()
+    }
+}
+
+/// A loader that opens no files.
+#[derive(Debug)]
+pub struct NoFiles;
+
+impl Loader for NoFiles {
+    fn load(&self, _: &str, reference: &str) -> Result<(String, Vec<u8>)> {
+        Err(Diagnostic::error(format!(
+            "`{reference}` is not opened: this document cannot open other files"
+        )))
+    }
+}
+
+/// A loader for the files of a scene's project and below the search paths.
+#[derive(Debug)]
+pub struct FolderLoader {
+    /// The canonical path of the folder below which the scene's own files are.
+    root: Option<PathBuf>,
+    /// Whether the user chose that folder.
+    is_contained: bool,
+    /// The canonical path of the scene's folder.
+    own: Option<PathBuf>,
+    /// The canonical paths of the folders that are searched too, whose files may be opened.
+    search: Vec<PathBuf>,
+    /// The largest size of a file, in bytes.
+    bytes: usize,
+    /// The canonical paths of the folders that were requested, as a cache.
+    real: Mutex<HashMap<PathBuf, Option<PathBuf>>>,
+    /// Canonical paths of the files that were opened.
+    opened: Mutex<BTreeSet<PathBuf>>,
+}
+
+impl FolderLoader {
+    /// Creates a loader for the scene at `path`. It opens files of the scene's project and files
+    /// below the folders in `search`, and refuses files of more than `bytes` bytes.
+    ///
+    /// The project is all below the nearest folder, from the scene's own upward, with an entry
+    /// named `.git`, `.hg`, `.svn` or `.ivcam-project`; without one, all below the folder one level
+    /// above the scene's. It never is the root of a disk, a folder at the root, a user's home or
+    /// the folder for temporary files, unless the scene itself lies there.
+    pub fn new(path: &Path, search: &[&Path], bytes: usize) -> Self {
+        Self::within(path, search, None, bytes)
+    }
+
+    /// Creates a loader like [`FolderLoader::new`], which opens files below `contain` instead of
+    /// those of the scene's project.
+    pub fn within(path: &Path, search: &[&Path], contain: Option<&Path>, bytes: usize) -> Self {
+        let own = folder_of(path).canonicalize().ok();
+        let root = match contain {
+            Some(folder) => folder.canonicalize().ok(),
+            None => own.as_deref().map(project_of),
+        };
+        let search = search.iter().filter_map(|p| p.canonicalize().ok());
+        Self {
+            root,
+            is_contained: contain.is_some(),
+            own,
+            search: search.collect(),
+            bytes,
+            real: Mutex::default(),
+            opened: Mutex::default(),
+        }
+    }
+
+    /// Returns the canonical path of a folder. Only the first call for a folder queries the file
+    /// system.
+    fn real_folder(&self, folder: &Path) -> Option<PathBuf> {
+        let mut real = self.real.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = real.get(folder).cloned();
+        known.unwrap_or_else(|| {
+            let found = folder.canonicalize().ok();
+            real.insert(folder.to_path_buf(), found.clone());
+            found
+        })
+    }
+
+    /// Returns the canonical path of a file below a folder. If the path has no symbolic links below
+    /// the folder, this is the canonical folder followed by the rest of the path.
+    fn real_file(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
+        let mut path = self.real_folder(base)?;
+        for part in tail.components() {
+            let Component::Normal(part) = part else {
+                return base.join(tail).canonicalize().ok();
+            };
+            path.push(part);
+            if path.symlink_metadata().ok()?.is_symlink() {
+                return base.join(tail).canonicalize().ok();
+            }
+        }
+        Some(path)
+    }
+
+    /// Returns the canonical path of a file below a folder, or `None` if there is no such file.
+    ///
+    /// # Errors
+    /// Returns the path of a file outside the folders that may be read.
+    fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, PathBuf> {
+        let real = self.real_file(base, tail);
+        let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
+            return Ok(None);
+        };
+        if !real.is_file() {
+            return Ok(None);
+        }
+        let mut allowed = self.root.iter().chain(&self.search);
+        if allowed.any(|folder| real.starts_with(folder)) {
+            Ok(Some(real))
+        } else {
+            Err(real)
+        }
+    }
+
+    /// Returns the error for a file outside the folders that may be read.
+    fn refusal(&self, reference: &str, file: &Path) -> Box<Diagnostic> {
+        let outside = match self.is_contained {
+            true => "the folder of `--contain`",
+            false => "the scene's project folder",
+        };
+        let message = format!("`{reference}` is outside {outside} and is not opened");
+        let folder = folder_of(file);
+        let allows = format!(
+            "`--search {}` allows the files below that folder",
+            folder.display()
+        );
+        let help = match &self.root {
+            Some(root) => format!("files below `{}` are opened; {allows}", root.display()),
+            None => allows,
+        };
+        Diagnostic::error(message)
+            .of_kind(ErrorKind::OutsideFolder)
+            .with_help(help)
+    }
+}
+
+/// Finds a file whose name differs only in case. Scenes from file systems that ignore case need
+/// this.
+fn other_case(path: &Path) -> Option<PathBuf> {
+    let name = path.file_name()?.to_str()?;
+    let entries = std::fs::read_dir(path.parent()?).ok()?;
+    let mut names: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
+    names.sort();
+    let same = |p: &PathBuf| {
+        p.file_name()
+            .and_then(|n| n.to_str())
+            .is_some_and(|n| n.eq_ignore_ascii_case(name))
+    };
+    names.into_iter().find(same)?.canonicalize().ok()
+}
+
+/// Returns whether a reference is an absolute path on Unix or Windows.
+pub(super) fn is_absolute(reference: &str) -> bool {
+    let drive =
+        reference.as_bytes().get(1) == Some(&b':') && reference.as_bytes()[0].is_ascii_alphabetic();
+    reference.starts_with(['/', '\\']) || drive
+}
+
+impl Loader for FolderLoader {
+    fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)> {
+        let plain = reference.strip_prefix("file:").unwrap_or(reference);
+        let plain = plain.strip_prefix("//").unwrap_or(plain);
+        if plain.contains("://") || plain.starts_with("urn:") {
+            let message =
+                format!("`{reference}` is a network address, and files are not downloaded");
+            return Err(Diagnostic::error(message));
+        }
+        let plain = plain.replace('\\', "/");
+        let beside = folder_of(Path::new(from));
+        let mut bases = vec![beside];
+        bases.extend(self.own.iter().chain(&self.search).cloned());
+        let mut refused = None;
+        for tail in tails(&plain) {
+            for base in &bases {
+                match self.permitted(base, &tail) {
+                    Ok(Some(path)) => return self.read(from, &path),
+                    Ok(None) => {}
+                    Err(file) => refused = refused.or(Some(file)),
+                }
+            }
+        }
+        // Only the last parts of an absolute path are used, so the file itself is not opened.
+        let itself = Path::new(&plain);
+        if refused.is_none() && is_absolute(&plain) && itself.is_file() {
+            refused = itself.canonicalize().ok();
+        }
+        Err(match refused {
+            Some(file) => self.refusal(reference, &file),
+            None => Diagnostic::not_found(format!("`{reference}` was not found")).with_help(
+                format!("the folder of `{from}` and the search paths were searched"),
+            ),
+        })
+    }
+    fn opened_files(&self) -> Vec<PathBuf> {
+        let opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.iter().cloned().collect()
+    }
+}
+
+impl FolderLoader {
+    /// Reads a file and returns its name for messages and its bytes.
+    fn read(&self, from: &str, path: &Path) -> Result<(String, Vec<u8>)> {
+        let name = self.display_name(from, path);
+        let bytes = read_file_named(path, &name, self.bytes)?;
+        let mut opened = self.opened.lock().unwrap_or_else(PoisonError::into_inner);
+        opened.insert(path.to_path_buf());
+        Ok((name, bytes))
+    }
+
+    /// Returns a path relative to the working directory as the user would write it, if the file is
+    /// below the folder of `from`. Otherwise it returns the canonical path.
+    fn display_name(&self, from: &str, path: &Path) -> String {
+        let base = folder_of(Path::new(from));
+        let short = self
+            .real_folder(&base)
+            .and_then(|real| path.strip_prefix(real).ok().map(|p| base.join(p)));
+        let short = short.unwrap_or_else(|| path.to_path_buf());
+        short
+            .strip_prefix(".")
+            .unwrap_or(&short)
+            .display()
+            .to_string()
+    }
+}
+
+/// Returns the path, then the path without its first part, and so on until only the file name is
+/// left. A path with a fragment (`#Name`) is tried with and without the fragment. An absolute path
+/// is treated as relative to the root.
+fn tails(path: &str) -> Vec<PathBuf> {
+    let mut out = Vec::new();
+    for path in [Some(path), path.split_once('#').map(|(p, _)| p)]
+        .into_iter()
+        .flatten()
+    {
+        let path = if is_absolute(path) {
+            path.trim_start_matches(|c: char| {
+                c == '/'
+                    || c.is_ascii_alphabetic()
+                        && path.as_bytes().get(1) == Some(&b':')
+                        && path.starts_with(c)
+            })
+            .trim_start_matches([':', '/'])
+        } else {
+            path
+        };
+        let parts: Vec<Component<'_>> = Path::new(path).components().collect();
+        for i in 0..parts.len() {
+            if i > 0 && parts[i..].iter().any(|p| matches!(p, Component::ParentDir)) {
+                continue;
+            }
+            out.push(parts[i..].iter().collect());
+        }
+    }
+    out
+}

@@ -1,0 +1,25 @@
+//! Reads Inventor and VRML files into a [`Document`], and writes documents as such files.
+//!
+//! `document` defines the nodes of a file, and `declarations` the classes and routes that a
+//! file declares. `read` makes a document from bytes and `write` makes bytes from a document;
+//! neither imports the other.
+
+pub mod declarations;
+mod descendants;
+mod difference;
+pub mod document;
+mod edit;
+mod encoding;
+mod limits;
+mod loader;
+mod node_fields;
+mod read;
+mod write;
+
+pub use crate::grammar::value::{NodeId, Value};
+pub use declarations::Route;
+pub use descendants::Descendants;
+pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
+pub use limits::Limits;
+pub use loader::{FolderLoader, Loader, NoFiles};
+pub use write::Format;

@@ -1,0 +1,249 @@
+//! Reads statements: nodes, `DEF` and `USE`. Stores each node where it belongs.
+use ivcam_base::diag::{Result, Span, nearest};
+
+use super::reader::{Level, Reader, Target};
+use crate::grammar;
+use crate::grammar::value::{NodeId, Value};
+use crate::iv::document::Connection;
+use crate::iv::encoding::text;
+use crate::iv::read::syntax_error::expected;
+use crate::iv::read::tokens::{def_name, past_braces, past_token, skip, word};
+
+impl<'s> Reader<'_, '_, 's> {
+    /// Reads a node, a `USE`, `NULL`, or one of VRML97's statements.
+    pub(super) fn statement(&mut self, target: Target) -> Result<()> {
+        let start = self.rest;
+        let Ok((rest, token)) = word(start) else {
+            return self.stray();
+        };
+        match token {
+            b"DEF" => {
+                let named = skip(rest);
+                let Ok((after, name)) = def_name(named) else {
+                    self.rest = rest;
+                    let span = self.here();
+                    self.damage(span, "`DEF` needs a name");
+                    return Ok(());
+                };
+                self.rest = skip(after);
+                self.node(target, Some(name), start)
+            }
+            b"USE" => {
+                self.rest = skip(rest);
+                self.use_node(target)
+            }
+            b"NULL" => {
+                self.rest = rest;
+                self.deliver_nothing(target)
+            }
+            b"PROTO" | b"EXTERNPROTO" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.proto(token == b"EXTERNPROTO")
+            }
+            b"ROUTE" if skip(rest).first() != Some(&b'{') => {
+                self.rest = skip(rest);
+                self.route();
+                Ok(())
+            }
+            _ => self.node(target, None, start),
+        }
+    }
+
+    /// Warns about a token that begins neither a node nor a field, and skips it.
+    pub(super) fn stray(&mut self) -> Result<()> {
+        let span = self.here();
+        let message = expected("a node or a field", self.rest);
+        self.damage(span, message);
+        self.rest = match self.rest.first() {
+            Some(b'{' | b'[' | b'"' | b'(') => past_token(self.rest),
+            _ => &self.rest[1.min(self.rest.len())..],
+        };
+        Ok(())
+    }
+
+    /// Reads `Class {`. The name after `DEF` has been read; `start` is the start of the statement.
+    pub(super) fn node(
+        &mut self,
+        target: Target,
+        name: Option<&[u8]>,
+        start: &'s [u8],
+    ) -> Result<()> {
+        let at = self.rest;
+        let Ok((rest, token)) = word(at) else {
+            return self.stray();
+        };
+        self.rest = rest;
+        if self.peek() != Some(b'{') {
+            let message = format!("expected `{{` after `{}`", text(token));
+            let span = self.span(at, rest);
+            self.damage(span, message);
+            return self.deliver_nothing(target);
+        }
+        self.rest = &self.rest[1..];
+        let class_name = text(token);
+        let span = self.span(start, rest);
+        let known = self.asm.class_named(&class_name);
+        let declares = self.declares();
+        let class = match known {
+            Some(class) if !declares => class,
+            _ => self.asm.blank(&class_name, known),
+        };
+        let node = self.asm.add(class, None, span)?;
+        if let Some(name) = name {
+            self.asm.define(name, node);
+        }
+        if self.stack.len() >= self.asm.limits.depth {
+            let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
+            return Err(self
+                .asm
+                .document
+                .sink
+                .error(span, message)
+                .with_help("`--scene-limit depth=N` raises this"));
+        }
+        let start = self.offset(start);
+        if known.is_none() && !declares && self.peek() != Some(b'}') {
+            self.unknown(&class_name, self.span(at, rest));
+        }
+        self.stack.push(Level::Body {
+            node,
+            target,
+            start,
+        });
+        Ok(())
+    }
+
+    /// Returns whether the body that comes next begins with a declaration of its fields.
+    pub(super) fn declares(&mut self) -> bool {
+        self.rest = skip(self.rest);
+        word(self.rest).is_ok_and(|(rest, w)| {
+            matches!(w, b"fields" | b"isA") && skip(rest).first() == Some(&b'[')
+        })
+    }
+
+    /// Warns about a node of an undeclared class, and skips its contents up to the closing brace.
+    pub(super) fn unknown(&mut self, name: &str, span: Span) {
+        let near = if self.asm.may_hint() {
+            nearest(name, grammar::CLASSES.iter().map(|c| c.name))
+        } else {
+            None
+        };
+        let help = match near {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => {
+                "a file can declare its own classes: `fields [ SFFloat width ]` first in the braces"
+                    .into()
+            }
+        };
+        self.warn(
+            span,
+            format!("`{name}` is not a known node class; its contents are skipped"),
+        )
+        .help(help);
+        let inside = self.rest;
+        let after = past_braces(inside);
+        // Stop before the closing brace, which ends the node in the usual way.
+        let skipped = inside.len() - after.len();
+        let closed = inside[..skipped].last() == Some(&b'}');
+        self.rest = &inside[skipped - usize::from(closed)..];
+    }
+
+    /// Reads the name after `USE`. In `USE engine.output` the dot is not part of it.
+    pub(super) fn use_node(&mut self, target: Target) -> Result<()> {
+        let at = self.rest;
+        let Ok((mut rest, token)) = def_name(at) else {
+            let span = self.here();
+            self.damage(span, "`USE` needs a name");
+            return self.deliver_nothing(target);
+        };
+        let mut found = self.asm.used(token);
+        if found.is_none() {
+            for dot in token
+                .iter()
+                .enumerate()
+                .filter(|(_, b)| **b == b'.')
+                .map(|(i, _)| i)
+            {
+                found = self.asm.used(&token[..dot]);
+                if found.is_some() {
+                    rest = &at[dot..];
+                    break;
+                }
+            }
+        }
+        self.rest = rest;
+        let Some(node) = found else {
+            let name = text(token);
+            let near = self.asm.nearest_name(&name);
+            let span = self.span(at, rest);
+            let warning = self.warn(span, format!("no earlier node is named `{name}`"));
+            if let Some(near) = near {
+                warning.help(format!("did you mean `{near}`?"));
+            }
+            return self.deliver_nothing(target);
+        };
+        self.deliver(target, node)
+    }
+
+    /// Stores a node where it belongs, and reads the part of the field that may follow it.
+    pub(super) fn deliver(&mut self, target: Target, node: NodeId) -> Result<()> {
+        self.attach(target, node);
+        match target {
+            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
+            Target::Source(holder, entry) => self.output(holder, entry, node),
+            _ => Ok(()),
+        }
+    }
+
+    /// Stores a node where it belongs.
+    pub(super) fn attach(&mut self, target: Target, node: NodeId) {
+        match target {
+            Target::Root => self.roots.push(node),
+            Target::Child(parent) => self.asm.data(parent).children.push(node),
+            Target::Field(holder, entry) => {
+                self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
+            }
+            Target::Element(holder, entry) | Target::Alone(holder, entry) => {
+                if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
+                    list.push(node);
+                }
+            }
+            Target::Source(..) | Target::Discarded => {}
+            Target::Proto(proto) => self.asm.document.protos.list[proto].body.push(node),
+        }
+    }
+
+    /// Reads the part of the field that may follow a `NULL` or an unknown name.
+    pub(super) fn deliver_nothing(&mut self, target: Target) -> Result<()> {
+        match target {
+            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads `. output` after the node of a connection.
+    pub(super) fn output(&mut self, holder: NodeId, entry: usize, from: NodeId) -> Result<()> {
+        if !self.take(b'.') {
+            let span = self.here();
+            self.warn(
+                span,
+                "a connection needs `.` and a field's or output's name after its node",
+            );
+            return Ok(());
+        }
+        self.rest = skip(self.rest);
+        let Ok((rest, name)) = word(self.rest) else {
+            let span = self.here();
+            self.warn(
+                span,
+                "a connection needs a field's or output's name after the dot",
+            );
+            return Ok(());
+        };
+        self.rest = rest;
+        let output = text(name).into();
+        self.asm.data(holder).fields[entry].connection =
+            Some(Box::new(Connection { from, output }));
+        self.tail(holder, entry)
+    }
+}

@@ -1,0 +1,59 @@
+//! Reads one file into a document, which may already contain others.
+
+use std::sync::Arc;
+
+use ivcam_base::diag::{Result, Source};
+
+use super::assemble::{Assembler, FileRead};
+use super::header::{self, Header};
+use super::{ascii, binary, upgrade};
+use crate::iv::document::Document;
+use crate::iv::limits::Limits;
+
+/// Reads one file into a document, which may already contain others. `otherwise` is used if the
+/// file has no header.
+///
+/// # Errors
+/// Returns an error if the file has no header and `otherwise` is `None`, if it cannot be
+/// decompressed, or if a limit is exceeded.
+pub(super) fn read_into(
+    document: &mut Document,
+    name: &str,
+    bytes: Vec<u8>,
+    limits: &Limits,
+    otherwise: Option<Header>,
+) -> Result<FileRead> {
+    let (bytes, damage) = header::unpack(bytes, name, limits)?;
+    let header = match (Header::parse(&bytes, name), otherwise) {
+        (Ok(header), _) => header,
+        (Err(_), Some(header)) => header,
+        (Err(error), None) => return Err(error),
+    };
+    if document.sources.is_empty() {
+        document.format = header.words.clone();
+    }
+    let mut source = Source::new(name, bytes);
+    if header.binary {
+        source = source.into_binary();
+    }
+    let source = Arc::new(source);
+    let before = document.sink.set_source(Some(source.clone()));
+    if let Some(damage) = damage {
+        document.sink.add(*damage);
+    }
+    let first_node = document.nodes.len();
+    document.sources.push(source.clone());
+    let mut assembler = Assembler::new(document, header, limits, read_into);
+    let roots = if source.binary {
+        binary::read(&mut assembler, &source.bytes)
+    } else {
+        ascii::read(&mut assembler, &source.bytes)
+    };
+    let old = std::mem::take(&mut assembler.old);
+    let header = assembler.header.clone();
+    let declared = std::mem::take(&mut assembler.declared);
+    let roots = roots?;
+    upgrade::upgrade(document, &header, first_node, old);
+    document.sink.set_source(before);
+    Ok(FileRead { roots, declared })
+}

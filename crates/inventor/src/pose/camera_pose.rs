@@ -1,0 +1,192 @@
+//! A camera's pose: from a camera node, or made to see a whole scene.
+
+use glam::{DMat4, DQuat, DVec3};
+
+use super::projection::{Projection, ViewportMapping};
+use super::rotation::{quat, rotation_of};
+use crate::grammar::{
+    Field, camera, class, film_camera, orthographic_camera, perspective_camera, viewpoint,
+};
+use crate::iv::NodeRef;
+
+/// A film behind a lens that is part of the scene. Lengths are in meters in the camera's space,
+/// with the front vertex at the origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FilmPlane {
+    /// The height angle for a film that is 24 mm high, by the paper's equation 7, in radians.
+    pub height_angle: f64,
+    /// The z of the film.
+    pub film_z: f64,
+    /// The z of the disc at which rays from the film are aimed.
+    pub rear_z: f64,
+    /// The radius of that disc.
+    pub rear_radius: f64,
+    /// The irradiance on the axis from radiance 1, in steradians. It is rendered as white.
+    pub irradiance: f64,
+}
+
+/// The position and orientation of a camera in the world, with its projection. Lengths are in
+/// meters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CameraPose {
+    /// The position of the eye.
+    pub position: DVec3,
+    /// The rotation from the camera's space to the world.
+    pub orientation: DQuat,
+    /// The mapping from directions to the picture.
+    pub projection: Projection,
+    /// The distance of the near clipping plane.
+    pub near: f64,
+    /// The distance of the far clipping plane.
+    pub far: f64,
+    /// The focus distance in the scene file.
+    pub focal_distance: f64,
+    /// The width of the view over its height.
+    pub aspect_ratio: f64,
+    /// What happens if the picture has another aspect ratio.
+    pub viewport_mapping: ViewportMapping,
+    /// The film of a `FilmCamera`, behind a lens that is part of the scene.
+    pub film: Option<FilmPlane>,
+    /// The origin of the pose, for messages: `PerspectiveCamera`, `viewAll`, ….
+    pub source: String,
+}
+
+impl CameraPose {
+    /// Returns the pose of a camera node or a VRML97 `Viewpoint`; `None` for any other node.
+    ///
+    /// The matrix `world_from_camera` transforms the position and rotates the orientation. Its
+    /// scale does not change the projection, as in Coin.
+    pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
+        let class = node.class()?;
+        let number = |field: Field<f32>| {
+            let value = node.get(field);
+            f64::from(if value.is_finite() {
+                value
+            } else {
+                field.default()
+            })
+        };
+        let is_perspective = [class::PERSPECTIVE_CAMERA, class::FRUSTUM_CAMERA]
+            .into_iter()
+            .any(|c| class.descends_from(c));
+        let projection = if is_perspective {
+            Projection::Perspective {
+                height_angle: number(perspective_camera::HEIGHT_ANGLE),
+            }
+        } else if class.descends_from(class::ORTHOGRAPHIC_CAMERA) {
+            Projection::Orthographic {
+                height: number(orthographic_camera::HEIGHT),
+            }
+        } else if class.id == class::VIEWPOINT {
+            Projection::Perspective {
+                height_angle: number(viewpoint::FIELD_OF_VIEW),
+            }
+        } else {
+            return None;
+        };
+        let own = node.get(camera::POSITION);
+        let own = if own.is_finite() {
+            own
+        } else {
+            camera::POSITION.default()
+        };
+        let position = world_from_camera.transform_point3(own.as_dvec3());
+        let turn = quat(node.get(camera::ORIENTATION));
+        let orientation = (rotation_of(world_from_camera) * turn).normalize();
+        Some(Self {
+            position: if position.is_finite() {
+                position
+            } else {
+                own.as_dvec3()
+            },
+            orientation: if orientation.is_finite() {
+                orientation
+            } else {
+                DQuat::IDENTITY
+            },
+            projection,
+            near: number(camera::NEAR_DISTANCE),
+            far: number(camera::FAR_DISTANCE),
+            focal_distance: number(camera::FOCAL_DISTANCE),
+            aspect_ratio: number(camera::ASPECT_RATIO),
+            viewport_mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
+            film: class.descends_from(class::FILM_CAMERA).then(|| FilmPlane {
+                height_angle: number(film_camera::HEIGHT_ANGLE),
+                film_z: number(film_camera::FILM_DISTANCE),
+                rear_z: number(film_camera::REAR_DISTANCE),
+                rear_radius: number(film_camera::REAR_RADIUS),
+                irradiance: number(film_camera::IRRADIANCE),
+            }),
+            source: class.name.to_owned(),
+        })
+    }
+
+    /// Returns the view of a box that Inventor's `viewAll` makes: it looks down −z with a height
+    /// angle of π/4, and the box's circumscribed sphere touches the frustum on the narrower side.
+    pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {
+        let height_angle = std::f64::consts::FRAC_PI_4;
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
+        let distance = radius / aspect.min(1.0) / libm::tan(0.5 * height_angle);
+        Self::in_front_of(bounds, distance, height_angle)
+    }
+
+    /// Returns the view of a box through a lens with this half field angle on the film's shorter
+    /// side, in radians. The box's circumscribed sphere lies within the field.
+    pub fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
+        let distance = radius / libm::sin(half_angle);
+        Self {
+            source: "viewAll through the lens".into(),
+            ..Self::in_front_of(bounds, distance, 2.0 * half_angle)
+        }
+    }
+
+    /// Returns a pose that looks down −z at the middle of a box from a distance.
+    fn in_front_of(bounds: (DVec3, DVec3), distance: f64, height_angle: f64) -> Self {
+        let center = 0.5 * (bounds.0 + bounds.1);
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
+        Self {
+            position: center + DVec3::Z * distance,
+            orientation: DQuat::IDENTITY,
+            projection: Projection::Perspective { height_angle },
+            near: distance - radius,
+            far: distance + radius,
+            focal_distance: distance,
+            aspect_ratio: 1.0,
+            viewport_mapping: ViewportMapping::AdjustCamera,
+            film: None,
+            source: "viewAll".into(),
+        }
+    }
+
+    /// Returns the unit vector in which the camera looks.
+    pub fn direction(&self) -> DVec3 {
+        self.orientation * DVec3::NEG_Z
+    }
+
+    /// Returns the matrix from the camera's space to the world.
+    pub fn world_from_camera(&self) -> DMat4 {
+        DMat4::from_rotation_translation(self.orientation, self.position)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_of_everything_touches_the_sphere_around_the_box() {
+        let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
+        let radius = 3f64.sqrt();
+        let distance = pose.position.z;
+        // A ray at half the height angle passes the center at the sphere's projected radius.
+        assert!((distance * (std::f64::consts::PI / 8.0).tan() - radius).abs() < 1e-12);
+        assert_eq!(pose.direction(), DVec3::NEG_Z);
+    }
+
+    #[test]
+    fn a_view_through_a_lens_has_the_sphere_within_its_angle() {
+        let pose = CameraPose::view_all_within((DVec3::splat(-1.0), DVec3::splat(1.0)), 0.9);
+        assert!((pose.position.z * 0.9f64.sin() - 3f64.sqrt()).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,13 @@
+//! The pose of a camera: from a camera node of the scene or of a `-camread` file, or a view of
+//! everything.
+//!
+//! A pose is in world space, in meters. The camera looks down its own −z with +y up, as in
+//! Inventor. Nothing here knows about lenses.
+
+mod camera_pose;
+mod projection;
+mod rotation;
+
+pub use camera_pose::{CameraPose, FilmPlane};
+pub use projection::{Projection, ViewportMapping};
+pub use rotation::{axis_angle, quat, rotation_of};

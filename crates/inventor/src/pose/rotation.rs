@@ -1,0 +1,61 @@
+//! Rotations in double precision: conversion from and to axis and angle, and from a matrix.
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+
+use crate::grammar::value::Rotation;
+
+/// Converts a rotation of a scene to double precision. With an axis of length 0 it is the identity.
+pub fn quat(rotation: Rotation) -> DQuat {
+    let half = 0.5 * f64::from(rotation.angle);
+    match rotation.axis.as_dvec3().try_normalize() {
+        Some(axis) if half.is_finite() => {
+            let v = axis * libm::sin(half);
+            DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(half))
+        }
+        _ => DQuat::IDENTITY,
+    }
+}
+
+/// Returns the unit axis and the angle in radians.
+pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
+    let v = DVec3::new(turn.x, turn.y, turn.z);
+    let angle = 2.0 * libm::atan2(v.length(), turn.w);
+    (v.try_normalize().unwrap_or(DVec3::Z), angle)
+}
+
+/// Returns the rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which is
+/// independent of scale. If the matrix contains a reflection, the negated factor is returned; if it
+/// is singular, the identity.
+pub fn rotation_of(matrix: DMat4) -> DQuat {
+    let mut m = DMat3::from_mat4(matrix);
+    if m.determinant() == 0.0 || !m.is_finite() {
+        return DQuat::IDENTITY;
+    }
+    for _ in 0..40 {
+        let next = (m + m.inverse().transpose()) * 0.5;
+        let change = (next - m)
+            .to_cols_array()
+            .iter()
+            .fold(0.0, |a: f64, c| a.max(c.abs()));
+        m = next;
+        if change < 1e-15 {
+            break;
+        }
+    }
+    if m.determinant() < 0.0 {
+        m *= -1.0;
+    }
+    DQuat::from_mat3(&m).normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scale_does_not_rotate_the_camera() {
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 3.0).normalize(), 0.7);
+        let matrix = DMat4::from_quat(turn) * DMat4::from_scale(DVec3::new(2.0, 5.0, 0.1));
+        assert!(rotation_of(matrix).dot(turn).abs() > 1.0 - 1e-12);
+    }
+}

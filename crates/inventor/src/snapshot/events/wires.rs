@@ -1,0 +1,76 @@
+//! The routes of a scene by the event that they carry.
+
+use std::collections::HashMap;
+
+use crate::iv::{Document, NodeId, NodeRef, Route};
+use crate::snapshot::engines::edges::is_computed;
+
+/// An event of a node: the node and the event's name.
+pub(super) type End = (NodeId, Box<str>);
+
+/// The routes, which a scene can change while it plays.
+#[derive(Debug, Default)]
+pub struct Wires {
+    targets: HashMap<End, Vec<End>>,
+}
+
+impl Wires {
+    /// Returns the routes of a document that carry events.
+    pub(super) fn of(document: &Document) -> Self {
+        let mut wires = Self::default();
+        wires.extend(document, &document.routes);
+        wires
+    }
+
+    /// Adds the routes of a list that carry events.
+    pub fn extend(&mut self, document: &Document, routes: &[Route]) {
+        for route in routes.iter().filter(|r| !is_computed(document, r)) {
+            let from = document.node(route.from);
+            let end = (from.id, output_name(from, &route.output).into());
+            self.add(end, (document.node(route.to).id, route.input.clone()));
+        }
+    }
+
+    /// Adds a route. A route that exists already stays one route (VRML97, 4.10.2).
+    pub fn add(&mut self, from: End, to: End) {
+        let targets = self.targets.entry(from).or_default();
+        if !targets.contains(&to) {
+            targets.push(to);
+        }
+    }
+
+    /// Removes a route.
+    pub fn remove(&mut self, from: &End, to: &End) {
+        if let Some(targets) = self.targets.get_mut(from) {
+            targets.retain(|t| t != to);
+        }
+    }
+
+    /// Returns the targets of an event.
+    pub(super) fn targets(&self, from: &End) -> &[End] {
+        self.targets.get(from).map_or(&[], Vec::as_slice)
+    }
+
+    /// Returns whether there are no routes.
+    pub(super) fn is_empty(&self) -> bool {
+        self.targets.is_empty()
+    }
+}
+
+/// Returns the one name of an output that has several: an `exposedField` sends `x_changed`, which a
+/// file may also call `x`. A script's outputs have only one name.
+pub fn output_name<'a>(node: NodeRef<'_>, name: &'a str) -> &'a str {
+    let Some(class) = node.class() else {
+        return name;
+    };
+    let is_output = |name: &str| class.outputs.iter().any(|(n, _)| *n == name);
+    let short = name.strip_suffix("_changed").unwrap_or(name);
+    if class.field(name).is_none()
+        && !is_output(name)
+        && (class.field(short).is_some() || is_output(short))
+    {
+        short
+    } else {
+        name
+    }
+}

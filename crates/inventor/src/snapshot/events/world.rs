@@ -1,0 +1,163 @@
+//! A scene that plays: its document, routes, timers and the events that wait.
+
+use std::collections::{BTreeMap, HashSet, VecDeque};
+
+use ivcam_base::diag::{Diagnostic, Severity, Span};
+
+use super::timer::{Timer, TimerEvents};
+use super::wires::{End, Wires};
+use crate::grammar::class;
+use crate::iv::{Document, NodeId, NodeRef, Value};
+
+/// The largest number of events that are delivered. It bounds the time for hostile files and was
+/// chosen by trial: 2 million events take about 2 seconds.
+const MAX_EVENTS: usize = 2_000_000;
+
+/// An event on its way to a node.
+#[derive(Debug)]
+pub struct Event {
+    pub to: NodeId,
+    pub input: Box<str>,
+    pub value: Value,
+}
+
+/// A scene that plays.
+#[derive(Debug)]
+pub struct World {
+    pub document: Document,
+    /// The time in seconds since the scene was opened.
+    pub now: f64,
+    pub wires: Wires,
+    /// The events that wait, in the order in which they were sent.
+    queue: VecDeque<Event>,
+    /// The events that nodes have sent since the last event from outside. Each is sent once, which
+    /// ends loops of routes (VRML97, 4.10.4).
+    sent: HashSet<End>,
+    pub timers: BTreeMap<NodeId, Timer>,
+    /// The number of events that were delivered.
+    delivered: usize,
+    /// Whether an event changed which nodes a field holds.
+    pub holds_new_nodes: bool,
+}
+
+impl World {
+    /// Creates a scene that is about to play.
+    pub(super) fn new(document: Document, now: f64) -> Self {
+        let mut world = Self {
+            wires: Wires::of(&document),
+            document,
+            now,
+            queue: VecDeque::new(),
+            sent: HashSet::new(),
+            timers: BTreeMap::new(),
+            delivered: 0,
+            holds_new_nodes: false,
+        };
+        world.find_timers(0);
+        world
+    }
+
+    /// Finds the `TimeSensor`s among the nodes of the arena from an index on.
+    pub fn find_timers(&mut self, first: usize) {
+        for index in first..self.document.nodes.len() {
+            let id = NodeId(index as u32);
+            let node = NodeRef {
+                document: &self.document,
+                id,
+            };
+            if node.class_id() == Some(class::TIME_SENSOR) && !self.document.is_template(id) {
+                self.timers.insert(id, Timer::default());
+            }
+        }
+    }
+
+    /// Sends an event along its routes. If the node already sent this event in the same cascade,
+    /// nothing happens. `output` is the name that `output_name` returns.
+    pub fn send(&mut self, from: NodeId, output: &str, value: &Value) {
+        let end = (from, Box::<str>::from(output));
+        let targets = self.wires.targets(&end);
+        if targets.is_empty() || !self.sent.insert(end.clone()) {
+            return;
+        }
+        for (to, input) in self.wires.targets(&end) {
+            self.queue.push_back(Event {
+                to: *to,
+                input: input.clone(),
+                value: value.clone(),
+            });
+        }
+    }
+
+    /// Adds an event that waits.
+    pub fn post(&mut self, event: Event) {
+        self.queue.push_back(event);
+    }
+
+    /// Begins a cascade: every node may send each of its events again.
+    pub(super) fn begin_cascade(&mut self) {
+        self.sent.clear();
+    }
+
+    /// Returns the next event that waits. Beyond the limit of events the rest is left out.
+    pub(super) fn next_event(&mut self) -> Option<Event> {
+        if self.delivered >= MAX_EVENTS && !self.queue.is_empty() {
+            self.queue.clear();
+            self.limit(format!(
+                "the scene sends more than {MAX_EVENTS} events; the rest is left out"
+            ));
+        }
+        let event = self.queue.pop_front();
+        self.delivered += usize::from(event.is_some());
+        event
+    }
+
+    /// Returns the events that a `TimeSensor` sends now.
+    pub(super) fn tick(&mut self, id: NodeId) -> TimerEvents {
+        let node = NodeRef {
+            document: &self.document,
+            id,
+        };
+        let timer = self.timers.get_mut(&id);
+        timer.map_or_else(Vec::new, |timer| timer.tick(node, self.now))
+    }
+
+    /// Returns the `TimeSensor`s that do not run.
+    pub(super) fn resting_timers(&self) -> Vec<NodeId> {
+        let resting = self.timers.iter().filter(|(_, timer)| !timer.is_active());
+        resting.map(|(id, _)| *id).collect()
+    }
+
+    /// Returns the first time after now at which a `TimeSensor` starts, ends or begins a cycle of
+    /// at least `shortest` seconds.
+    pub(super) fn next_time(&self, shortest: f64) -> Option<f64> {
+        let times = self.timers.iter().filter_map(|(&id, timer)| {
+            let document = &self.document;
+            timer.next(NodeRef { document, id }, self.now, shortest)
+        });
+        times.reduce(f64::min)
+    }
+
+    /// Adds a warning about a node.
+    pub fn warn(&mut self, node: NodeId, message: String) -> &mut Diagnostic {
+        let data = &self.document.nodes[node.0 as usize];
+        let (span, source): (Span, _) = (data.span, usize::from(data.source));
+        let source = self.document.sources.get(source).cloned();
+        self.document.sink.set_source(source);
+        self.document.sink.warn(span, message)
+    }
+
+    /// Adds a note about a node.
+    pub fn note(&mut self, node: NodeId, message: String) {
+        let data = &self.document.nodes[node.0 as usize];
+        let (span, source): (Span, _) = (data.span, usize::from(data.source));
+        let source = self.document.sources.get(source).cloned();
+        self.document.sink.set_source(source);
+        self.document.sink.note(span, message);
+    }
+
+    /// Adds a warning that a limit was reached.
+    pub fn limit(&mut self, message: String) {
+        let warning = Diagnostic::beyond_limit(message).at_most(Severity::Warning);
+        self.document.sink.add(*warning);
+    }
+}

@@ -1,0 +1,20 @@
+//! A document at one time, with events delivered, engines evaluated and, on request, handles of
+//! draggers.
+//!
+//! All code that reads the values of nodes for a picture (traversal, compiling, the search for a
+//! camera, `check`) uses a [`Snapshot`] and not a [`Document`], so that it sees the same values.
+//! Some engines and the handles depend on the size of a part of the scene, which only the code that
+//! draws knows; a snapshot gets it through `Bounds`. `scene::snapshot` implements that trait and
+//! is the usual function to take a snapshot.
+//!
+//! [`Document`]: crate::iv::Document
+
+mod at_time;
+mod bounds;
+pub mod engines;
+pub mod events;
+mod handles;
+mod take;
+
+pub use at_time::{Snapshot, SnapshotOptions};
+pub use bounds::{Bounds, Corners, NoBounds};

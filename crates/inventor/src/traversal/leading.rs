@@ -1,0 +1,61 @@
+//! Finds the nodes below which there is a node of some kind, so that a walk can skip the others.
+
+use super::role::{Role, role};
+use super::visitor::Repeated;
+use crate::iv::{Document, NodeId, NodeRef, Value};
+
+/// The nodes that are of some kind, or have such a node below.
+pub struct Leading(Vec<bool>);
+
+impl Leading {
+    /// Finds the nodes that lead to one that is wanted. A kit always does, because it may make its
+    /// parts.
+    pub fn to(document: &Document, wanted: impl Fn(NodeRef<'_>) -> bool) -> Self {
+        let ids = || (0..document.nodes.len() as u32).map(NodeId);
+        let mut leads = vec![false; document.nodes.len()];
+        let mut found: Vec<NodeId> = ids()
+            .filter(|id| {
+                let node = document.node(*id);
+                role(node) == Role::Kit || wanted(node)
+            })
+            .collect();
+        if found.is_empty() {
+            return Self(leads);
+        }
+        let mut parents: Vec<(NodeId, NodeId)> = Vec::new();
+        ids().for_each(|id| each_child(document, id, |child| parents.push((child, id))));
+        parents.sort_unstable_by_key(|(child, _)| child.0);
+        while let Some(id) = found.pop() {
+            if std::mem::replace(&mut leads[id.0 as usize], true) {
+                continue;
+            }
+            let first = parents.partition_point(|(child, _)| child.0 < id.0);
+            let above = parents[first..].iter();
+            found.extend(
+                above
+                    .take_while(|(child, _)| *child == id)
+                    .map(|(_, id)| *id),
+            );
+        }
+        Self(leads)
+    }
+
+    /// Whether there is a wanted node in a part of the document.
+    pub fn is_in(&self, part: Repeated<'_>) -> bool {
+        let (Repeated::Node(node) | Repeated::Copy(node) | Repeated::Grid(node, _)) = part;
+        self.0[node.id.0 as usize]
+    }
+}
+
+/// Calls a function with each child of a node, and with the nodes in its fields.
+pub fn each_child(document: &Document, id: NodeId, mut found: impl FnMut(NodeId)) {
+    let node = document.node(id).data();
+    let fields = node.fields.iter().map(|field| match &field.value {
+        Value::Node(Some(id)) => std::slice::from_ref(id),
+        Value::Nodes(ids) => ids,
+        _ => &[],
+    });
+    let included = document.included.get(&id).map_or(&[][..], Vec::as_slice);
+    let all = fields.chain([&node.children[..], included]);
+    all.flatten().for_each(|id| found(*id));
+}

@@ -1,0 +1,32 @@
+//! Traverses a document by Inventor's rules of state, and calls a visitor at its nodes.
+//!
+//! The stack is a `Vec`, so a deep document cannot overflow the program's stack. A node that
+//! contains itself is entered only once on each path. A limit on visits bounds the time for
+//! documents whose nodes use shared subtrees at every level.
+
+mod appearance;
+mod copies;
+mod frame;
+mod groups;
+mod kit;
+mod leading;
+mod light_list;
+mod lights;
+pub mod property;
+pub mod role;
+mod same_state;
+pub mod state;
+mod steps;
+mod visitor;
+mod walk;
+
+pub use copies::Grid;
+pub use leading::{Leading, each_child};
+pub use light_list::LightList;
+pub use state::State;
+pub use steps::Step;
+pub use visitor::{Repeated, Visitor, WalkOptions};
+pub use walk::{Scratch, walk, walk_list, walk_part};
+
+#[cfg(test)]
+mod tests;

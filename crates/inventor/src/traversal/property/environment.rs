@@ -1,0 +1,77 @@
+//! Properties of the surroundings: ambient light, fog, clip planes and shadows.
+
+use std::sync::Arc;
+
+use crate::grammar::{clip_plane, environment, fog, local_fog, shadow_style};
+use crate::iv::NodeRef;
+use crate::traversal::state::{EnvironmentElement, FogKind, State};
+
+/// Applies an `Environment`.
+pub(super) fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let color = node.acting_or_default(environment::AMBIENT_COLOR);
+    state.environment = EnvironmentElement {
+        ambient: color * node.acting_or_default(environment::AMBIENT_INTENSITY),
+        attenuation: node.acting_or_default(environment::ATTENUATION),
+        fog: match node.acting_or_default(environment::FOG_TYPE) {
+            environment::FOG_TYPE_HAZE => FogKind::Haze,
+            environment::FOG_TYPE_FOG => FogKind::Fog,
+            environment::FOG_TYPE_SMOKE => FogKind::Smoke,
+            _ => FogKind::None,
+        },
+        fog_color: node.acting_or_default(environment::FOG_COLOR),
+        visibility: node.acting_or_default(environment::FOG_VISIBILITY),
+    };
+}
+
+/// Applies a `LocalFog` that is enabled.
+pub(super) fn local_fog<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    if node.get(local_fog::ENABLED) {
+        state.environment = fog97(node, state).unwrap_or(state.environment);
+    }
+}
+
+/// Returns the environment with the fog of a VRML97 `Fog` or `LocalFog`, or `None` if the
+/// visibility range is 0, which means no fog. The range is in units of the node's object space.
+pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement> {
+    let range = node.get(fog::VISIBILITY_RANGE);
+    let scale = libm::cbrt(state.world_from_object.determinant().abs());
+    let visibility = range * scale as f32;
+    (visibility > 0.0 && visibility.is_finite()).then(|| EnvironmentElement {
+        fog: match node.get(fog::FOG_TYPE) {
+            "EXPONENTIAL" => FogKind::Exponential,
+            _ => FogKind::Linear,
+        },
+        fog_color: node.get(fog::COLOR),
+        visibility,
+        ..state.environment
+    })
+}
+
+/// Adds a `ClipPlane` that is on.
+pub(super) fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    if node.acting(clip_plane::ON) == Some(false) {
+        return;
+    }
+    let Some(plane) = node.acting(clip_plane::PLANE) else {
+        return;
+    };
+    let world = state.world_from_object;
+    let inverse = world.inverse();
+    if !inverse.is_finite() {
+        return;
+    }
+    let normal = plane.normal.as_dvec3();
+    let turned = inverse.transpose().transform_vector3(normal);
+    let on_plane = world.transform_point3(
+        normal * f64::from(plane.distance) / normal.length_squared().max(f64::MIN_POSITIVE),
+    );
+    if let Some(n) = turned.try_normalize() {
+        Arc::make_mut(&mut state.clip_planes).push((n, n.dot(on_plane)));
+    }
+}
+
+/// Applies a `ShadowStyle`.
+pub(super) fn shadow_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let style = node.acting_or_default(shadow_style::STYLE);
+    state.casts_shadow = style & shadow_style::STYLE_CASTS_SHADOW != 0;
+}

@@ -1,0 +1,656 @@
+//! The traversal state: the elements that a shape inherits from the nodes before and above it.
+//!
+//! Elements are small and `Copy`, or slices that borrow from the document, so a `Separator` saves
+//! the state by copying it. Names and rules are Inventor's. Where SGI's and Coin's libraries
+//! differ, a comment names the one that is followed.
+
+use std::sync::Arc;
+
+use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
+
+use super::light_list::LightList;
+use super::steps::Step;
+use crate::grammar::material_binding;
+use crate::grammar::value::NodeId;
+use crate::iv::{Document, NodeRef};
+
+/// One value for a whole shape, or a list of values for its parts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum List<'a, T> {
+    /// One value for all parts.
+    One(T),
+    /// At least one value.
+    Many(&'a [T]),
+}
+
+impl<'a, T: Copy> List<'a, T> {
+    /// Wraps a slice; returns `None` for an empty one, which changes nothing in Inventor.
+    pub(crate) fn of(values: &'a [T]) -> Option<Self> {
+        (!values.is_empty()).then_some(Self::Many(values))
+    }
+
+    /// The number of values.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::One(_) => 1,
+            Self::Many(v) => v.len(),
+        }
+    }
+
+    /// Returns the value at an index. An index past the end gives the last value, as in Coin.
+    pub fn at(&self, index: usize) -> T {
+        match self {
+            Self::One(v) => *v,
+            Self::Many(v) => v[index.min(v.len() - 1)],
+        }
+    }
+}
+
+/// Diffuse colors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Diffuse<'a> {
+    /// RGB colors, with transparencies stored separately.
+    Colors(List<'a, Vec3>),
+    /// At least one color `0xrrggbbaa`, which includes the transparency.
+    Packed(&'a [u32]),
+}
+
+/// The material element. Only diffuse color and transparency vary within a shape. Of the other
+/// fields only the first value is used, as in SGI's Inventor 2.1 and in Coin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaterialElement<'a> {
+    /// The ambient color, unless `ambient_intensity` is set.
+    pub ambient: Vec3,
+    /// VRML97's `ambientIntensity`: the ambient color is this fraction of the diffuse color of each
+    /// point, which colors and textures may replace.
+    pub ambient_intensity: Option<f32>,
+    /// The diffuse colors.
+    pub diffuse: Diffuse<'a>,
+    /// The specular color.
+    pub specular: Vec3,
+    /// The emissive color.
+    pub emissive: Vec3,
+    /// The specular exponent divided by 128.
+    pub shininess: f32,
+    /// The transparencies from 0 to 1, unused with packed colors.
+    pub transparency: List<'a, f32>,
+    /// The index of refraction, from an extension field that files declare. Default: 1.
+    pub refraction: f32,
+}
+
+impl MaterialElement<'_> {
+    /// Inventor's default material.
+    pub(crate) const DEFAULT: Self = Self {
+        ambient: Vec3::splat(0.2),
+        ambient_intensity: None,
+        diffuse: Diffuse::Colors(List::One(Vec3::splat(0.8))),
+        specular: Vec3::ZERO,
+        emissive: Vec3::ZERO,
+        shininess: 0.2,
+        transparency: List::One(0.0),
+        refraction: 1.0,
+    };
+
+    /// The number of diffuse colors.
+    pub fn diffuse_count(&self) -> usize {
+        match self.diffuse {
+            Diffuse::Colors(c) => c.len(),
+            Diffuse::Packed(p) => p.len(),
+        }
+    }
+
+    /// The diffuse color at an index: see [`List::at`].
+    pub fn diffuse_at(&self, index: usize) -> Vec3 {
+        match self.diffuse {
+            Diffuse::Colors(c) => c.at(index),
+            Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).0,
+        }
+    }
+
+    /// The transparency at an index: see [`List::at`].
+    pub fn transparency_at(&self, index: usize) -> f32 {
+        match self.diffuse {
+            Diffuse::Colors(_) => self.transparency.at(index),
+            Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).1,
+        }
+    }
+}
+
+/// Returns the color and the transparency in `0xrrggbbaa`.
+pub(crate) fn unpack(rgba: u32) -> (Vec3, f32) {
+    let [r, g, b, a] = rgba.to_be_bytes().map(|byte| f32::from(byte) / 255.0);
+    (Vec3::new(r, g, b), 1.0 - a)
+}
+
+/// How a list of materials or normals is distributed over a shape. The `Indexed` variants use an
+/// index field of the shape; the others use the values in order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binding {
+    /// The first value is used for the whole shape.
+    Overall,
+    /// Each part of the shape has a value.
+    PerPart,
+    /// Each part of the shape has an index of a value.
+    PerPartIndexed,
+    /// Each face has a value.
+    PerFace,
+    /// Each face has an index of a value.
+    PerFaceIndexed,
+    /// Each vertex has a value.
+    PerVertex,
+    /// Each vertex has an index of a value.
+    PerVertexIndexed,
+}
+
+impl Binding {
+    /// Converts the number of an enumerator. Materials and normals use the same numbers.
+    pub(crate) fn from_value(value: i32, default: Self) -> Self {
+        match value {
+            material_binding::VALUE_OVERALL => Self::Overall,
+            material_binding::VALUE_PER_PART => Self::PerPart,
+            material_binding::VALUE_PER_PART_INDEXED => Self::PerPartIndexed,
+            material_binding::VALUE_PER_FACE => Self::PerFace,
+            material_binding::VALUE_PER_FACE_INDEXED => Self::PerFaceIndexed,
+            material_binding::VALUE_PER_VERTEX => Self::PerVertex,
+            material_binding::VALUE_PER_VERTEX_INDEXED => Self::PerVertexIndexed,
+            _ => default,
+        }
+    }
+}
+
+/// The coordinate element: the points that vertex-based shapes index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coordinates<'a> {
+    /// Points.
+    Three(&'a [Vec3]),
+    /// Homogeneous points, with their weight last.
+    Four(&'a [Vec4]),
+}
+
+impl Coordinates<'_> {
+    /// The number of points.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::Three(c) => c.len(),
+            Self::Four(c) => c.len(),
+        }
+    }
+
+    /// Returns a point, divided by its weight if that is not 0.
+    pub fn get(&self, index: usize) -> Option<Vec3> {
+        match self {
+            Self::Three(c) => c.get(index).copied(),
+            Self::Four(c) => c.get(index).map(|p| {
+                let w = if p.w == 0.0 { 1.0 } else { p.w };
+                p.truncate() / w
+            }),
+        }
+    }
+}
+
+/// The source of texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum TextureCoordinates<'a> {
+    /// Each shape generates its own coordinates.
+    Default,
+    /// Coordinates (s, t) that shapes index.
+    Two(&'a [Vec2]),
+    /// Coordinates (s, t, r) that shapes index.
+    Three(&'a [Vec3]),
+    /// The node `TextureCoordinatePlane`: dot products of the point with directions in object
+    /// space. A longer direction repeats the texture more often, as in SGI's library.
+    Plane { s: Vec3, t: Vec3 },
+    /// The node `TextureCoordinateEnvironment`: a sphere map, which depends on the camera.
+    Environment,
+    /// The node `TextureCoordinateObject`: dot products with the point (x, y, z, 1) of object
+    /// space.
+    Object { s: Vec4, t: Vec4 },
+    /// The texture is wrapped around the bounding box of a vertex-based shape. Other shapes
+    /// generate their own coordinates.
+    Wrapped(Wrapping),
+}
+
+/// The solid that a texture is wrapped around.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrapping {
+    /// The node `TextureCoordinateSphere`, which uses the angles about the origin.
+    Sphere,
+    /// The node `TextureCoordinateCylinder`, which uses the angle about y and the height. On a face
+    /// that faces up or down it uses x and z.
+    Cylinder,
+    /// The node `TextureCoordinateCube`, which projects onto the side that a face is turned to.
+    Cube,
+}
+
+/// The order of a face's vertices, seen from its front.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VertexOrdering {
+    /// The order is unknown, so both sides of faces are drawn.
+    Unknown,
+    /// The vertices run clockwise.
+    Clockwise,
+    /// The vertices run counterclockwise.
+    Counterclockwise,
+}
+
+/// The shape hints element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapeHints {
+    /// The order of the vertices of every face.
+    pub ordering: VertexOrdering,
+    /// Whether the shape is closed (`SOLID`), so that the backs of its faces are invisible.
+    pub solid: bool,
+    /// Whether every face is convex (`CONVEX`).
+    pub convex: bool,
+    /// The largest angle between two faces whose common edge is smooth, in radians.
+    pub crease_angle: f32,
+}
+
+impl ShapeHints {
+    /// Inventor's default hints.
+    pub(crate) const DEFAULT: Self = Self {
+        ordering: VertexOrdering::Unknown,
+        solid: false,
+        convex: true,
+        crease_angle: 0.0,
+    };
+
+    /// Whether both sides of a face are lit: the order is known and the shape is not closed.
+    pub fn two_sided(&self) -> bool {
+        self.ordering != VertexOrdering::Unknown && !self.solid
+    }
+
+    /// Whether back faces are culled: the order is known and the shape is closed.
+    pub fn culls(&self) -> bool {
+        self.ordering != VertexOrdering::Unknown && self.solid
+    }
+
+    /// Whether vertices run counterclockwise, which is assumed if the order is unknown.
+    pub fn counterclockwise(&self) -> bool {
+        self.ordering != VertexOrdering::Clockwise
+    }
+}
+
+/// How shapes are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawStyle {
+    /// Faces are filled.
+    Filled,
+    /// Only edges are drawn.
+    Lines,
+    /// Only vertices are drawn.
+    Points,
+    /// Nothing is drawn.
+    Invisible,
+}
+
+/// The elements that `DrawStyle` and `PolygonOffset` set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawing {
+    /// How shapes are drawn.
+    pub style: DrawStyle,
+    /// The width of lines in pixels; 0 means 1.
+    pub line_width: f32,
+    /// The size of points in pixels; 0 means 1.
+    pub point_size: f32,
+    /// The stipple of lines, one bit for each pixel, as in OpenGL.
+    pub line_pattern: u16,
+    /// The number of pixels for each bit of the stipple, at least 1.
+    pub line_pattern_scale: u16,
+    /// The sign of `PolygonOffset`: 1 moves faces behind others in the same plane, −1 in front of
+    /// them.
+    pub offset: i8,
+    /// The draw styles that the offset applies to: bits of `polygon_offset::STYLES_…`.
+    pub offset_styles: i32,
+}
+
+impl Drawing {
+    /// Inventor's default values.
+    pub const DEFAULT: Self = Self {
+        style: DrawStyle::Filled,
+        line_width: 0.0,
+        point_size: 0.0,
+        line_pattern: 0xffff,
+        line_pattern_scale: 1,
+        offset: 0,
+        offset_styles: 1,
+    };
+}
+
+/// The law by which fog grows with distance. `shade` has the formulas.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FogKind {
+    /// There is no fog.
+    None,
+    /// Inventor's `HAZE`, which grows linearly.
+    Haze,
+    /// Inventor's `FOG`, which grows exponentially.
+    Fog,
+    /// Inventor's `SMOKE`, which grows exponentially with the square.
+    Smoke,
+    /// `LINEAR` of VRML97, which hides everything at the visibility range.
+    Linear,
+    /// `EXPONENTIAL` of VRML97, which hides everything at the visibility range.
+    Exponential,
+}
+
+/// Ambient light, the attenuation of lights with distance, and fog.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EnvironmentElement {
+    /// The ambient color times its intensity.
+    pub ambient: Vec3,
+    /// The quadratic, linear and constant coefficient of 1 / (a₀d² + a₁d + a₂).
+    pub attenuation: Vec3,
+    /// The law of the fog.
+    pub fog: FogKind,
+    /// The color of the fog.
+    pub fog_color: Vec3,
+    /// The distance at which fog hides everything, in meters; for Inventor's fog 0 means the far
+    /// side of the scene.
+    pub visibility: f32,
+}
+
+impl EnvironmentElement {
+    /// Inventor's default environment.
+    pub(crate) const DEFAULT: Self = Self {
+        ambient: Vec3::splat(0.2),
+        attenuation: Vec3::new(0.0, 0.0, 1.0),
+        fog: FogKind::None,
+        fog_color: Vec3::ONE,
+        visibility: 0.0,
+    };
+}
+
+/// The kind of a light, with its cone. Angles are in radians from the axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// All rays are parallel.
+    Directional,
+    /// The light shines from a point in all directions.
+    Point,
+    /// Inventor's spot light.
+    Spot {
+        /// The exponent of the cosine divided by 128, as in Inventor's `dropOffRate`.
+        drop_off: f32,
+        /// The angle at the cone's edge.
+        cut_off: f32,
+    },
+    /// VRML97's spot light. Its intensity falls from 1 at `beam_width` to 0 at `cut_off`.
+    Beam {
+        /// The angle up to which the intensity is full.
+        beam_width: f32,
+        /// The angle at the cone's edge.
+        cut_off: f32,
+    },
+}
+
+/// A light in world space, in meters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LightElement {
+    /// The kind of the light.
+    pub kind: LightKind,
+    /// The color, which is multiplied by the intensity.
+    pub color: Vec3,
+    /// The intensity; 1 is full.
+    pub intensity: f32,
+    /// The ambient intensity of a VRML97 light; 0 for Inventor's lights.
+    pub ambient: f32,
+    /// The position; unused for a directional light.
+    pub position: DVec3,
+    /// The direction of the light or of its axis, of length 1.
+    pub direction: DVec3,
+    /// The quadratic, linear and constant coefficient of 1 / (a₀d² + a₁d + a₂).
+    pub attenuation: Vec3,
+    /// The least value of that divisor: 1 for VRML97 lights, 0 for Inventor's.
+    pub least_divisor: f32,
+    /// The distance in meters at which a VRML97 light ends; infinite for Inventor's lights.
+    pub radius: f32,
+    /// The light's node.
+    pub node: NodeId,
+}
+
+/// How a texture changes the color of a surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureModel {
+    /// The texture multiplies the color.
+    Modulate,
+    /// The texture covers the color where it is opaque.
+    Decal,
+    /// The texture blends the color with the blend color.
+    Blend,
+    /// The texture replaces the color.
+    Replace,
+    /// The texture is part of the material, as in VRML97 (4.14.4, tables 4.5 and 4.6). Colors
+    /// replace the diffuse color before lighting, gray levels multiply it, and alpha replaces the
+    /// transparency.
+    Diffuse,
+}
+
+/// The current texture. Its image is decoded only if a picture needs it.
+#[derive(Clone, Copy)]
+pub struct TextureElement<'a> {
+    /// The `textureQuality` of `Complexity` at the texture, not at the shape.
+    pub quality: f32,
+    /// Whether a `Texture3` repeats along its depth.
+    pub repeat_r: bool,
+    /// The texture's node.
+    pub node: NodeRef<'a>,
+    /// How the texture changes the color.
+    pub model: TextureModel,
+    /// The color for [`TextureModel::Blend`].
+    pub blend_color: Vec3,
+    /// Whether the texture repeats along its width.
+    pub repeat_s: bool,
+    /// Whether the texture repeats along its height.
+    pub repeat_t: bool,
+}
+
+/// The font element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FontElement<'a> {
+    /// The font's name, as in a `Font` node.
+    pub name: &'a str,
+    /// The size: in units of length for 3D text, in pixels for 2D text.
+    pub size: f32,
+    /// Whether a `FontStyle` set the font, so that `family` and `style` apply instead of `name`.
+    pub is_style: bool,
+    /// One of `font_style::FAMILY_…`.
+    pub family: i32,
+    /// Bits of `font_style::STYLE_…`.
+    pub style: i32,
+}
+
+/// A profile of a `Text3` or NURBS shape.
+#[derive(Clone, Copy)]
+pub struct Profile<'a> {
+    /// The profile's node.
+    pub node: NodeRef<'a>,
+    /// The coordinates that it indexes.
+    pub coordinates: ProfileCoordinates<'a>,
+}
+
+/// The points that profiles index.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ProfileCoordinates<'a> {
+    /// Points of the plane.
+    Two(&'a [Vec2]),
+    /// Homogeneous points of the plane, with their weight last.
+    Three(&'a [Vec3]),
+}
+
+/// The complexity element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Complexity {
+    /// The complexity from 0 to 1.
+    pub value: f32,
+    /// One of `complexity::TYPE_…`, or `None` if no node states it.
+    pub kind: Option<i32>,
+    /// The texture quality from 0 to 1; 0 turns textures off.
+    pub texture_quality: f32,
+}
+
+/// How a `LocateHighlight` changes the materials below it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Highlight {
+    /// The emissive color that replaces the materials'.
+    pub color: Vec3,
+    /// Whether the color replaces the diffuse color too.
+    pub diffuse_too: bool,
+}
+
+/// The language of a scene. Some rules differ between languages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Language {
+    /// Open Inventor.
+    Inventor,
+    /// VRML 1.0.
+    Vrml1,
+    /// VRML97, also called VRML 2.0.
+    Vrml97,
+}
+
+impl Language {
+    /// Returns the language that the document's header names.
+    pub fn of(document: &Document) -> Self {
+        match &document.format {
+            f if f.starts_with("VRML V1") => Self::Vrml1,
+            f if f.starts_with("VRML V2") => Self::Vrml97,
+            _ => Self::Inventor,
+        }
+    }
+}
+
+/// Everything that a shape inherits.
+#[derive(Clone)]
+pub struct State<'a> {
+    /// The matrix from the shape's object space to world space, which is in meters.
+    pub world_from_object: DMat4,
+    /// The matrices of which it is the product, if the walk records them.
+    pub steps: Option<Arc<Step>>,
+    /// The points that vertex-based shapes index.
+    pub coordinates: Coordinates<'a>,
+    /// The normals that vertex-based shapes index.
+    pub normals: &'a [Vec3],
+    /// How normals are distributed.
+    pub normal_binding: Binding,
+    /// The materials.
+    pub material: MaterialElement<'a>,
+    /// How materials are distributed.
+    pub material_binding: Binding,
+    /// The texture of unit 0, if any.
+    pub texture: Option<TextureElement<'a>>,
+    /// The matrix that is applied to texture coordinates.
+    pub texture_matrix: glam::Mat4,
+    /// The source of texture coordinates.
+    pub texture_coordinates: TextureCoordinates<'a>,
+    /// Whether texture coordinates are indexed by `coordIndex` or `textureCoordIndex`. Otherwise
+    /// they are used in order.
+    pub texture_indexed: bool,
+    /// The shape hints.
+    pub hints: ShapeHints,
+    /// Whether shapes show their diffuse color unlit (`LightModel` `BASE_COLOR`).
+    pub base_color: bool,
+    /// How shapes are drawn.
+    pub drawing: Drawing,
+    /// Whether shapes cast shadows (`ShadowStyle`).
+    pub casts_shadow: bool,
+    /// Whether shapes are drawn over everything else (`Annotation`).
+    pub on_top: bool,
+    /// The highlight of the nearest enclosing `LocateHighlight` that is on.
+    pub highlight: Option<Highlight>,
+    /// The current `TextureUnit`. Textures of units other than 0 are not drawn.
+    pub texture_unit: i32,
+    /// The complexity.
+    pub complexity: Complexity,
+    /// The font.
+    pub font: FontElement<'a>,
+    /// Ambient light, attenuation and fog.
+    pub environment: EnvironmentElement,
+    /// The lights that light the shape.
+    pub lights: LightList,
+    /// The clip planes in world space, as normal and distance. Points with p·normal ≥ distance are
+    /// visible.
+    pub clip_planes: Arc<Vec<(DVec3, f64)>>,
+    /// The points that profiles index.
+    pub profile_coordinates: ProfileCoordinates<'a>,
+    /// The current profiles.
+    pub profiles: Arc<Vec<Profile<'a>>>,
+    /// The choice of the last `Switch`, for `SWITCH_INHERIT`.
+    pub switch: i32,
+    /// The length of the current unit of `Units`, in meters.
+    pub unit: f64,
+    /// The language whose rules apply to shapes here.
+    pub language: Language,
+}
+
+/// The default of Inventor's coordinate element: one point at the origin.
+static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
+
+impl State<'_> {
+    /// Multiplies the matrix by one of the nodes that follow.
+    pub(super) fn multiply(&mut self, matrix: DMat4) {
+        self.world_from_object *= matrix;
+        if let Some(steps) = &self.steps {
+            self.steps = Some(steps.then(matrix));
+        }
+    }
+
+    /// The state at the root of a scene.
+    pub fn new(language: Language) -> Self {
+        Self {
+            world_from_object: DMat4::IDENTITY,
+            steps: None,
+            coordinates: Coordinates::Three(&NO_COORDINATES),
+            normals: &[],
+            normal_binding: Binding::PerVertexIndexed,
+            material: MaterialElement::DEFAULT,
+            material_binding: Binding::Overall,
+            texture: None,
+            texture_matrix: glam::Mat4::IDENTITY,
+            texture_coordinates: TextureCoordinates::Default,
+            texture_indexed: true,
+            hints: ShapeHints {
+                crease_angle: if language == Language::Vrml1 {
+                    0.5
+                } else {
+                    0.0
+                },
+                ..ShapeHints::DEFAULT
+            },
+            base_color: false,
+            drawing: Drawing::DEFAULT,
+            casts_shadow: true,
+            on_top: false,
+            highlight: None,
+            texture_unit: 0,
+            complexity: Complexity {
+                value: 0.5,
+                kind: None,
+                texture_quality: 0.5,
+            },
+            font: FontElement {
+                name: "defaultFont",
+                // This is Coin's size before any node sets one. The default of a `Font` node is 10.
+                size: 12.0,
+                is_style: false,
+                family: 0,
+                style: 0,
+            },
+            environment: match language {
+                // VRML97 has no ambient light other than that of its lights (4.14.4).
+                Language::Vrml97 => EnvironmentElement {
+                    ambient: Vec3::ZERO,
+                    ..EnvironmentElement::DEFAULT
+                },
+                _ => EnvironmentElement::DEFAULT,
+            },
+            lights: LightList::default(),
+            clip_planes: Arc::default(),
+            profile_coordinates: ProfileCoordinates::Two(&[]),
+            profiles: Arc::default(),
+            switch: -1,
+            unit: 1.0,
+            language,
+        }
+    }
+}

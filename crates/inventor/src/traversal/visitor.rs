@@ -1,0 +1,96 @@
+//! The options of a walk, and the trait of its visitors.
+
+use ivcam_base::diag::Diagnostic;
+
+use super::copies::Grid;
+use super::role::Role;
+use super::state::{LightElement, State};
+use crate::iv::{Document, NodeRef};
+use crate::pose::CameraPose;
+
+/// The options of a walk: how it chooses among levels of detail, and how far it goes.
+#[derive(Clone, Debug)]
+pub struct WalkOptions {
+    /// The camera that levels of detail and billboards depend on. Default: none, which selects the
+    /// finest level and turns no billboard.
+    pub camera: Option<CameraPose>,
+    /// The largest number of nodes to visit. Default: 300,000. It is raised to twice the document's
+    /// number of nodes.
+    pub max_visits: u64,
+    /// Whether to walk every child of an LOD or a Blinker, as Inventor's bounding boxes do.
+    /// Default: no.
+    pub all_levels: bool,
+    /// Whether levels of detail that depend on the distance show the finest one, whatever the
+    /// camera. Default: no.
+    pub finest_level: bool,
+}
+
+impl Default for WalkOptions {
+    fn default() -> Self {
+        Self {
+            camera: None,
+            max_visits: 300_000,
+            all_levels: false,
+            finest_level: false,
+        }
+    }
+}
+
+impl WalkOptions {
+    /// The largest number of nodes to visit in a document.
+    pub fn most_visits(&self, document: &Document) -> u64 {
+        self.max_visits.max(2 * document.nodes.len() as u64)
+    }
+}
+
+/// A part of a scene that leaves the state as it was, so that it can be drawn again elsewhere
+/// without being walked.
+#[derive(Clone, Copy)]
+pub enum Repeated<'a> {
+    /// A node that restores the state.
+    Node(NodeRef<'a>),
+    /// The children of a `MultipleCopy` or an `Array`, once.
+    Copy(NodeRef<'a>),
+    /// The children of an `Array` at every place of a grid. All begin with the same state but for
+    /// the matrix and the choice of the last `Switch`.
+    Grid(NodeRef<'a>, Grid),
+}
+
+/// Receives the nodes of a walk, each with the state at the node.
+pub trait Visitor<'a> {
+    /// Draws a shape.
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
+    /// Receives a light that is on.
+    fn light(&mut self, _light: &LightElement, _state: &State<'a>) {}
+    /// Receives a camera.
+    fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Receives every node, before the other methods.
+    fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
+    /// Begins the part of the walk below a node with children. The state may still change before
+    /// the first child.
+    fn enter(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Ends the part of the walk below the node that was entered last.
+    fn leave(&mut self) {}
+    /// Draws a part again that the visitor knows, so that the walk skips it. Returns `false` if the
+    /// visitor does not know it; the walk then enters it.
+    fn repeats(&mut self, _part: Repeated<'a>, _state: &State<'a>) -> bool {
+        false
+    }
+    /// Begins a separator.
+    fn open(&mut self, _state: &State<'a>) {}
+    /// Ends the separator that began last.
+    fn close(&mut self) {}
+    /// Receives a VRML97 `Background` or `Fog`. A scene uses the first of each.
+    fn bindable(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Returns the area of the box around a node's children in pixels, or `None` without a camera.
+    fn screen_area(&mut self, _node: NodeRef<'a>, _state: &State<'a>) -> Option<f64> {
+        None
+    }
+    /// Whether the visitor's limits are reached, so that the walk ends.
+    fn is_full(&self) -> bool {
+        false
+    }
+    /// Receives a diagnostic about the scene.
+    #[allow(clippy::boxed_local)] // diagnostics are always passed in boxes
+    fn report(&mut self, _diagnostic: Box<Diagnostic>) {}
+}

@@ -1,0 +1,82 @@
+//! Measuring programs: `cargo run --release -p measure -- NAME ARGUMENTS`.
+//!
+//! Their external inputs (oracle tables, scene folders, other programs) are arguments.
+
+mod against;
+mod corpus;
+mod coverage;
+mod damage;
+mod faults;
+#[cfg(feature = "panels")]
+mod latency;
+mod left_out;
+mod optics;
+mod optics_aberrations;
+mod paper_claims;
+mod profiles;
+mod pupils;
+mod readall;
+mod resume;
+mod roundtrip;
+mod scaling;
+mod shared;
+mod speed;
+
+use std::process::ExitCode;
+
+/// A measuring program: its name, its arguments in one line, and its function.
+type Tool = (&'static str, &'static str, fn(Vec<String>) -> ExitCode);
+
+const TOOLS: &[Tool] = &[
+    (
+        "against",
+        "PROGRAM FOLDER [--least BYTES] [--rows]",
+        against::run,
+    ),
+    (
+        "corpus",
+        "FOLDER [--only NAME] [--verbose] [--pictures FOLDER]",
+        corpus::run,
+    ),
+    (
+        "coverage",
+        "[--seeds N] [--size WxH] [--only SCENE] [--samples LIST] [--no-targets] [--markdown]",
+        coverage::run,
+    ),
+    ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
+    ("faults", "PROGRAM [--kills N]", faults::run),
+    #[cfg(feature = "panels")]
+    ("latency", "SCENE...", latency::run),
+    ("optics", "FOLDER [PART...]", optics::run),
+    ("paper-claims", "[FILE]", paper_claims::run),
+    ("profiles", "PROFILES.json [--svg FOLDER]", profiles::run),
+    ("pupils", "", pupils::run),
+    ("readall", "FOLDER... [-q]", readall::run),
+    (
+        "roundtrip",
+        "FOLDER [--only NAME] [--keep FOLDER]",
+        roundtrip::run,
+    ),
+    ("resume", "PROGRAM [--kills N]", resume::run),
+    ("scaling", "", scaling::run),
+    (
+        "speed",
+        "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
+        speed::run,
+    ),
+];
+
+/// Runs the program that the first argument names. The exit code is 2 if there is none of that
+/// name.
+fn main() -> ExitCode {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_default();
+    if let Some((.., program)) = TOOLS.iter().find(|tool| tool.0 == name) {
+        return program(arguments.collect());
+    }
+    eprintln!("usage: measure NAME ARGUMENTS, where NAME is one of");
+    for (name, arguments, _) in TOOLS {
+        eprintln!("  {name} {arguments}");
+    }
+    ExitCode::from(2)
+}

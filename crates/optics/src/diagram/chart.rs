@@ -1,0 +1,133 @@
+//! Small charts of curves: thin axes, few ticks, no frame.
+
+use super::drawing::{Anchor, Drawing, Ink};
+use super::numbers::{round_number, tidy};
+
+/// A curve of a chart.
+pub struct Series {
+    pub points: Vec<[f64; 2]>,
+    pub ink: Ink,
+    pub dashed: bool,
+    /// The name in the legend; empty for a curve without an entry.
+    pub name: String,
+}
+
+impl Series {
+    pub fn new(points: Vec<[f64; 2]>, curve: u8, name: &str) -> Self {
+        Self {
+            points,
+            ink: Ink::Curve(curve),
+            dashed: false,
+            name: name.to_owned(),
+        }
+    }
+
+    pub fn dashed(self) -> Self {
+        Self {
+            dashed: true,
+            ..self
+        }
+    }
+}
+
+/// Curves over a common axis.
+pub struct Chart {
+    pub title: String,
+    pub x_label: String,
+    pub y_label: String,
+    pub series: Vec<Series>,
+    /// The smallest range of the y axis; curves beyond it extend it.
+    pub y_span: (f64, f64),
+    pub x_span: Option<(f64, f64)>,
+}
+
+const LEFT: f64 = 40.0;
+const RIGHT: f64 = 10.0;
+const TOP: f64 = 34.0;
+const BOTTOM: f64 = 34.0;
+
+impl Chart {
+    pub fn draw(&self, width: f64, height: f64) -> Drawing {
+        let mut drawing = Drawing::new(width, height);
+        let (x_low, x_high) = self
+            .x_span
+            .unwrap_or_else(|| self.span(0, (f64::MAX, f64::MIN)));
+        let (y_low, y_high) = self.span(1, self.y_span);
+        let y_step = round_number((y_high - y_low) / 4.0);
+        let (y_low, y_high) = (
+            libm::floor(y_low / y_step + 1e-6) * y_step,
+            libm::ceil(y_high / y_step - 1e-6) * y_step,
+        );
+        let x_step = round_number((x_high - x_low) / 5.0);
+        let (right, bottom) = (width - RIGHT, height - BOTTOM);
+        let place = |[x, y]: [f64; 2]| {
+            [
+                LEFT + (right - LEFT) * (x - x_low) / (x_high - x_low).max(1e-300),
+                bottom - (bottom - TOP) * (y - y_low) / (y_high - y_low).max(1e-300),
+            ]
+        };
+        drawing.heading([0.0, 11.0], 11.5, &*self.title);
+        self.legend(&mut drawing, width);
+        for value in ticks(y_low, y_high, y_step) {
+            let [_, y] = place([x_low, value]);
+            let is_zero = value.abs() < 1e-9 * y_step;
+            let ink = if is_zero { Ink::Plane } else { Ink::Faint };
+            if is_zero {
+                drawing.line([LEFT, y], [right, y], Ink::Faint);
+            }
+            drawing.line([LEFT, y], [right, y], ink);
+            drawing.note([LEFT - 6.0, y + 3.2], Anchor::End, 9.0, tidy(value, y_step));
+        }
+        for value in ticks(x_low, x_high, x_step) {
+            let [x, _] = place([value, y_low]);
+            drawing.line([x, bottom], [x, bottom + 3.0], Ink::Faint);
+            drawing.note([x, bottom + 14.0], Anchor::Middle, 9.0, tidy(value, x_step));
+        }
+        drawing.note([right, height - 7.0], Anchor::End, 9.0, &*self.x_label);
+        drawing.note([LEFT, 26.0], Anchor::Start, 9.0, &*self.y_label);
+        for series in &self.series {
+            let inside = series
+                .points
+                .iter()
+                .filter(|p| p.iter().all(|v| v.is_finite()));
+            let points: Vec<[f64; 2]> = inside.map(|p| place(*p)).collect();
+            if points.len() > 1 {
+                drawing.curve(points, series.ink, series.dashed);
+            }
+        }
+        drawing
+    }
+
+    /// Returns the range of all curves, and at least `span`.
+    fn span(&self, axis: usize, span: (f64, f64)) -> (f64, f64) {
+        let all = self
+            .series
+            .iter()
+            .flat_map(|s| s.points.iter().map(|p| p[axis]));
+        let all = all.filter(|v| v.is_finite());
+        let (low, high) = all.fold(span, |(low, high), v| (low.min(v), high.max(v)));
+        if high > low {
+            (low, high)
+        } else {
+            (low - 1.0, low + 1.0)
+        }
+    }
+
+    /// Draws the names with a piece of their line, from the right.
+    fn legend(&self, drawing: &mut Drawing, width: f64) {
+        let mut x = width - RIGHT;
+        for series in self.series.iter().rev().filter(|s| !s.name.is_empty()) {
+            let length = 4.9 * series.name.chars().count() as f64;
+            drawing.note([x, 26.0], Anchor::End, 9.0, &*series.name);
+            let (from, to) = ([x - length - 18.0, 23.0], [x - length - 5.0, 23.0]);
+            drawing.curve(vec![from, to], series.ink, series.dashed);
+            x -= length + 28.0;
+        }
+    }
+}
+
+fn ticks(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
+    let first = libm::ceil(low / step - 1e-6) as i64;
+    let last = libm::floor(high / step + 1e-6) as i64;
+    (first..=last.min(first.saturating_add(40))).map(move |i| i as f64 * step)
+}

@@ -1,0 +1,242 @@
+//! A drawing as a list of strokes and texts with a meaning (glass, a ray of the second field, the
+//! axis).
+//!
+//! Each output, a file format or a window, defines how they look: see [`Output`]. Positions are x
+//! to the right and y down, in the units of the drawing.
+
+/// The meaning of a stroke or a text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ink {
+    /// The optical axis.
+    Axis,
+    /// A lens element; the number is how dense its glass is, 0 to 3.
+    Glass(u8),
+    /// The blades of the stop.
+    Stop,
+    /// The film.
+    Film,
+    /// A ray of a field, counted from the axis.
+    Ray(u8),
+    /// A ray that is lost.
+    Lost(u8),
+    /// A principal plane or a pupil.
+    Plane,
+    /// A focal point.
+    Mark,
+    /// Lettering.
+    Label,
+    /// Scales, ticks and grids.
+    Faint,
+    /// A curve of a chart, by number.
+    Curve(u8),
+}
+
+/// The part of a text that is at its position.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// The style of letters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Lettering {
+    Plain,
+    Italic,
+    Bold,
+}
+
+/// A line through points.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Path {
+    pub points: Vec<[f64; 2]>,
+    /// Whether the last point is joined to the first.
+    pub closed: bool,
+    pub ink: Ink,
+    pub dashed: bool,
+}
+
+/// A line of text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Text {
+    pub at: [f64; 2],
+    pub anchor: Anchor,
+    /// The font size in units of the drawing.
+    pub size: f64,
+    pub lettering: Lettering,
+    pub ink: Ink,
+    pub words: String,
+}
+
+/// A piece of a drawing.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Item {
+    Path(Path),
+    Dot {
+        at: [f64; 2],
+        radius: f64,
+        ink: Ink,
+    },
+    /// Many small dots of one kind.
+    Dots {
+        places: Vec<[f64; 2]>,
+        radius: f64,
+        ink: Ink,
+    },
+    /// A small cross, where a ray is lost.
+    Cross {
+        at: [f64; 2],
+        size: f64,
+        ink: Ink,
+    },
+    Text(Text),
+}
+
+/// A target for drawings, which defines how every ink looks.
+pub trait Output {
+    fn path(&mut self, path: &Path);
+    fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink);
+    fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink);
+    fn cross(&mut self, at: [f64; 2], size: f64, ink: Ink);
+    fn text(&mut self, text: &Text);
+}
+
+/// A drawing of a width and a height.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Drawing {
+    pub width: f64,
+    pub height: f64,
+    pub items: Vec<Item>,
+}
+
+impl Item {
+    fn shift(&mut self, [x, y]: [f64; 2]) {
+        let places = match self {
+            Item::Path(path) => path.points.as_mut_slice(),
+            Item::Dots { places, .. } => places.as_mut_slice(),
+            Item::Text(text) => std::slice::from_mut(&mut text.at),
+            Item::Dot { at, .. } | Item::Cross { at, .. } => std::slice::from_mut(at),
+        };
+        for place in places {
+            *place = [place[0] + x, place[1] + y];
+        }
+    }
+}
+
+impl Drawing {
+    /// Returns an empty drawing.
+    pub fn new(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            items: Vec::new(),
+        }
+    }
+
+    /// Draws all items, in their order.
+    pub fn draw(&self, output: &mut dyn Output) {
+        for item in &self.items {
+            match item {
+                Item::Path(path) => output.path(path),
+                Item::Dot { at, radius, ink } => output.dot(*at, *radius, *ink),
+                Item::Dots {
+                    places,
+                    radius,
+                    ink,
+                } => output.dots(places, *radius, *ink),
+                Item::Cross { at, size, ink } => output.cross(*at, *size, *ink),
+                Item::Text(text) => output.text(text),
+            }
+        }
+    }
+
+    /// Adds a straight line.
+    pub(crate) fn line(&mut self, from: [f64; 2], to: [f64; 2], ink: Ink) {
+        self.path(vec![from, to], ink);
+    }
+
+    /// Adds an open path.
+    pub(crate) fn path(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
+        self.curve(points, ink, false);
+    }
+
+    /// Adds a path that may be dashed.
+    pub(crate) fn curve(&mut self, points: Vec<[f64; 2]>, ink: Ink, dashed: bool) {
+        self.items.push(Item::Path(Path {
+            points,
+            closed: false,
+            ink,
+            dashed,
+        }));
+    }
+
+    /// Adds a closed path.
+    pub(crate) fn shape(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
+        self.items.push(Item::Path(Path {
+            points,
+            closed: true,
+            ink,
+            dashed: false,
+        }));
+    }
+
+    /// Adds a text in the color of labels.
+    pub fn text(&mut self, at: [f64; 2], anchor: Anchor, size: f64, words: impl Into<String>) {
+        self.letters(at, anchor, size, (Lettering::Plain, Ink::Label), words);
+    }
+
+    /// Adds a symbol in italics.
+    pub(crate) fn symbol(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        words: impl Into<String>,
+    ) {
+        self.letters(at, anchor, size, (Lettering::Italic, Ink::Label), words);
+    }
+
+    /// Adds a text in the faint color.
+    pub(crate) fn note(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        words: impl Into<String>,
+    ) {
+        self.letters(at, anchor, size, (Lettering::Plain, Ink::Faint), words);
+    }
+
+    /// Adds a bold text.
+    pub(crate) fn heading(&mut self, at: [f64; 2], size: f64, words: impl Into<String>) {
+        let look = (Lettering::Bold, Ink::Label);
+        self.letters(at, Anchor::Start, size, look, words);
+    }
+
+    fn letters(
+        &mut self,
+        at: [f64; 2],
+        anchor: Anchor,
+        size: f64,
+        (lettering, ink): (Lettering, Ink),
+        words: impl Into<String>,
+    ) {
+        self.items.push(Item::Text(Text {
+            at,
+            anchor,
+            size,
+            lettering,
+            ink,
+            words: words.into(),
+        }));
+    }
+
+    /// Adds another drawing with its corner at a position.
+    pub fn put(&mut self, other: Drawing, by: [f64; 2]) {
+        for mut item in other.items {
+            item.shift(by);
+            self.items.push(item);
+        }
+    }
+}

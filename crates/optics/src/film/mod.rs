@@ -1,0 +1,27 @@
+//! The film: sums of radiance as irradiance, exposure, and levels.
+//!
+//! By default the film is 36×24 mm, has unlimited resolution, and responds in proportion to
+//! exposure (the paper, section Assumptions). [`Metering`] sets the exposure in photometric units,
+//! and [`Response`] has other characteristic curves. The samples of a pixel are added in one fixed
+//! order, so that a picture has the same bits at any number of threads.
+
+mod draw_probability;
+mod error;
+mod exposed_film;
+mod format;
+mod metering;
+mod pixel;
+mod region;
+mod response;
+mod squared_error;
+
+pub use draw_probability::DrawProbabilities;
+pub use error::{ErrorEstimate, ErrorUnknown};
+pub use exposed_film::Film;
+pub use exposed_film::GhostImage;
+pub use format::{FilmFormat, Resolution};
+pub use metering::Metering;
+pub use pixel::Exposed;
+pub use region::Region;
+pub use response::{Emulsion, Response};
+pub use squared_error::{MissedLight, Pair, SquaredError, student};

@@ -1,0 +1,155 @@
+//! Follows a bundle of rays from surface to surface.
+
+use std::ops::Range;
+
+use glam::DVec3;
+use ivcam_base::math::lanes::{LANES, SimdKernel, Width, dispatch};
+
+use crate::lens::lanes::asphere::asphere;
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::iris::{block_at_iris, note_iris_fill};
+use crate::lens::lanes::quadric::quadric;
+use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
+use crate::lens::lanes::step::{LARGE_STEP, SAME_INDEX, SLIGHT_STEP, Step, kind_of};
+use crate::lens::lanes::toroid::toroid;
+use crate::lens::lanes::transmittances::Transmittances;
+use crate::lens::lens::Lens;
+use crate::lens::trace::element::Form;
+use crate::lens::trace::ray::Toward;
+use crate::lens::trace::tracer::Tracer;
+
+impl Lens {
+    /// Traces a bundle from the film side into the scene. Rays that get through have their origin
+    /// on the front surface. For lost rays only [`Bundle::loss`] is meaningful.
+    pub fn trace_bundle_from_film(&self, bundle: &mut Bundle) {
+        self.trace_bundle(bundle, Toward::Scene, Width::detect());
+    }
+
+    /// Traces a bundle from the film side into the scene, and measures the shares of light that the
+    /// surfaces transmit.
+    pub fn trace_bundle_transmitted(
+        &self,
+        bundle: &mut Bundle,
+        transmittances: &mut Transmittances,
+    ) {
+        dispatch(Follow {
+            tracer: &self.tracer(Toward::Scene, true),
+            bundle,
+            transmittances: Some(transmittances),
+        });
+    }
+
+    /// Traces a bundle in either direction, with vectors of a given width.
+    pub fn trace_bundle(&self, bundle: &mut Bundle, toward: Toward, width: Width) {
+        let tracer = &self.tracer(toward, true);
+        width.run(Follow {
+            tracer,
+            bundle,
+            transmittances: None,
+        });
+    }
+}
+
+/// The kernel that traces a bundle through a lens.
+pub(super) struct Follow<'a, 'b> {
+    pub tracer: &'a Tracer<'a>,
+    pub bundle: &'b mut Bundle,
+    /// Receives the shares of light that the surfaces transmit.
+    pub transmittances: Option<&'b mut Transmittances>,
+}
+
+impl SimdKernel for Follow<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        if self.tracer.apertures {
+            follow::<true, FUSED>(self.tracer, self.bundle, self.transmittances);
+        } else {
+            follow::<false, FUSED>(self.tracer, self.bundle, self.transmittances);
+        }
+    }
+}
+
+/// Traces a bundle through all surfaces. With `STOPS`, apertures block rays; without, fills are
+/// noted.
+#[inline(always)]
+pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
+    tracer: &Tracer<'_>,
+    bundle: &mut Bundle,
+    mut transmittances: Option<&mut Transmittances>,
+) {
+    if let Some(transmittances) = &mut transmittances {
+        transmittances.start();
+    }
+    let all = 0..tracer.elements.len();
+    let vertex_z = stretch::<STOPS, FUSED>(tracer, bundle, all, transmittances);
+    for z in &mut bundle.z {
+        *z += vertex_z;
+    }
+}
+
+/// Traces rays through some of the surfaces, which are counted in the order of travel. Between
+/// calls the positions are relative to the vertex of the last surface, whose z is returned.
+#[inline(always)]
+pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
+    tracer: &Tracer<'_>,
+    bundle: &mut Bundle,
+    surfaces: Range<usize>,
+    mut transmittances: Option<&mut Transmittances>,
+) -> f64 {
+    let mut vertex_z = 0.0;
+    let zero = [0.0; LANES];
+    let terms = &mut SphereTerms {
+        f: zero,
+        g: zero,
+        discriminant: zero,
+        cos: zero,
+    };
+    for i in surfaces {
+        let (surface, shift) = tracer.leg(i);
+        let element = &tracer.elements[surface];
+        vertex_z = element.vertex_z;
+        let refraction = element.refraction(tracer.toward);
+        let step = Step {
+            element,
+            number: (surface as u64) << 2,
+            shift,
+            refraction,
+            sign: tracer.toward.sign(),
+        };
+        match &element.form {
+            Form::Sphere => {
+                // A ray from far away is first moved to the point nearest the vertex.
+                if i == 0 || (element.curvature * shift).abs() > 4.0 {
+                    approach::<FUSED>(&step, bundle);
+                } else {
+                    bundle.z.iter_mut().for_each(|z| *z += shift);
+                }
+                match kind_of(refraction) {
+                    SAME_INDEX => sphere::<SAME_INDEX, STOPS, FUSED>(&step, bundle, terms),
+                    SLIGHT_STEP => sphere::<SLIGHT_STEP, STOPS, FUSED>(&step, bundle, terms),
+                    _ => sphere::<LARGE_STEP, STOPS, FUSED>(&step, bundle, terms),
+                }
+            }
+            Form::Conic { k } => {
+                quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle, &mut terms.cos);
+            }
+            Form::Cylinder { x, y } => {
+                quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle, &mut terms.cos);
+            }
+            Form::Asphere(profile) => {
+                asphere::<STOPS, FUSED>(&step, profile, bundle, &mut terms.cos);
+            }
+            Form::Toroid { .. } => toroid::<STOPS>(&step, bundle, &mut terms.cos),
+        }
+        if let Some(transmittances) = &mut transmittances {
+            transmittances.cross::<FUSED>(&step, &terms.cos);
+        }
+        match STOPS {
+            true => block_at_iris(&step, bundle),
+            false => note_iris_fill(&step, bundle),
+        }
+    }
+    vertex_z
+}

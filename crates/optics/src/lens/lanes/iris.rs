@@ -1,0 +1,37 @@
+//! Holes of the iris that are not round.
+
+use ivcam_base::math::lanes::LANES;
+
+use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::step::Step;
+use crate::lens::trace::element::{edges_of, is_left_of};
+
+/// Blocks the rays that are outside a hole that is not round.
+#[inline(always)]
+pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
+    let Some(corners) = &step.element.hole else {
+        return;
+    };
+    let mut inside = [false; LANES];
+    for edge in edges_of(corners) {
+        for (i, inside) in inside.iter_mut().enumerate() {
+            *inside ^= is_left_of(edge, [b.x[i], b.y[i]]);
+        }
+    }
+    let blocked = step.outcome(true, false, true);
+    for (lost, inside) in b.lost.iter_mut().zip(inside) {
+        let is_blocked = (*lost == 0.0) & !inside;
+        *lost = if is_blocked { blocked } else { *lost };
+    }
+}
+
+/// Notes the fill at a hole that is not round. Every edge has a number of its own.
+#[inline(always)]
+pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
+    for (edge, number) in step.element.edges.iter().zip(1u64..) {
+        for i in 0..LANES {
+            let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);
+            b.note_fill(i, share * share, step.number | number << 32);
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! A lens prepared for tracing.
+
+use glam::DVec2;
+use ivcam_base::diag::Result;
+use ivcam_base::math::Mm;
+
+use crate::lens::trace::element::Element;
+use crate::lens::trace::ray::{LensRay, Loss, RayPath, Toward};
+use crate::lens::trace::tracer::Tracer;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::D_LINE;
+use crate::prescription::prescription::{Iris, Prescription};
+use crate::prescription::surface::{Plane, Surface};
+
+/// A prescription prepared for tracing at one wavelength.
+#[derive(Clone, Debug)]
+pub struct Lens {
+    prescription: Prescription,
+    wavelength_nm: f64,
+    elements: Vec<Element>,
+    first_order: FirstOrder,
+    /// Whether any surface reflects.
+    reflects: bool,
+}
+
+impl Lens {
+    /// Prepares a prescription for tracing at the d line.
+    pub fn new(prescription: Prescription) -> Self {
+        Self::at(prescription, D_LINE)
+    }
+
+    /// Prepares a prescription for tracing at a wavelength.
+    fn at(prescription: Prescription, wavelength_nm: f64) -> Self {
+        let indices = prescription.indices(wavelength_nm);
+        let mut z = 0.0;
+        let mut elements = Vec::with_capacity(prescription.surfaces.len());
+        for (i, surface) in prescription.surfaces.iter().enumerate() {
+            let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
+            if surface.is_stop {
+                element.set_hole(prescription.iris.outline(surface.semi_diameter));
+            }
+            elements.push(element);
+            z += surface.thickness;
+        }
+        let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
+        let reflects = |s: &Surface| s.coating != Coating::Ideal;
+        Self {
+            reflects: prescription.surfaces.iter().any(reflects),
+            prescription,
+            wavelength_nm,
+            elements,
+            first_order,
+        }
+    }
+
+    /// The name of the prescription.
+    pub fn name(&self) -> &str {
+        &self.prescription.name
+    }
+
+    /// The prescription.
+    pub fn prescription(&self) -> &Prescription {
+        &self.prescription
+    }
+
+    /// The wavelength at which rays are traced, in nanometers.
+    pub fn wavelength(&self) -> f64 {
+        self.wavelength_nm
+    }
+
+    /// The lens at another wavelength, in nanometers.
+    pub fn at_wavelength(&self, wavelength_nm: f64) -> Self {
+        Self::at(self.prescription.clone(), wavelength_nm)
+    }
+
+    /// The lens with every length multiplied by a factor, as by the paper's option `-z`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        Self::at(self.prescription.scaled(factor), self.wavelength_nm)
+    }
+
+    /// The lens scaled to a focal length; see [`Prescription::scaled_to`].
+    pub fn scaled_to(&self, efl: Mm) -> Result<Self> {
+        let scaled = self.prescription.scaled_to(efl, self.wavelength_nm)?;
+        Ok(self.with(scaled))
+    }
+
+    /// The lens with another stop; see [`Prescription::with_stop`].
+    pub fn with_stop(&self, semi_diameter: Mm) -> Result<Self> {
+        let stopped = self
+            .prescription
+            .with_stop(semi_diameter, self.wavelength_nm)?;
+        Ok(self.with(stopped))
+    }
+
+    /// The first-order data in the plane of the axis and y.
+    pub fn first_order(&self) -> &FirstOrder {
+        &self.first_order
+    }
+
+    /// The first-order data in a plane. The two planes differ only for cylinders and toroids.
+    pub fn first_order_in(&self, plane: Plane) -> FirstOrder {
+        FirstOrder::of(
+            &self.prescription,
+            &self.prescription.indices(self.wavelength_nm),
+            plane,
+        )
+    }
+
+    /// The distance from the first vertex to the last, in millimeters: the z of the rear vertex.
+    pub fn length(&self) -> f64 {
+        self.elements.last().map_or(0.0, |e| e.vertex_z)
+    }
+
+    /// The lens at one of its tabulated zoom positions, counted from 0.
+    pub fn at_zoom(&self, position: usize) -> Result<Self> {
+        Ok(self.with(self.prescription.at_zoom(position)?))
+    }
+
+    /// The edges of the stop's hole, if it is not round; see [`trace::Element::edges`].
+    pub fn iris_edges(&self) -> &[DVec2] {
+        let mut edges = self.elements.iter().map(|element| &*element.edges);
+        edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
+    }
+
+    /// Whether the stop's hole is round or a convex polygon around the axis.
+    pub(crate) fn is_iris_convex(&self) -> bool {
+        let is_convex = |element: &Element| match &element.hole {
+            Some(corners) => corners.len() == element.edges.len(),
+            None => true,
+        };
+        self.elements.iter().all(is_convex)
+    }
+
+    /// Whether the lens is symmetric about its axis.
+    pub(crate) fn is_rotational(&self) -> bool {
+        let mut surfaces = self.prescription.surfaces.iter();
+        self.iris_edges().is_empty() && surfaces.all(|s| s.shape.is_rotational())
+    }
+
+    /// The lens with another iris.
+    pub fn with_iris(&self, iris: Iris) -> Self {
+        self.with(Prescription {
+            iris,
+            ..self.prescription.clone()
+        })
+    }
+
+    /// The lens with this coating on every surface.
+    pub fn with_coating(&self, coating: Coating) -> Self {
+        self.with(self.prescription().clone().with_coating(coating))
+    }
+
+    /// Whether any surface reflects, so that rays lose some of their light.
+    pub fn reflects(&self) -> bool {
+        self.reflects
+    }
+
+    /// A lens of another prescription at the same wavelength.
+    pub(crate) fn with(&self, prescription: Prescription) -> Self {
+        Self::at(prescription, self.wavelength_nm)
+    }
+
+    /// Traces a ray from the scene to the film side.
+    pub fn trace_from_scene(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.tracer(Toward::Film, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray from the film side into the scene.
+    pub fn trace_from_film(&self, ray: &LensRay) -> std::result::Result<LensRay, Loss> {
+        self.tracer(Toward::Scene, true).follow(*ray, |_, _| {})
+    }
+
+    /// Traces a ray and returns its hits. Without `apertures` nothing blocks it.
+    pub fn trace_path(&self, ray: &LensRay, toward: Toward, apertures: bool) -> RayPath {
+        let mut hits = Vec::with_capacity(self.elements.len());
+        let outcome = self
+            .tracer(toward, apertures)
+            .follow(*ray, |_, hit| hits.push(hit));
+        RayPath { outcome, hits }
+    }
+
+    /// The surfaces prepared for tracing, from front to rear.
+    pub(super) fn elements(&self) -> &[Element] {
+        &self.elements
+    }
+
+    /// The tracer in a direction. Without `apertures` nothing blocks a ray.
+    pub(super) fn tracer(&self, toward: Toward, apertures: bool) -> Tracer<'_> {
+        Tracer {
+            elements: &self.elements,
+            toward,
+            apertures,
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Reads picture files: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR.
+//!
+//! Textures, archival pictures and exposures are decoded here without conversion. For an animated
+//! file, the first frame is read.
+
+use std::io::Cursor;
+use std::path::Path;
+
+use image::{DynamicImage, ImageDecoder, ImageFormat};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
+use ivcam_base::files::{MAX_PICTURE, read_file};
+
+use super::raster::{Raster, Samples, check_size};
+use super::{exr, sgi};
+
+impl Raster {
+    /// Reads a file of any known format. The content determines the format; only for TGA, which has
+    /// no signature, the name does.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read, or is not a picture.
+    pub fn open(path: &Path) -> Result<Self> {
+        let bytes = read_file(path, MAX_PICTURE)?;
+        Self::decode(&bytes, &path.to_string_lossy())
+    }
+
+    /// Decodes a file's bytes. `name` is for messages and for formats without a signature.
+    ///
+    /// # Errors
+    /// Fails if the bytes are not a picture, or one that is broken or too large.
+    pub fn decode(bytes: &[u8], name: &str) -> Result<Self> {
+        Self::decode_within(bytes, name, &mut |_| Ok(()))
+    }
+
+    /// Decodes a file's bytes as [`Raster::decode`] does. `ask` gets the bytes of memory that
+    /// decoding needs, from the file's header, before they are allocated.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Raster::decode`] and of `ask`.
+    pub fn decode_within(
+        bytes: &[u8],
+        name: &str,
+        ask: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<Self> {
+        let decoded = if bytes.starts_with(&sgi::MAGIC) {
+            sgi::decode(bytes, ask)
+        } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
+            exr::decode(bytes, ask)
+        } else {
+            decode_other(bytes, name, ask)
+        };
+        decoded.map_err(|mut e| {
+            if e.kind != ErrorKind::Limit {
+                e.message = format!("`{name}`: {}", e.message);
+            }
+            e.in_file(name)
+        })
+    }
+}
+
+/// The largest number of bytes that a decoder may allocate for any picture, and for each pixel.
+const DECODER_BASE: u64 = 16 << 20;
+const DECODER_PIXEL: u64 = 32;
+
+/// Decodes the formats that the `image` crate reads.
+fn decode_other(
+    bytes: &[u8],
+    name: &str,
+    ask: &mut dyn FnMut(u64) -> Result<()>,
+) -> Result<Raster> {
+    let unreadable = |e: image::ImageError| Diagnostic::error(e.to_string());
+    let by_content = image::guess_format(bytes).ok();
+    let by_name = || ImageFormat::from_path(name).ok();
+    // Only TGA has no signature; a file of any other format is recognized by its content.
+    let format = by_content.or_else(|| by_name().filter(|f| *f == ImageFormat::Tga));
+    let Some(format) = format else {
+        return Err(
+            Diagnostic::error("this is not a picture in a known format").with_help(
+                "known are png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw) and exr",
+            ),
+        );
+    };
+    let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
+    let (width, height) = sized.into_dimensions().map_err(unreadable)?;
+    check_size(width as usize, height as usize)?;
+    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
+    let mut limits = image::Limits::default();
+    limits.max_image_width = Some(1 << 16);
+    limits.max_image_height = Some(1 << 16);
+    // A GIF's frame may be larger than the picture that its header states.
+    limits.max_alloc = Some(DECODER_BASE + DECODER_PIXEL * u64::from(width) * u64::from(height));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(unreadable)?;
+    ask(decoder.total_bytes())?;
+    let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
+    check_size(picture.width() as usize, picture.height() as usize)?;
+    // The decoder adds alpha to every GIF, but only one with a transparent color has any.
+    if format == ImageFormat::Gif
+        && let DynamicImage::ImageRgba8(frame) = &picture
+        && frame.pixels().all(|p| p.0[3] == u8::MAX)
+    {
+        return Ok(from_image(DynamicImage::ImageRgb8(picture.to_rgb8())));
+    }
+    Ok(from_image(picture))
+}
+
+/// Converts to a raster in the file's own precision.
+fn from_image(picture: DynamicImage) -> Raster {
+    let (width, height) = (picture.width(), picture.height());
+    let channels = usize::from(picture.color().channel_count());
+    let samples = match picture {
+        DynamicImage::ImageLuma8(p) => Samples::U8(p.into_raw()),
+        DynamicImage::ImageLumaA8(p) => Samples::U8(p.into_raw()),
+        DynamicImage::ImageRgb8(p) => Samples::U8(p.into_raw()),
+        DynamicImage::ImageRgba8(p) => Samples::U8(p.into_raw()),
+        DynamicImage::ImageLuma16(p) => Samples::U16(p.into_raw()),
+        DynamicImage::ImageLumaA16(p) => Samples::U16(p.into_raw()),
+        DynamicImage::ImageRgb16(p) => Samples::U16(p.into_raw()),
+        DynamicImage::ImageRgba16(p) => Samples::U16(p.into_raw()),
+        DynamicImage::ImageRgb32F(p) => Samples::F32(p.into_raw()),
+        DynamicImage::ImageRgba32F(p) => Samples::F32(p.into_raw()),
+        other => {
+            return Raster {
+                width,
+                height,
+                channels: 4,
+                samples: Samples::F32(other.into_rgba32f().into_raw()),
+            };
+        }
+    };
+    Raster {
+        width,
+        height,
+        channels,
+        samples,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn encoded(format: ImageFormat) -> Vec<u8> {
+        let picture = image::RgbImage::from_fn(3, 2, |x, y| image::Rgb([x as u8 * 80, 0, y as u8]));
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, format).unwrap();
+        bytes.into_inner()
+    }
+
+    #[test]
+    fn the_content_decides_and_the_name_only_for_tga() {
+        let formats = [
+            (ImageFormat::Png, "a.txt"),
+            (ImageFormat::Bmp, "a.png"),
+            (ImageFormat::Tiff, "a"),
+            (ImageFormat::Pnm, "a.jpg"),
+            (ImageFormat::Tga, "a.tga"),
+        ];
+        for (format, name) in formats {
+            let raster = Raster::decode(&encoded(format), name).unwrap();
+            assert_eq!((raster.width, raster.height), (3, 2), "{format:?}");
+            assert_eq!(raster.color(5), [160.0 / 255.0, 0.0, 1.0 / 255.0]);
+        }
+    }
+
+    #[test]
+    fn a_gif_with_a_frame_far_larger_than_itself_is_refused() {
+        let mut bytes = encoded(ImageFormat::Gif);
+        let frame = bytes
+            .iter()
+            .position(|byte| *byte == b',')
+            .expect("a frame");
+        bytes[frame + 5..frame + 9].fill(0x20);
+        let error = Raster::decode(&bytes, "a.gif").expect_err("too large");
+        assert!(error.message.contains("limit"), "{}", error.message);
+    }
+
+    #[test]
+    fn a_gif_has_alpha_only_if_it_has_a_transparent_color() {
+        let opaque = Raster::decode(&encoded(ImageFormat::Gif), "a.gif").unwrap();
+        assert_eq!(opaque.channels, 3);
+        let picture = image::RgbaImage::from_fn(3, 2, |x, _| match x {
+            0 => image::Rgba([0, 0, 0, 0]),
+            _ => image::Rgba([9, 9, 9, 255]),
+        });
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Gif).unwrap();
+        let raster = Raster::decode(&bytes.into_inner(), "a.gif").unwrap();
+        assert_eq!(raster.channels, 4);
+        assert_eq!([raster.alpha(0), raster.alpha(1)], [0.0, 1.0]);
+    }
+
+    #[test]
+    fn a_file_that_is_not_a_picture_is_refused_with_a_list_of_formats() {
+        let error = Raster::decode(b"#Inventor V2.1 ascii\n", "room.iv").unwrap_err();
+        assert!(error.message.contains("room.iv"));
+        assert!(error.help.unwrap_or_default().contains("sgi"));
+        assert!(Raster::open(Path::new("no/such/file.png")).is_err());
+    }
+
+    #[test]
+    fn a_broken_file_of_any_format_is_an_error_and_not_a_panic() {
+        for format in [ImageFormat::Png, ImageFormat::Bmp, ImageFormat::Tiff] {
+            let whole = encoded(format);
+            for cut in [4, 20, whole.len() / 2] {
+                assert!(Raster::decode(&whole[..cut], "x").is_err(), "{format:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_exr_is_read_with_the_values_written() {
+        let path = std::env::temp_dir().join(format!("ivcam-raster-{}.exr", std::process::id()));
+        let pixels = vec![[0.0, 0.5, 7.0], [1e-3, -1.0, 0.25]];
+        let picture = crate::picture::Picture {
+            width: 2,
+            height: 1,
+            pixels: pixels.clone(),
+            response: crate::film::Response::Linear,
+            provenance: indexmap::IndexMap::new(),
+        };
+        picture.save(&path, crate::picture::Depth::Eight).unwrap();
+        let raster = Raster::open(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        assert_eq!([raster.color(0), raster.color(1)].to_vec(), pixels);
+        assert!(matches!(raster.samples, Samples::F32(_)));
+    }
+}

@@ -1,0 +1,179 @@
+//! The design data of a lens, from the `key: value` comments above the table of its file.
+//!
+//! ```text
+//! # name: Double Gauss
+//! # kind: normal
+//! # year: 1950
+//! # field: 44 degrees
+//! # focal length: 100.7 mm
+//! # f-number: 2
+//! # source: US 2,673,491 (A. W. Tronnier)
+//! ```
+
+use crate::prescription::prescription::Prescription;
+
+/// The keys that are read; the first is the title of the design.
+pub(crate) const KEYS: [&str; 8] = [
+    "name",
+    "kind",
+    "year",
+    "field",
+    "focal length",
+    "f-number",
+    "image height",
+    "source",
+];
+
+/// The design data of a lens. A field is none if the file does not state it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct About {
+    /// The name of the design.
+    pub title: Option<String>,
+    /// The kind of the lens, such as `normal` or `wide-angle`.
+    pub kind: Option<String>,
+    /// The year of the design.
+    pub year: Option<String>,
+    /// The field as the file states it.
+    pub field: Option<String>,
+    /// The whole field angle in degrees; for a zoom lens, the widest.
+    pub field_degrees: Option<f64>,
+    /// The focal length as the file states it.
+    pub focal_length: Option<String>,
+    /// The focal length in millimeters; for a zoom lens, the shortest.
+    pub focal_length_mm: Option<f64>,
+    /// The f-number.
+    pub f_number: Option<f64>,
+    /// Half of the diagonal of the film, in millimeters.
+    pub image_height: Option<f64>,
+    /// The patent or book that the data come from.
+    pub source: Option<String>,
+    /// All other comments.
+    pub notes: Vec<String>,
+}
+
+impl About {
+    /// The design data in the comments of a prescription.
+    pub fn of(lens: &Prescription) -> Self {
+        let mut about = Self::default();
+        for note in &lens.notes {
+            let (key, value) = note.split_once(": ").unwrap_or(("", note));
+            let text = Some(value.trim().to_owned());
+            match key {
+                "name" => about.title = text,
+                "kind" => about.kind = text,
+                "year" => about.year = text,
+                "field" => (about.field, about.field_degrees) = (text, number(value)),
+                "focal length" => {
+                    (about.focal_length, about.focal_length_mm) = (text, number(value));
+                }
+                "f-number" => about.f_number = number(value),
+                "image height" => about.image_height = number(value).filter(|h| *h > 0.0),
+                "source" => about.source = text,
+                "note" => about.notes.push(value.to_owned()),
+                _ => about.notes.push(note.clone()),
+            }
+        }
+        about.image_height = lens.image_height.or(about.image_height);
+        about
+    }
+}
+
+/// The first word as a number; none if it is not a finite number.
+fn number(text: &str) -> Option<f64> {
+    let word = text.split_whitespace().next()?;
+    word.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{Lens, LensRay, Toward, shipped_names};
+    use glam::DVec3;
+
+    fn shipped() -> Vec<(Lens, About)> {
+        let open = |name| {
+            let lens = Lens::named(name).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let about = About::of(lens.prescription());
+            (lens, about)
+        };
+        shipped_names().map(open).collect()
+    }
+
+    #[test]
+    fn every_shipped_lens_says_what_it_is_and_where_it_is_from() {
+        let lenses = shipped();
+        assert!(lenses.len() >= 25, "{} lenses", lenses.len());
+        for (lens, about) in lenses {
+            let name = lens.name();
+            for stated in [&about.title, &about.kind, &about.field, &about.focal_length] {
+                assert!(stated.is_some(), "{name}: {about:?}");
+            }
+            assert!(about.source.is_some_and(|s| s.len() > 10), "{name}");
+            // A part of a maker's catalogue has no year of design.
+            if let Some(year) = about.year {
+                let year: u32 = year.parse().unwrap();
+                assert!((1800..2030).contains(&year), "{name}");
+            } else {
+                assert_eq!(about.kind.as_deref(), Some("simple"), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_shipped_lens_has_the_focal_length_and_the_f_number_of_its_source() {
+        for (lens, about) in shipped() {
+            let (name, optics) = (lens.name(), lens.first_order());
+            let stated = about.focal_length_mm.unwrap();
+            let efl = optics.focal.unwrap().efl;
+            assert!(
+                (efl / stated - 1.0).abs() < 0.01,
+                "{name}: {efl} against {stated}"
+            );
+            let (stated, n) = (about.f_number.unwrap(), optics.f_number().unwrap());
+            assert!(
+                (n / stated - 1.0).abs() < 0.06,
+                "{name}: f/{n} against f/{stated}"
+            );
+            let last = lens.prescription().surfaces.last().unwrap().thickness;
+            let bfl = optics.focal.unwrap().bfl;
+            // The film is at the focus on the axis, or near it where a design balances zonal
+            // aberration.
+            let off = (bfl - last).abs() / efl;
+            assert!(
+                last == 0.0 || off < 0.02,
+                "{name}: film at {last}, focus at {bfl}"
+            );
+        }
+    }
+
+    #[test]
+    fn no_shipped_lens_is_warned_of() {
+        for name in shipped_names() {
+            let mut sink = ivcam_base::diag::Sink::new();
+            Lens::open_with(name, &mut sink).unwrap();
+            assert!(sink.items().is_empty(), "{name}: {}", sink.items()[0]);
+        }
+    }
+
+    #[test]
+    fn rays_pass_every_shipped_lens_on_the_axis_and_at_nine_tenths_of_its_field() {
+        for (lens, about) in shipped() {
+            let half = 0.45 * about.field_degrees.unwrap();
+            for angle in [0.0, half] {
+                let (sin, cos) = (libm::sin(angle.to_radians()), libm::cos(angle.to_radians()));
+                let (d, across) = (DVec3::new(0.0, sin, cos), DVec3::new(0.0, cos, -sin));
+                let front = lens.prescription().surfaces[0].semi_diameter;
+                let passes = (-1500..=1500).any(|i| {
+                    let beside = f64::from(i) / 1000.0 * front;
+                    let origin = beside * across - 10.0 * front * d;
+                    let ray = LensRay {
+                        origin,
+                        direction: d,
+                    };
+                    lens.trace_path(&ray, Toward::Film, true).outcome.is_ok()
+                });
+                assert!(passes, "{}: no ray at {angle} degrees", lens.name());
+            }
+        }
+    }
+}

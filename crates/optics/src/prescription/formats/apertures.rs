@@ -1,0 +1,190 @@
+//! Clear apertures for prescriptions that list none, or only the stop or the entrance beam.
+//!
+//! The rule is that of design programs: the semi-diameter of a surface is the height of the
+//! first-order beam on it, which is that of the marginal ray plus that of the chief ray at the edge
+//! of the field.
+
+use ivcam_base::diag::{Sink, Span};
+
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::glass::D_LINE;
+use crate::prescription::prescription::{Prescription, StatedFNumber};
+use crate::prescription::surface::{Plane, Surface};
+
+/// The relative difference of two f-numbers that counts as a contradiction.
+pub(crate) const F_NUMBER_TOLERANCE: f64 = 5e-3;
+
+/// The beam as a file describes it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Beam {
+    /// The diameter of the entrance pupil.
+    pub entrance_diameter: Option<f64>,
+    pub f_number: Option<f64>,
+    /// Half of the field, in degrees.
+    pub half_field: f64,
+    /// The part of the beam's radius that vignetting leaves at the edge of the field.
+    pub edge_share: f64,
+    /// The height of the edge of the field in the image, if the file gives it instead of an angle.
+    pub image_height: Option<f64>,
+}
+
+/// Fills in the semi-diameters that are not finite. Returns whether there were any.
+pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
+    if lens.surfaces.iter().all(|s| s.semi_diameter.is_finite()) {
+        return false;
+    }
+    let indices = lens.indices(D_LINE);
+    let optics = FirstOrder::of(lens, &indices, Plane::Y);
+    let stop = lens.stop().unwrap_or(0);
+    let ones = heights(lens, &indices, (1.0, 0.0));
+    let entrance = beam.entrance_diameter.or_else(|| {
+        let efl = optics.focal?.efl;
+        Some(efl.abs() / beam.f_number?)
+    });
+    let marginal = match entrance {
+        Some(diameter) => 0.5 * diameter,
+        None => match lens.surfaces[stop].semi_diameter {
+            radius if radius.is_finite() && ones[stop] != 0.0 => radius / ones[stop].abs(),
+            _ => return false,
+        },
+    };
+    let widest = libm::tan(70_f64.to_radians());
+    let slope = match (beam.image_height, optics.focal) {
+        (Some(height), Some(focal)) => (height / focal.efl).abs().min(widest),
+        _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
+    };
+    let tilted = heights(lens, &indices, (0.0, slope));
+    // The chief ray goes through the center of the stop.
+    let shift = if ones[stop] == 0.0 {
+        0.0
+    } else {
+        -tilted[stop] / ones[stop]
+    };
+    for (i, surface) in lens.surfaces.iter_mut().enumerate() {
+        if surface.semi_diameter.is_finite() {
+            continue;
+        }
+        let axial = (marginal * ones[i]).abs();
+        let chief = (tilted[i] + shift * ones[i]).abs();
+        let wide = if i == stop {
+            axial
+        } else {
+            axial.max(beam.edge_share * axial + chief)
+        };
+        let c = surface.curvature.per_mm().abs();
+        surface.semi_diameter = if c * wide > 0.98 { 0.98 / c } else { wide };
+    }
+    true
+}
+
+/// Notes the f-number that the file states, or that follows from its entrance pupil, if paraxial
+/// rays through the apertures contradict it by more than [`F_NUMBER_TOLERANCE`].
+/// The file may mean real rays, which only `lens` can trace. `span` is the place of the number.
+pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam, span: Span) {
+    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+    let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
+        return;
+    };
+    let by_pupil = beam.entrance_diameter.map(|d| focal.efl.abs() / d);
+    let stated = by_pupil.or(beam.f_number);
+    let stated = stated.filter(|stated| (found / stated - 1.0).abs() > F_NUMBER_TOLERANCE);
+    lens.stated_f_number = stated.map(|value| StatedFNumber { value, span });
+}
+
+/// Gives a stop without an aperture that of the axial beam which the other surfaces let through,
+/// with a warning: without it the lens has no f-number.
+pub(super) fn close_open_stop(lens: &mut Prescription, sink: &mut Sink) {
+    let Some(stop) = lens.stop() else { return };
+    if lens.surfaces[stop].semi_diameter.is_finite() {
+        return;
+    }
+    let heights = heights(lens, &lens.indices(D_LINE), (1.0, 0.0));
+    let limits = lens.surfaces.iter().zip(&heights).enumerate();
+    let limits = limits.map(|(i, (surface, y))| (i, surface.semi_diameter / y.abs()));
+    let narrowest = limits.min_by(|a, b| a.1.total_cmp(&b.1));
+    let Some((limit, entrance)) = narrowest.filter(|(_, r)| r.is_finite()) else {
+        return;
+    };
+    let radius = entrance * heights[stop].abs();
+    if radius > 0.0 {
+        let message = format!(
+            "the stop, surface {stop}, has no aperture: it is as wide as the beam on the axis that \
+             surface {limit} lets through, {:.3} mm in diameter",
+            2.0 * radius
+        );
+        sink.warn(lens.surfaces[stop].span, message)
+            .help("give the stop a diameter, or use `--aperture`");
+        lens.surfaces[stop].semi_diameter = radius;
+    }
+}
+
+/// Warns of a lens without power. A telescope has none, but so has a file read wrongly.
+pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
+    let indices = lens.indices(D_LINE);
+    let in_y = FirstOrder::of(lens, &indices, Plane::Y).focal;
+    if in_y
+        .or(FirstOrder::of(lens, &indices, Plane::X).focal)
+        .is_some()
+    {
+        return;
+    }
+    let bends = |(i, s): (usize, &Surface)| {
+        indices[i] != indices[i + 1] && s.vertex_curvature(Plane::Y) != 0.0
+    };
+    let place = lens.surfaces.first().map_or(Span::at(0), |s| s.span);
+    if lens.surfaces.iter().enumerate().any(bends) {
+        sink.warn(
+            place,
+            "the lens is afocal, although its surfaces have power",
+        )
+        .help("parallel light leaves it parallel; if it is no telescope, a number is wrong");
+    } else {
+        sink.warn(place, "no surface of the lens has power")
+            .help("check the radii and the indices: are columns swapped?");
+    }
+}
+
+/// The heights on all surfaces of a first-order ray, which has the height y and the slope u at the
+/// plane of the front vertex.
+fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<f64> {
+    let mut nu = u * indices[0];
+    let mut heights = Vec::with_capacity(lens.surfaces.len());
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        heights.push(y);
+        nu -= y * (indices[i + 1] - indices[i]) * surface.vertex_curvature(Plane::Y);
+        y += surface.thickness * nu / indices[i + 1];
+    }
+    heights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prescription::glass::Medium;
+
+    /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.
+    #[test]
+    fn a_surface_is_as_wide_as_the_beam_on_it() {
+        let free = f64::INFINITY;
+        let surfaces = vec![
+            Surface::stop(10.0, Medium::air(), free),
+            Surface::sphere(100.0, 1e-9, Medium::constant(1.5), free),
+            Surface::sphere(-100.0, 0.0, Medium::air(), free),
+        ];
+        let mut lens = Prescription::new("a", surfaces);
+        let beam = Beam {
+            entrance_diameter: Some(4.0),
+            half_field: 45.0,
+            edge_share: 1.0,
+            ..Beam::default()
+        };
+        assert!(fill(&mut lens, beam));
+        let radii: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();
+        assert_eq!(radii[0], 2.0);
+        assert!(
+            (radii[1] - 12.0).abs() < 1e-6 && (radii[2] - 12.0).abs() < 1e-6,
+            "{radii:?}"
+        );
+        assert!(!fill(&mut lens, beam));
+    }
+}

@@ -1,0 +1,317 @@
+use std::sync::Arc;
+
+use ivcam_base::diag::{Diagnostic, Result, Sink, Source};
+
+use crate::lens::{Lens, Shape, shipped_names};
+use crate::prescription::formats::dat::reader::read;
+use crate::prescription::formats::format::Gap;
+use crate::prescription::prescription::Prescription;
+
+fn parse(text: &str) -> (Result<Prescription>, Sink) {
+    let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+    let mut sink = Sink::new();
+    sink.set_source(Some(source.clone()));
+    let result = read(&source, None, &mut sink);
+    (result, sink)
+}
+
+fn place(error: &Diagnostic) -> (u32, u32) {
+    error.location().1.unwrap()
+}
+
+#[test]
+fn a_stop_may_be_written_in_three_ways_and_keeps_its_medium() {
+    for stop in ["0 1 0 8", "1 1.33 8", "0 1 8"] {
+        let text = format!("# eye\nradius thick n ap\n10 2 1.33 9\n{stop}\n-10 20 1 9\n");
+        let lens = parse(&text).0.unwrap();
+        assert_eq!(lens.stop(), Some(1), "{stop}");
+        assert_eq!(lens.surfaces[1].medium.n_d, 1.33);
+        assert_eq!(lens.surfaces[1].thickness, 1.0);
+        assert_eq!(lens.surfaces[1].semi_diameter, 4.0);
+        assert_eq!(lens.notes, ["eye"]);
+    }
+}
+
+#[test]
+fn a_comment_may_name_the_unit() {
+    let lens = |unit: &str| parse(&format!("# units: {unit}\n5 0.3 1.5 2\n-5 0 1 2\n")).0;
+    assert_eq!(lens("cm").unwrap().surfaces[0].thickness, 3.0);
+    assert_eq!(lens("in").unwrap().surfaces[1].semi_diameter, 25.4);
+    let error = lens("ells").unwrap_err();
+    assert_eq!(
+        (place(&error), &*error.message),
+        ((1, 1), "`ells` is not a unit of length")
+    );
+}
+
+#[test]
+fn the_older_order_gives_the_same_lens() {
+    let now = "50 3 1.5 20\n0 2 0 8\n-50 0 1 20\n";
+    let old = "50 0 1.5 20\n0 3 0 8\n-50 2 1 20\n";
+    let gaps = |text: &str| -> Vec<f64> {
+        parse(text)
+            .0
+            .unwrap()
+            .surfaces
+            .iter()
+            .map(|s| s.thickness)
+            .collect()
+    };
+    assert_eq!(gaps(old), gaps(now));
+    assert_eq!(gaps(&format!("# radius axpos N ap\n{old}")), gaps(now));
+    // A stop that touches the first surface does not make it an older file.
+    assert_eq!(
+        gaps("0 0 0 8\n50 3 1.5 20\n-50 90 1 20\n"),
+        [0.0, 3.0, 90.0]
+    );
+}
+
+#[test]
+fn a_fifth_column_that_is_announced_is_the_abbe_number() {
+    let text = "# radius thickness n_d aperture V_d\n50 3 1.5168 20 64.17\n-50 0 1 20\n";
+    let lens = parse(text).0.unwrap();
+    assert!((lens.surfaces[0].medium.abbe().unwrap() - 64.17).abs() < 1e-9);
+    assert!(!lens.surfaces[1].medium.is_dispersive());
+}
+
+#[test]
+fn the_abbe_number_may_stand_before_the_aperture() {
+    let lens = parse(
+        "# radius thickness ior v-no aperture\n50 3 1.5168 64.17 20\n0 1 0 0 8\n-50 0 1 0 20\n",
+    );
+    let lens = lens.0.unwrap();
+    assert!((lens.surfaces[0].medium.abbe().unwrap() - 64.17).abs() < 1e-9);
+    let halves: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();
+    assert_eq!(halves, [10.0, 4.0, 10.0]);
+}
+
+#[test]
+fn radius_0_with_an_index_is_a_plane() {
+    let lens = parse("0 5 1.5 20\n0 1 0 8\n-50 0 1 20\n").0.unwrap();
+    assert!(lens.surfaces[0].is_plane() && !lens.surfaces[0].is_stop);
+    assert_eq!(lens.stop(), Some(1));
+}
+
+#[test]
+fn a_bad_row_is_named_by_line_and_column() {
+    for (text, at, says) in [
+        ("", (1, 1), "no surfaces"),
+        ("10 2 1.5 9\n20 3 1.5\n", (2, 9), "too few"),
+        ("10 2 1.5 9 7\n", (1, 12), "too many"),
+        ("10 2 1.5 9\n10 2 x 9\n", (2, 6), "`x` is not a number"),
+        ("10 2 NaN 9\n", (1, 6), "not a number"),
+        ("10 2 1.5 -9\n", (1, 10), "not greater than 0"),
+        ("10 1.5 0.9 9\n", (1, 8), "less than 1"),
+        ("10 2 1.5 9\n0 1 0 5\n0 1 0 5\n", (3, 1), "second stop"),
+        ("0 1 0 5\n", (1, 1), "nothing else"),
+        (
+            "10 -2 1.5 9\n0 1 0 5\n-10 0 1 9\n20 0 1 5",
+            (1, 4),
+            "backwards through glass",
+        ),
+    ] {
+        let error = parse(text).0.unwrap_err();
+        assert!(error.message.contains(says), "{text}: {}", error.message);
+        assert_eq!(place(&error), at, "{text}");
+    }
+}
+
+#[test]
+fn an_aperture_wider_than_its_sphere_is_clamped_with_a_warning() {
+    let (lens, sink) = parse("10 2 1.5 30\n0 1 0 5\n-10 0 1 9\n");
+    assert_eq!(lens.unwrap().surfaces[0].semi_diameter, 10.0);
+    assert!(sink.items()[0].message.contains("more than its radius"));
+}
+
+/// The last thickness of a singlet of 100 mm, right and wrong.
+#[test]
+fn a_last_thickness_that_is_not_the_back_focus_is_warned_of() {
+    let table = |last: f64| format!("50 1 1.5 10\n0 {last} 1 10\n");
+    assert!(
+        !parse(&table(99.3333))
+            .1
+            .items()
+            .iter()
+            .any(|d| d.message.contains("focus"))
+    );
+    assert!(
+        parse(&table(60.0))
+            .1
+            .items()
+            .iter()
+            .any(|d| d.message.contains("focus"))
+    );
+}
+
+/// The rows of a lens in four columns, with the gaps of a reading of the second column.
+fn rows(lens: &Prescription, gap: Gap, last: f64) -> String {
+    let mut text = String::new();
+    let (mut before, mut position) = (0.0, 0.0);
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        let thickness = if i + 1 < lens.surfaces.len() {
+            surface.thickness
+        } else {
+            last
+        };
+        let column = match gap {
+            Gap::Next => thickness,
+            Gap::Previous => before,
+            Gap::Position => position,
+        };
+        let index = if surface.is_stop {
+            0.0
+        } else {
+            surface.medium.n_d
+        };
+        let (radius, diameter) = (surface.curvature.radius(), 2.0 * surface.semi_diameter);
+        text += &format!("{radius} {column} {index} {diameter}\n");
+        before = thickness;
+        position += thickness;
+    }
+    text
+}
+
+/// Every shipped lens of spheres, in each order of its gaps, under a heading that says nothing,
+/// and under one that says something else.
+#[test]
+fn the_second_column_is_what_the_surfaces_say_whatever_the_heading_says() {
+    let mut tried = 0;
+    for name in shipped_names() {
+        let shipped = Lens::named(name).unwrap();
+        let lens = shipped.prescription();
+        let spheres = lens.surfaces.iter().all(|s| s.shape == Shape::Sphere);
+        // A first surface that is the stop gives less evidence.
+        if !spheres || lens.surfaces.len() < 4 || lens.surfaces[0].is_stop {
+            continue;
+        }
+        tried += 1;
+        let focus = shipped.first_order().focal.unwrap().bfl;
+        let orders = [
+            (Gap::Next, 0.0),
+            (Gap::Next, focus),
+            (Gap::Previous, 0.0),
+            (Gap::Position, 0.0),
+        ];
+        for (gap, last) in orders {
+            // Few numbers that increase are not enough for positions.
+            if gap == Gap::Position && lens.surfaces.len() < 6 {
+                continue;
+            }
+            for heading in [
+                "",
+                "# radius axpos N aperture\n",
+                "# radius thickness N aperture\n",
+            ] {
+                let (read, sink) = parse(&format!("{heading}{}", rows(lens, gap, last)));
+                let read = read.unwrap();
+                let thicknesses = lens.surfaces.iter().zip(&read.surfaces);
+                let count = lens.surfaces.len();
+                for (i, (right, read)) in thicknesses.take(count - 1).enumerate() {
+                    let off = (right.thickness - read.thickness).abs();
+                    assert!(off < 1e-9, "{name} {gap:?} {last} {heading}: surface {i}");
+                }
+                let doubt = sink
+                    .items()
+                    .iter()
+                    .find(|d| d.message.contains("it may be"));
+                assert!(
+                    doubt.is_none(),
+                    "{name} {gap:?} {last} {heading}: {}",
+                    doubt.unwrap()
+                );
+            }
+        }
+    }
+    assert!(tried >= 15, "{tried}");
+}
+
+/// Two thin lenses: nothing crosses, no number is 0, and there is no film.
+#[test]
+fn thin_evidence_names_both_readings_and_the_option_decides() {
+    let text = "0 4 1.5 9\n-60 5 1 9\n0 6 1.5 9\n-80 3 1 9\n0 2 0 9\n";
+    let (lens, sink) = parse(&format!("# radius axpos N aperture\n{text}"));
+    assert_eq!(lens.unwrap().surfaces[0].thickness, 4.0);
+    let doubt = sink
+        .items()
+        .iter()
+        .find(|d| d.message.contains("it may be"))
+        .unwrap();
+    assert!(
+        doubt
+            .message
+            .contains("from the vertex before (focal length"),
+        "{doubt}"
+    );
+    assert!(doubt.help.as_ref().unwrap().contains("--gap previous"));
+    for (gap, first) in [(Gap::Next, 4.0), (Gap::Previous, 5.0)] {
+        let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+        let mut sink = Sink::new();
+        let lens = read(&source, Some(gap), &mut sink).unwrap();
+        assert_eq!(lens.surfaces[0].thickness, first);
+        assert!(!sink.items().iter().any(|d| d.message.contains("it may be")));
+    }
+}
+
+/// A comment that mentions `axpos` is not a heading.
+#[test]
+fn a_sentence_about_columns_is_not_a_heading() {
+    let text = "# the axpos column of that file was the distance from the PREVIOUS vertex, radius in mm\n\
+                50 3 1.5 20\n0 2 0 8\n-50 0 1 20\n";
+    let (lens, sink) = parse(text);
+    assert_eq!(lens.unwrap().surfaces[0].thickness, 3.0);
+    assert!(sink.items().is_empty(), "{}", sink.items()[0]);
+}
+
+/// A biconvex lens of zoic's kind: air has the index 0 everywhere, and the columns have words
+/// between slashes. Its apertures are semi-diameters, as its f-number says.
+#[test]
+fn five_columns_may_write_air_as_0_and_give_semi_diameters() {
+    let text = "## EFFECTIVE FOCAL LENGTH = \t100.0\n## BACK FOCAL LENGTH = 3\n## MAX NUMERICAL APERTURE = \tF/5.0\n\
+                ## RADIUS OF CURVATURE // THICKNESS // MATERIAL // IOR // V-NUMBER // APERTURE\n\
+                100\t4\tBK7\t1.5\t60\t11\n-98.65 2 AIR 0.0 0.0 11\n0.0 95.4 AIR 0.0 0.0 9.8\n";
+    let (lens, sink) = parse(text);
+    let lens = lens.unwrap();
+    assert_eq!(lens.stop(), Some(2));
+    assert_eq!(lens.surfaces[1].medium.n_d, 1.0);
+    assert_eq!(lens.surfaces[0].semi_diameter, 11.0);
+    assert!((lens.surfaces[0].medium.abbe().unwrap() - 60.0).abs() < 1e-9);
+    assert!(
+        sink.items()
+            .iter()
+            .any(|d| d.message.contains("semi-diameters: the file states f/5"))
+    );
+}
+
+#[test]
+fn five_columns_without_a_heading_are_distinguished_by_their_values() {
+    let abbe = |text: &str| {
+        parse(text)
+            .0
+            .map(|l| (l.surfaces[0].medium.abbe(), l.surfaces[0].semi_diameter))
+    };
+    for text in [
+        "50 3 1.5 60 20\n-50 40 1 0 20\n",
+        "50 3 1.5 120 60\n-50 40 1 120 0\n",
+    ] {
+        let (abbe, semi) = abbe(text).unwrap();
+        assert!(
+            (abbe.unwrap() - 60.0).abs() < 1e-9 && semi >= 10.0,
+            "{text}"
+        );
+    }
+    // Both columns may be the Abbe number.
+    assert!(
+        abbe("50 3 1.5 60 40\n-50 40 1 0 0\n")
+            .unwrap_err()
+            .message
+            .contains("too many")
+    );
+}
+
+#[test]
+fn a_table_of_too_many_rows_is_refused_as_a_limit() {
+    let text = "50 3 1.5 20\n-50 2 1 20\n".repeat(501);
+    let error = parse(&text).0.unwrap_err();
+    assert_eq!(error.kind, ivcam_base::diag::ErrorKind::Limit);
+    assert!(parse(&text["50 3 1.5 20\n-50 2 1 20\n".len()..]).0.is_ok());
+}

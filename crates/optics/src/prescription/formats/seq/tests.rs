@@ -1,0 +1,158 @@
+use std::sync::Arc;
+
+use ivcam_base::diag::{Result, Sink, Source, Span};
+
+use crate::prescription::formats::seq::reader::read;
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::Shape;
+
+fn parse(text: &str) -> Result<Prescription> {
+    let source = Arc::new(Source::new("a.seq", text.as_bytes().to_vec()));
+    read(&source, &Catalogue::builtin(), &mut Sink::new())
+}
+
+#[test]
+fn surfaces_are_read_in_either_mode_and_any_unit() {
+    let text = |mode: &str, bend: &str| {
+        format!(
+            "{mode};LEN \"VERSION\"\nTITLE 'A; lens'\nDIM I\nEPD 1.0 ; YAN 0 10\nSO 0 1e14\n\
+             S {bend} 0.25 NBK7_SCHOTT\n  CIR 0.5\nS 0 0.5 517642 ! flat\n  STO; CIR 0.4\n\
+             S -{bend} &\n 2.0\n  ASP; K -1.0; A 0.5;&\n  B 0.25\n  CIR 0.6\nSI 0 0\n  XDE 0\nGO\n"
+        )
+    };
+    for lens in [
+        parse(&text("RDM", "2")).unwrap(),
+        parse(&text("RDM N", ".5")).unwrap(),
+    ] {
+        assert_eq!((lens.name.as_str(), lens.surfaces.len()), ("A; lens", 3));
+        let [first, second, third] = &lens.surfaces[..] else {
+            panic!()
+        };
+        assert!((first.curvature.radius() - 50.8).abs() < 1e-12);
+        assert_eq!(first.medium.name, "N-BK7");
+        assert_eq!(lens.stop(), Some(1));
+        assert_eq!(second.medium.n_d, 1.517);
+        assert!((second.medium.abbe().unwrap() - 64.2).abs() < 1e-9);
+        assert!(matches!(&third.shape, Shape::Asphere { k, terms }
+            if *k == -1.0 && (terms[6] * 25.4_f64.powi(5) - 0.25).abs() < 1e-12));
+        assert_eq!(third.thickness, 50.8);
+    }
+}
+
+#[test]
+fn a_file_that_does_not_state_radii_or_curvatures_is_warned_of() {
+    let text = "SO 0 1e9\nS .2 3 NBK7\n STO\n CIR 1\nS -.2 5\nSI 0 0\n";
+    for (mode, warnings) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
+        let source = Arc::new(Source::new("a.seq", format!("{mode}{text}").into_bytes()));
+        let mut sink = Sink::new();
+        read(&source, &Catalogue::builtin(), &mut sink).unwrap();
+        let found = sink
+            .items()
+            .iter()
+            .filter(|d| d.message.contains("radii or curvatures"));
+        assert_eq!(found.count(), warnings, "{mode}");
+    }
+}
+
+#[test]
+fn a_command_continues_after_an_ampersand_with_windows_line_ends_too() {
+    let text = "RDM\r\nSO 0 1e9\r\nS 10 &\r\n 3 NBK7\r\n STO\r\n CIR 4\r\nS -9 5\r\nSI 0 0\r\n";
+    assert_eq!(parse(text).unwrap().surfaces[0].thickness, 3.0);
+}
+
+#[test]
+fn a_private_glass_is_its_table() {
+    let lens = parse(
+        "RDM\nPRV\n PWL 700 656.2725 587.5618 486.1327 400\n 'E48' 1.52 1.528 1.531 1.538&\n \
+         1.55\nEND\nSO 0 1e9\nS 10 3 'E48'\n STO\n CIR 4\nS -10 5\n CIR 4\nSI 0 0\n",
+    )
+    .unwrap();
+    assert_eq!(lens.surfaces[0].medium.n_d, 1.531);
+    assert!((lens.surfaces[0].medium.abbe().unwrap() - 53.1).abs() < 1e-9);
+}
+
+#[test]
+fn what_can_not_be_traced_is_refused_by_name_and_place() {
+    let around = |inner: &str| format!("RDM\nSO 0 1e9\nS 10 3 NBK7\n{inner}\nSI 0 0\n");
+    for (inner, says, at) in [
+        (" ADE 60", "`ADE` tilts", (4, 2)),
+        ("S 0 2 REFL", "mirror", (4, 7)),
+        (" DIF DOE", "`DIF` diffracts", (4, 2)),
+        ("S 0 2 NBK77", "no glass named `NBK77`", (4, 7)),
+        ("S 0", "too few", (4, 4)),
+        ("S x 2", "not a number", (4, 3)),
+        (" STO\nS 5 2\n STO", "second stop", (5, 3)),
+    ] {
+        let error = parse(&around(inner)).unwrap_err();
+        assert!(error.message.contains(says), "{inner}: {}", error.message);
+        assert_eq!(error.location().1, Some(at), "{inner}");
+    }
+}
+
+#[test]
+fn a_lens_without_apertures_gets_those_of_its_beam() {
+    let text = "RDM\nEPD 10\nYAN 0 5\nSO 0 1e9\nS 50 3 NBK7\n STO\nS -50 48\nSI 0 0\n";
+    let lens = parse(text).unwrap();
+    assert_eq!(lens.surfaces[0].semi_diameter, 5.0);
+    assert!((4.5..5.5).contains(&lens.surfaces[1].semi_diameter));
+}
+
+/// The same lens three times: each surface with its commands, by numbers, and by commands alone.
+#[test]
+fn a_command_may_name_its_surface() {
+    let plain = "RDM\nTIT 'a ! b'\nSO 0 1e9\nS 50 5 517642\n STO\n CIR 9\n ASP\n K -1\n A 1e-6\n\
+                 S -80 60\n CIR 8\nSI 0 0\n";
+    let numbered = "RDM\nTIT 'a ! b'\nS0 0 1e9\nS1 50 5 700300\nS2 -80 60\nSI 0 0\nSTO S1\n\
+                    CIR S1..2 9\nCIR S2 8\nGLA S1 517642\nASP S1 K -1 A 1e-6\n";
+    let commands = "RDM N\nTIT 'a ! b'\nSO\nS 0 1 517642\n RDY 50; THI 5; STO; CIR 9\n ASP K -1 A 1e-6\n\
+                    S 0 60\n RDY -80\n CIR 8\nSI\n";
+    let bare = |text| {
+        let mut lens = parse(text).unwrap();
+        lens.surfaces
+            .iter_mut()
+            .for_each(|s| s.span = Span::default());
+        lens
+    };
+    assert_eq!(bare(numbered), bare(plain));
+    assert_eq!(bare(commands), bare(plain));
+    assert_eq!(bare(plain).name, "a ! b");
+    for (command, says) in [
+        ("CIR S3 5", "no surface `S3`"),
+        ("ADE S2 5", "`ADE` tilts a surface, at surface 2"),
+        ("ZOO 2\nZOO THI S7 1 2", "no surface `S7`"),
+    ] {
+        let error = parse(&format!("{numbered}{command}\n")).unwrap_err();
+        assert!(error.message.contains(says), "{command}: {error}");
+    }
+    // A tilt by 0 is not a tilt.
+    assert!(parse(&format!("{numbered}ADE S2 0\nXDE S1 0.0\n")).is_ok());
+}
+
+#[test]
+fn zoom_positions_may_change_gaps_and_the_stop() {
+    let text = "RDM\nSO 0 1e9\nS 50 5 517642\n CIR 9\nS 0 2\n STO\n CIR 5\nS -80 60\n CIR 8\nSI 0 0\n\
+                ZOO 2\nZOO THI S2 2 4\nZOO CIR S2 5 4\n";
+    let lens = parse(text).unwrap();
+    assert_eq!(lens.zoom[1].gaps, [(1, 4.0)]);
+    assert_eq!(lens.zoom[1].stop_semi_diameter, Some(4.0));
+}
+
+/// The lines of N-BK7 rounded as catalogues print wavelengths, and none of them in the visible.
+#[test]
+fn a_private_glass_needs_the_d_line_only() {
+    let text = |table: &str| {
+        format!("RDM\nPRV\n{table}\nEND\nSO 0 1e9\nS 50 5 'G'\n STO\n CIR 9\nS -80 60\nSI 0 0\n")
+    };
+    let glass = |table: &str| parse(&text(table)).map(|lens| lens.surfaces[0].medium.clone());
+    let lines = glass("PWL 656.27 587.56 486.13\n'G' 1.51432 1.5168 1.52238").unwrap();
+    assert_eq!(lines.n_d, 1.5168);
+    assert!((lines.abbe().unwrap() - 0.5168 / 0.00806).abs() < 1e-9);
+    assert_eq!(glass("PWL 587.6\n'G' 1.6").unwrap().n_d, 1.6);
+    // Sparse, and without the line itself: Malitson's silica is 1.458464 there.
+    let sparse =
+        glass("PWL 404.7 486.1 546.1 643.8 706.5\n'G' 1.46961 1.46313 1.46008 1.45670 1.45515");
+    assert!((sparse.unwrap().n_d - 1.458464).abs() < 1e-5);
+    let error = glass("PWL 1550 1310\n'G' 1.44 1.45").unwrap_err();
+    assert!(error.message.contains("`G` has no index"), "{error}");
+}

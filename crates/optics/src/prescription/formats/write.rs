@@ -1,0 +1,668 @@
+//! Writes prescriptions as pbrt's four columns, as Zemax and CODE V files, and as ivcam's own JSON.
+//!
+//! JSON contains everything. The other writers refuse lenses that their format cannot represent,
+//! and return a list of what they leave out. Numbers are written so that reading them back gives
+//! the same double.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use ivcam_base::diag::{Diagnostic, Result};
+
+use crate::prescription::about::{About, KEYS};
+use crate::prescription::formats::write_seq::code_v;
+use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
+use crate::prescription::prescription::{Iris, Prescription};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+
+/// A format that can be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    Columns,
+    Zemax,
+    CodeV,
+    Json,
+}
+
+impl Target {
+    /// The format with the extension of a file name.
+    pub fn of(path: &Path) -> Result<Self> {
+        let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+        match ending.to_ascii_lowercase().as_str() {
+            "dat" => Ok(Self::Columns),
+            "zmx" => Ok(Self::Zemax),
+            "seq" => Ok(Self::CodeV),
+            "json" => Ok(Self::Json),
+            _ => Err(Diagnostic::unsupported(format!(
+                "`{}` says no format that prescriptions are written in",
+                path.display()
+            ))
+            .with_help("end the name in .dat (pbrt's four columns), .zmx, .seq or .json")),
+        }
+    }
+}
+
+/// A prescription as text, and what the format left out.
+pub fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>)> {
+    write_at(lens, target, f64::INFINITY)
+}
+
+/// A prescription as text, with the distance of the object from the front vertex in millimeters,
+/// which Zemax and CODE V keep; and what the format left out.
+pub fn write_at(lens: &Prescription, target: Target, object: f64) -> Result<(String, Vec<String>)> {
+    match target {
+        Target::Columns => columns(lens),
+        Target::Zemax => zemax(lens, object),
+        Target::CodeV => code_v(lens, object),
+        Target::Json => Ok((json(lens), Vec::new())),
+    }
+}
+
+pub(super) fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
+    Diagnostic::unsupported(format!("surface {i} {what}, which {format} can't say"))
+        .with_help("write .json, which keeps everything")
+}
+
+/// pbrt's `.dat`: radius, thickness, index, aperture diameter.
+fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
+    const FORMAT: &str = "a file of four columns";
+    let mut text = String::new();
+    for note in &lens.notes {
+        let _ = writeln!(text, "# {note}");
+    }
+    text += "# radius thickness n_d aperture\n";
+    if lens.object_medium.n_d != 1.0 {
+        return Err(refuse(0, "is in a medium other than air", FORMAT));
+    }
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        if surface.shape != Shape::Sphere {
+            return Err(refuse(i, "is not a sphere", FORMAT));
+        }
+        if !surface.semi_diameter.is_finite() {
+            return Err(refuse(i, "has no aperture", FORMAT));
+        }
+        if surface.is_stop && !surface.is_plane() {
+            return Err(refuse(i, "is curved and the stop", FORMAT));
+        }
+        if surface.is_stop && surface.medium.n_d != lens.medium_before(i).n_d {
+            return Err(refuse(i, "is a stop between two media", FORMAT));
+        }
+        let index = if surface.is_stop {
+            0.0
+        } else {
+            surface.medium.n_d
+        };
+        let _ = writeln!(
+            text,
+            "{} {} {} {}",
+            surface.curvature.radius(),
+            surface.thickness,
+            index,
+            2.0 * surface.semi_diameter
+        );
+    }
+    let mut left_out = Vec::new();
+    if lens.is_dispersive() {
+        left_out.push("dispersion: four columns have the index at the d line alone".to_owned());
+    }
+    left_out.extend(beyond_surfaces(lens, false));
+    Ok((text, left_out))
+}
+
+pub(super) fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
+    let mut left_out = Vec::new();
+    if !lens.zoom.is_empty() && !has_zoom {
+        left_out.push(format!("{} zoom positions", lens.zoom.len()));
+    }
+    if lens.iris != Iris::Round {
+        left_out.push("the shape of the iris".to_owned());
+    }
+    if lens.focus_group.is_some() {
+        left_out.push("the group that moves for focusing".to_owned());
+    }
+    if lens
+        .surfaces
+        .iter()
+        .any(|s| s.coating != Coating::default())
+    {
+        left_out.push("coatings".to_owned());
+    }
+    left_out
+}
+
+fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
+    let mut text = String::from("VERS 140124 0 0\nMODE SEQ\n");
+    let about = About::of(lens);
+    let _ = writeln!(
+        text,
+        "NAME {}",
+        about.title.as_deref().unwrap_or(&lens.name)
+    );
+    for note in &lens.notes {
+        let _ = writeln!(text, "NOTE 0 {note}");
+    }
+    let half = 0.5 * about.field_degrees.unwrap_or(0.0);
+    text += "UNIT MM X W X CM MR CPMM\nFLOA\nGCAT SCHOTT OHARA HOYA\nFTYP 0 0 3 3 0 0 0\n";
+    let _ = writeln!(text, "XFLN 0 0 0\nYFLN 0 {} {half}", 0.7 * half);
+    text += "WAVM 1 0.4861327 1\nWAVM 2 0.5875618 1\nWAVM 3 0.6562725 1\nPWAV 2\n";
+    let distance = match object.is_finite() {
+        true => object.to_string(),
+        false => "INFINITY".to_owned(),
+    };
+    let _ = writeln!(text, "SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ {distance}");
+    let glasses = Catalogue::builtin();
+    let mut left_out = Vec::new();
+    glass_line(&mut text, &lens.object_medium, &glasses, &mut left_out);
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        let _ = writeln!(text, "SURF {}", i + 1);
+        if surface.is_stop {
+            text += "  STOP\n";
+        }
+        shape_lines(&mut text, i, surface)?;
+        let _ = writeln!(text, "  DISZ {}", surface.thickness);
+        glass_line(&mut text, &surface.medium, &glasses, &mut left_out);
+        if surface.semi_diameter.is_finite() {
+            let a = surface.semi_diameter;
+            let _ = writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0");
+        }
+    }
+    let count = lens.surfaces.len();
+    let _ = writeln!(
+        text,
+        "SURF {}\n  TYPE STANDARD\n  CURV 0\n  DISZ 0",
+        count + 1
+    );
+    configurations(&mut text, lens);
+    left_out.extend(beyond_surfaces(lens, true));
+    left_out.dedup();
+    Ok((text, left_out))
+}
+
+fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: &mut Vec<String>) {
+    if *glass == Medium::air() {
+        return;
+    }
+    let abbe = glass.abbe().unwrap_or(0.0);
+    if glasses.find(&glass.name) == Some(glass) {
+        let _ = writeln!(text, "  GLAS {} 0 0 {} {abbe}", glass.name, glass.n_d);
+        return;
+    }
+    if !matches!(
+        glass.dispersion,
+        Dispersion::None | Dispersion::Cauchy { .. }
+    ) {
+        left_out.push(format!(
+            "the curve of the glass {} beyond n_d and V_d",
+            glass.name
+        ));
+    }
+    let _ = writeln!(text, "  GLAS ___BLANK 1 0 {} {abbe} 0 0 0 0 0 0", glass.n_d);
+}
+
+fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
+    const FORMAT: &str = "Zemax's file";
+    let c = surface.curvature.per_mm();
+    let mut put = |kind: &str, c: f64, k: f64| {
+        let _ = writeln!(text, "  TYPE {kind}\n  CURV {c}");
+        if k != 0.0 {
+            let _ = writeln!(text, "  CONI {k}");
+        }
+    };
+    let constant = |terms: &[f64; MAX_POWER + 1]| terms[0] != 0.0;
+    match &surface.shape {
+        Shape::Sphere => put("STANDARD", c, 0.0),
+        Shape::Conic { k } => put("STANDARD", c, *k),
+        Shape::CylinderX => put("TOROIDAL", c, 0.0),
+        Shape::CylinderY => {
+            put("TOROIDAL", 0.0, 0.0);
+            let _ = writeln!(text, "  PARM 1 {}", surface.curvature.radius());
+        }
+        Shape::Asphere { terms, .. } | Shape::Toroid { terms, .. } if constant(terms) => {
+            return Err(refuse(i, "has a constant term", FORMAT));
+        }
+        Shape::Asphere { k, terms } if is_even(terms, 16) => {
+            put("EVENASPH", c, *k);
+            for j in 1..=8 {
+                let _ = writeln!(text, "  PARM {j} {}", terms[2 * j]);
+            }
+        }
+        Shape::Asphere { k, terms } => {
+            put("XOSPHERE", c, *k);
+            let _ = writeln!(text, "  XDAT 1 {MAX_POWER}\n  XDAT 2 1");
+            for power in 1..=MAX_POWER {
+                let _ = writeln!(text, "  XDAT {} {}", power + 2, terms[power]);
+            }
+        }
+        Shape::Toroid { across, k, terms } if is_even(terms, 14) => {
+            put("TOROIDAL", c, *k);
+            let _ = writeln!(text, "  PARM 1 {}", across.radius());
+            for j in 1..=7 {
+                let _ = writeln!(text, "  PARM {} {}", j + 1, terms[2 * j]);
+            }
+        }
+        Shape::Toroid { .. } => return Err(refuse(i, "is a toroid with odd terms", FORMAT)),
+    }
+    Ok(())
+}
+
+pub(super) fn is_even(terms: &[f64; MAX_POWER + 1], highest: usize) -> bool {
+    let mut odd = terms
+        .iter()
+        .enumerate()
+        .filter(|(p, _)| p % 2 == 1 || *p > highest);
+    odd.all(|(_, term)| *term == 0.0)
+}
+
+/// Zoom positions as configurations, in Zemax's order of operands.
+fn configurations(text: &mut String, lens: &Prescription) {
+    if lens.zoom.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "MNUM {} 1", lens.zoom.len());
+    let mut surfaces: Vec<usize> = lens
+        .zoom
+        .iter()
+        .flat_map(|z| z.gaps.iter().map(|(i, _)| *i))
+        .collect();
+    surfaces.sort_unstable();
+    surfaces.dedup();
+    for surface in surfaces {
+        for (c, position) in lens.zoom.iter().enumerate() {
+            let gap = position.gaps.iter().find(|(i, _)| *i == surface);
+            let gap = gap.map_or(lens.surfaces[surface].thickness, |(_, gap)| *gap);
+            let _ = writeln!(
+                text,
+                "THIC {} {} {gap} 0 0 0 1 1 1 0 0 \"\" 0",
+                surface + 1,
+                c + 1
+            );
+        }
+    }
+    let Some(stop) = lens.stop() else { return };
+    for (c, position) in lens.zoom.iter().enumerate() {
+        if let Some(radius) = position.stop_semi_diameter {
+            let _ = writeln!(
+                text,
+                "SDIA {} {} {radius} 0 0 0 1 1 1 0 0 \"\" 0",
+                stop + 1,
+                c + 1
+            );
+        }
+    }
+}
+
+/// ivcam's own JSON, schema `ivlens-1`, with one surface in a line.
+fn json(lens: &Prescription) -> String {
+    let mut text = String::from("{\n");
+    let mut line = |key: &str, value: String| {
+        let _ = writeln!(text, " {}: {value},", quoted(key));
+    };
+    line("schema", quoted("ivlens-1"));
+    line("name", quoted(&lens.name));
+    let about = About::of(lens);
+    for note in &lens.notes {
+        if let Some((key, value)) = note.split_once(": ")
+            && KEYS.contains(&key)
+        {
+            line(if key == "name" { "title" } else { key }, quoted(value));
+        }
+    }
+    let notes: Vec<String> = about.notes.iter().map(|note| quoted(note)).collect();
+    if !notes.is_empty() {
+        line("note", format!("[{}]", notes.join(", ")));
+    }
+    line("units", quoted("mm"));
+    line("n_object", number(lens.object_medium.n_d));
+    if lens.object_medium.is_dispersive() {
+        line("object_medium", object(&medium_fields(&lens.object_medium)));
+    }
+    if let Some(height) = lens.image_height {
+        line("h_max", number(height));
+    }
+    if let Some(iris) = iris_value(&lens.iris) {
+        line("iris", iris);
+    }
+    if !lens.zoom.is_empty() {
+        line("zoom", zoom_value(lens));
+    }
+    if let Some(group) = lens.focus_group {
+        line("focus_group", format!("[{}, {}]", group.first, group.last));
+    }
+    text += " \"surfaces\": [\n";
+    let rows: Vec<String> = lens.surfaces.iter().map(surface_value).collect();
+    text += &rows.join(",\n");
+    text += "\n ]\n}\n";
+    text
+}
+
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// The shortest decimal number that is read back as the same double.
+fn number(value: f64) -> String {
+    format!("{value:?}")
+}
+
+fn list(values: &[f64]) -> String {
+    let words: Vec<String> = values.iter().map(|v| number(*v)).collect();
+    format!("[{}]", words.join(", "))
+}
+
+fn object(fields: &[(&str, String)]) -> String {
+    let words: Vec<String> = fields
+        .iter()
+        .map(|(k, v)| format!("{}: {v}", quoted(k)))
+        .collect();
+    format!("{{{}}}", words.join(", "))
+}
+
+fn surface_value(surface: &Surface) -> String {
+    let mut fields = vec![("kind", quoted(kind(surface)))];
+    if surface.is_stop && kind(surface) != "stop" {
+        fields.push(("stop", "true".to_owned()));
+    }
+    bend(&mut fields, ["R", "c"], surface.curvature);
+    fields.push(("t", number(surface.thickness)));
+    fields.extend(medium_fields(&surface.medium));
+    if surface.semi_diameter.is_finite() {
+        fields.push(("semi_diameter", number(surface.semi_diameter)));
+    }
+    if surface.coating != Coating::default() {
+        fields.push(("coating", quoted(surface.coating.name())));
+    }
+    match &surface.shape {
+        Shape::Conic { k } => fields.push(("k", number(*k))),
+        Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => {
+            if let Shape::Toroid { across, .. } = &surface.shape {
+                bend(&mut fields, ["R_x", "c_x"], *across);
+            }
+            fields.push(("k", number(*k)));
+            let powers: Vec<String> = (0..=MAX_POWER)
+                .filter(|p| terms[*p] != 0.0)
+                .map(|p| format!("\"{p}\": {}", number(terms[p])))
+                .collect();
+            fields.push(("radial_poly", format!("{{{}}}", powers.join(", "))));
+        }
+        _ => {}
+    }
+    format!("  {}", object(&fields))
+}
+
+fn kind(surface: &Surface) -> &'static str {
+    match &surface.shape {
+        Shape::Sphere if surface.is_stop && surface.curvature.is_plane() => "stop",
+        Shape::Sphere if surface.curvature.is_plane() => "plane",
+        shape => shape.name(),
+    }
+}
+
+/// Writes a curvature as a radius, or as a curvature if it was given as one.
+fn bend(fields: &mut Vec<(&str, String)>, [radius, curvature]: [&'static str; 2], bend: Curvature) {
+    if bend.is_plane() {
+        fields.push((radius, "0".to_owned()));
+    } else if Curvature::from_radius(bend.radius()) == bend {
+        fields.push((radius, number(bend.radius())));
+    } else {
+        fields.push((curvature, number(bend.per_mm())));
+    }
+}
+
+fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
+    let mut fields = Vec::new();
+    if !medium.name.is_empty() {
+        fields.push(("glass", quoted(&medium.name)));
+    }
+    fields.push(("n_d", number(medium.n_d)));
+    match &medium.dispersion {
+        Dispersion::None => {}
+        Dispersion::Cauchy { a, b } => {
+            fields.push(("V_d", number(round_to(medium.abbe().unwrap_or(0.0), 1e-6))));
+            fields.push(("cauchy", list(&[*a, *b])));
+        }
+        Dispersion::ThreeLines { n_f, n_c, .. } => {
+            fields.push(("n_F", number(*n_f)));
+            fields.push(("n_C", number(*n_c)));
+        }
+        Dispersion::Catalogue {
+            formula: Formula::Sellmeier1,
+            coefficients,
+        } => {
+            fields.push(("sellmeier", list(&coefficients[..6])));
+        }
+        Dispersion::Catalogue {
+            formula,
+            coefficients,
+        } => {
+            fields.push(("formula", (*formula as u32).to_string()));
+            fields.push(("coefficients", list(coefficients)));
+        }
+    }
+    fields
+}
+
+fn round_to(value: f64, step: f64) -> f64 {
+    (value / step).round() * step
+}
+
+fn iris_value(iris: &Iris) -> Option<String> {
+    match iris {
+        Iris::Round => None,
+        Iris::Blades { count, rotation } => Some(object(&[
+            ("blades", count.to_string()),
+            ("rotation_deg", number(rotation.to_degrees())),
+        ])),
+        Iris::Outline { corners, rotation } => {
+            let corners: Vec<String> = corners.iter().map(|c| list(c)).collect();
+            Some(object(&[
+                ("outline", format!("[{}]", corners.join(", "))),
+                ("rotation_deg", number(rotation.to_degrees())),
+            ]))
+        }
+    }
+}
+
+fn zoom_value(lens: &Prescription) -> String {
+    let positions = lens.zoom.iter().map(|position| {
+        let gaps: Vec<String> = position
+            .gaps
+            .iter()
+            .map(|(i, gap)| format!("\"{i}\": {}", number(*gap)))
+            .collect();
+        let mut fields = vec![
+            ("name", quoted(&position.name)),
+            ("gaps", format!("{{{}}}", gaps.join(", "))),
+        ];
+        if let Some(radius) = position.stop_semi_diameter {
+            fields.push(("stop", number(radius)));
+        }
+        object(&fields)
+    });
+    format!("[{}]", positions.collect::<Vec<_>>().join(", "))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lens::{Lens, LensRay, Toward, shipped_names};
+    use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+    use glam::DVec3;
+    use ivcam_base::diag::{Sink, Source};
+    use std::sync::Arc;
+
+    fn again(lens: &Prescription, target: Target) -> Prescription {
+        let (text, _) = write(lens, target).unwrap();
+        let name = format!("{}.x", lens.name);
+        let source = Arc::new(Source::new(name, text.clone().into_bytes()));
+        let read = crate::prescription::formats::read(&source, &mut Sink::new());
+        read.unwrap_or_else(|e| panic!("{e}\n{text}"))
+    }
+
+    fn shipped() -> impl Iterator<Item = Prescription> {
+        shipped_names().map(|name| Lens::named(name).unwrap().prescription().clone())
+    }
+
+    /// Whether two prescriptions have the same focal length and the same path of a ray that passes
+    /// neither through the axis nor in a plane with it, up to the rounding of radii that are
+    /// written as curvatures.
+    fn same_rays(a: &Prescription, b: &Prescription) -> bool {
+        let [a, b] = [a, b].map(|lens| Lens::new(lens.clone()));
+        let front = a.prescription().surfaces[0].semi_diameter.min(50.0);
+        let ray = LensRay {
+            origin: DVec3::new(0.1 * front, 0.2 * front, -front),
+            direction: DVec3::new(-0.02, 0.03, 1.0),
+        };
+        let path = |lens: &Lens| lens.trace_path(&ray, Toward::Film, false).hits;
+        let near = |(p, q): (&DVec3, &DVec3)| (*p - *q).length() < 1e-11 * front;
+        let efl = a.first_order().efl() / b.first_order().efl();
+        let (a, b) = (path(&a), path(&b));
+        (efl - 1.0).abs() < 1e-13 && a.len() == b.len() && a.iter().zip(&b).all(near)
+    }
+
+    /// Places in the file are not part of a lens.
+    fn bare(mut lens: Prescription) -> Prescription {
+        for surface in &mut lens.surfaces {
+            surface.span = Default::default();
+        }
+        lens
+    }
+
+    #[test]
+    fn a_lens_written_as_json_reads_back_the_same_to_the_last_bit() {
+        for lens in shipped() {
+            let lens = bare(lens);
+            assert_eq!(
+                bare(again(&lens, Target::Json)).surfaces,
+                lens.surfaces,
+                "{}",
+                lens.name
+            );
+            let read = bare(again(&lens, Target::Json));
+            assert!(same_rays(&read, &lens), "{}", lens.name);
+            assert_eq!(
+                (&read.zoom, read.focus_group),
+                (&lens.zoom, lens.focus_group)
+            );
+            assert_eq!(About::of(&read), About::of(&lens));
+        }
+        let mut lens = shipped().next().unwrap();
+        lens.iris = Iris::Blades {
+            count: 7,
+            rotation: 0.25,
+        };
+        lens.surfaces[0].medium = Medium::from_lines(1.53, 1.52, 1.51);
+        lens.surfaces[2].curvature = Curvature::from_curvature(0.1 / 3.0);
+        let schott = [2.27, -0.01, 0.01, 2e-4, -1e-5, 1e-6, 0.0, 0.0, 0.0, 0.0];
+        let schott = Medium::from_formula(Formula::Schott, schott).unwrap();
+        lens.surfaces[3].medium = schott.named("X");
+        let read = bare(again(&lens, Target::Json));
+        assert_eq!(read.surfaces, bare(lens.clone()).surfaces);
+        assert!(matches!(read.iris, Iris::Blades { count: 7, .. }));
+    }
+
+    #[test]
+    fn four_columns_read_back_the_same_where_they_can_say_it() {
+        let mut written = 0;
+        for lens in shipped() {
+            let Ok((_, left_out)) = write(&lens, Target::Columns) else {
+                continue;
+            };
+            assert_eq!(
+                lens.is_dispersive(),
+                left_out.iter().any(|l| l.contains("dispersion"))
+            );
+            let read = again(&lens, Target::Columns);
+            for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
+                assert_eq!((a.curvature, a.thickness), (b.curvature, b.thickness));
+                assert_eq!((a.semi_diameter, a.is_stop), (b.semi_diameter, b.is_stop));
+                assert_eq!(a.medium.n_d, b.medium.n_d);
+            }
+            written += 1;
+        }
+        assert!(written > 25, "{written}");
+        let phone = Lens::named("phone").unwrap();
+        let error = write(phone.prescription(), Target::Columns).unwrap_err();
+        assert!(error.message.contains("is not a sphere"));
+    }
+
+    #[test]
+    fn zemax_files_read_back_as_the_same_optics() {
+        for lens in shipped() {
+            let read = again(&lens, Target::Zemax);
+            assert!(same_rays(&read, &lens), "{}", lens.name);
+            assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
+            assert_eq!(read.stop(), lens.stop());
+            for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
+                assert_eq!(a.curvature.per_mm(), b.curvature.per_mm());
+                assert_eq!(
+                    (a.thickness, a.semi_diameter),
+                    (b.thickness, b.semi_diameter)
+                );
+                assert_eq!(a.shape, b.shape, "{}", lens.name);
+                for line in [F_LINE, D_LINE, C_LINE] {
+                    let (a, b) = (a.medium.index(line), b.medium.index(line));
+                    assert!((a - b).abs() < 1e-12, "{}: {a} {b}", lens.name);
+                }
+            }
+            let gaps = |lens: &Prescription| -> Vec<_> {
+                lens.zoom
+                    .iter()
+                    .map(|z| (z.gaps.clone(), z.stop_semi_diameter))
+                    .collect()
+            };
+            assert_eq!(gaps(&read), gaps(&lens));
+        }
+    }
+
+    #[test]
+    fn code_v_files_read_back_as_the_same_optics() {
+        let mut written = 0;
+        for lens in shipped() {
+            let Ok((_, left_out)) = write(&lens, Target::CodeV) else {
+                continue;
+            };
+            written += 1;
+            let read = again(&lens, Target::CodeV);
+            assert!(same_rays(&read, &lens), "{}", lens.name);
+            assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
+            assert_eq!(read.stop(), lens.stop());
+            for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
+                assert_eq!(a.curvature, b.curvature, "{}", lens.name);
+                assert_eq!(a.thickness, b.thickness);
+                assert_eq!(a.shape, b.shape, "{}", lens.name);
+                assert_eq!(a.semi_diameter, b.semi_diameter, "{left_out:?}");
+                for line in [F_LINE, D_LINE, C_LINE] {
+                    let (a, b) = (a.medium.index(line), b.medium.index(line));
+                    assert!((a - b).abs() < 1e-12, "{}: {a} {b}", lens.name);
+                }
+            }
+            let gaps = |lens: &Prescription| -> Vec<_> {
+                let all = lens.zoom.iter().map(|z| z.gaps.clone());
+                all.collect()
+            };
+            assert_eq!(gaps(&read), gaps(&lens));
+        }
+        assert!(written > 33, "{written}");
+        let mut lens = shipped().next().unwrap();
+        lens.surfaces[0].shape = Shape::Asphere {
+            k: 0.0,
+            terms: Box::new(std::array::from_fn(|p| if p == 5 { 1e-6 } else { 0.0 })),
+        };
+        let error = write(&lens, Target::CodeV).unwrap_err();
+        assert!(error.message.contains("odd power"), "{error}");
+    }
+
+    #[test]
+    fn a_name_without_a_known_ending_is_refused() {
+        assert_eq!(Target::of(Path::new("a.ZMX")).unwrap(), Target::Zemax);
+        assert_eq!(Target::of(Path::new("a.seq")).unwrap(), Target::CodeV);
+        assert!(
+            Target::of(Path::new("a.len"))
+                .unwrap_err()
+                .message
+                .contains("no format")
+        );
+    }
+}

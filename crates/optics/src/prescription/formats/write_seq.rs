@@ -1,0 +1,231 @@
+//! Writes prescriptions as CODE V's sequence files.
+//!
+//! Every glass with a dispersion curve is written as a private glass: a table of indices over
+//! wavelengths, because names need a maker that prescriptions do not state.
+
+use std::fmt::Write as _;
+
+use ivcam_base::diag::Result;
+
+use crate::prescription::about::About;
+use crate::prescription::first_order::FirstOrder;
+use crate::prescription::formats::write::{beyond_surfaces, is_even, refuse};
+use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::{Curvature, MAX_POWER, Plane, Shape, Surface};
+
+const FORMAT: &str = "CODE V's file";
+
+/// The wavelengths of private glasses in nanometers, the longest first: r, C, d, e, F, g and h.
+const LINES: [f64; 7] = [
+    706.5188, C_LINE, D_LINE, 546.074, F_LINE, 435.8343, 404.6561,
+];
+
+/// A prescription as text, and what the format leaves out. `object` is the distance of the object
+/// from the front vertex in millimeters; it may be infinite.
+pub(super) fn code_v(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
+    let about = About::of(lens);
+    let mut text = String::from("RDM;LEN\n");
+    let title = about.title.as_deref().unwrap_or(&lens.name);
+    let _ = writeln!(text, "TITLE '{}'", title.replace(['\'', '"'], " "));
+    for note in &lens.notes {
+        let _ = writeln!(text, "! {note}");
+    }
+    text += "DIM M\n";
+    let _ = writeln!(text, "WL {C_LINE} {D_LINE} {F_LINE}\nREF 2\nWTW 1 1 1");
+    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+    if let Some(pupil) = optics.entrance_pupil {
+        let _ = writeln!(text, "EPD {}", 2.0 * pupil.semi_diameter);
+    }
+    let half = 0.5 * about.field_degrees.unwrap_or(0.0);
+    let _ = writeln!(text, "YAN 0 {} {half}", 0.7 * half);
+    let glasses = Glasses::of(lens);
+    text += &glasses.text();
+    let distance = if object.is_finite() { object } else { 1e13 };
+    let _ = writeln!(
+        text,
+        "SO 0 {distance} {}",
+        glasses.word(&lens.object_medium)
+    );
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        surface_lines(&mut text, i, surface, &glasses)?;
+    }
+    text += "SI 0 0\n";
+    zoom_lines(&mut text, lens);
+    text += "GO\n";
+    let mut left_out: Vec<String> = glasses
+        .private
+        .iter()
+        .filter(|(_, glass)| matches!(glass.dispersion, Dispersion::Catalogue { .. }))
+        .map(|(name, _)| format!("the curve of the glass {name} beyond seven wavelengths"))
+        .collect();
+    if lens.surfaces.iter().any(|s| !s.semi_diameter.is_finite()) {
+        left_out.push("that some surfaces have no aperture".to_owned());
+    }
+    left_out.extend(beyond_surfaces(lens, true));
+    Ok((text, left_out))
+}
+
+fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glasses) -> Result<()> {
+    let bend = surface.curvature;
+    // A cylinder with power in x is flat in y.
+    let in_y = match surface.shape {
+        Shape::CylinderY => Curvature::PLANE,
+        _ => bend,
+    };
+    let is_radius = |c: Curvature| Curvature::from_radius(c.radius()) == c;
+    let radius = if is_radius(in_y) { in_y.radius() } else { 0.0 };
+    let glass = glasses.word(&surface.medium);
+    let _ = writeln!(text, "S {radius} {} {glass}", surface.thickness);
+    if !is_radius(in_y) {
+        let _ = writeln!(text, "  CUY {}", in_y.per_mm());
+    }
+    let across = |c: Curvature| match is_radius(c) {
+        true => format!("RDX {}", c.radius()),
+        false => format!("CUX {}", c.per_mm()),
+    };
+    match &surface.shape {
+        Shape::Sphere => {}
+        Shape::Conic { k } => {
+            let _ = writeln!(text, "  CON; K {k}");
+        }
+        Shape::Asphere { k, terms } => {
+            if !is_even(terms, MAX_POWER) || terms[0] != 0.0 || terms[2] != 0.0 {
+                let what = "has a term of the second or an odd power";
+                return Err(refuse(i, what, FORMAT));
+            }
+            let _ = write!(text, "  ASP; K {k}");
+            for (j, name) in "ABCDEFGHJ".chars().enumerate() {
+                if terms[4 + 2 * j] != 0.0 {
+                    let _ = write!(text, "; {name} {}", terms[4 + 2 * j]);
+                }
+            }
+            text.push('\n');
+        }
+        Shape::CylinderX => *text += "  CYL\n",
+        Shape::CylinderY => {
+            let _ = writeln!(text, "  CYL; {}", across(bend));
+        }
+        Shape::Toroid { k, terms, .. } if *k != 0.0 || terms.iter().any(|t| *t != 0.0) => {
+            return Err(refuse(i, "is a toroid with an aspheric profile", FORMAT));
+        }
+        Shape::Toroid { across: x, .. } => {
+            let _ = writeln!(text, "  CYL; {}", across(*x));
+        }
+    }
+    if surface.is_stop {
+        *text += "  STO\n";
+    }
+    if surface.semi_diameter.is_finite() {
+        let _ = writeln!(text, "  CIR {}", surface.semi_diameter);
+    }
+    Ok(())
+}
+
+fn zoom_lines(text: &mut String, lens: &Prescription) {
+    if lens.zoom.is_empty() {
+        return;
+    }
+    let _ = writeln!(text, "ZOO {}", lens.zoom.len());
+    let gaps = lens
+        .zoom
+        .iter()
+        .flat_map(|z| z.gaps.iter().map(|(i, _)| *i));
+    let mut changed: Vec<usize> = gaps.collect();
+    changed.sort_unstable();
+    changed.dedup();
+    let words = |values: Vec<String>| values.join(" ");
+    for surface in changed {
+        let gap = |z: &crate::prescription::prescription::ZoomPosition| {
+            let found = z.gaps.iter().find(|(i, _)| *i == surface);
+            found
+                .map_or(lens.surfaces[surface].thickness, |(_, gap)| *gap)
+                .to_string()
+        };
+        let values = words(lens.zoom.iter().map(gap).collect());
+        let _ = writeln!(text, "ZOO THI S{} {values}", surface + 1);
+    }
+    let radii: Option<Vec<String>> = lens
+        .zoom
+        .iter()
+        .map(|z| z.stop_semi_diameter.map(|r| r.to_string()))
+        .collect();
+    if let (Some(stop), Some(radii)) = (lens.stop(), radii) {
+        let _ = writeln!(text, "ZOO CIR S{} {}", stop + 1, words(radii));
+    }
+}
+
+/// The glasses that are written as tables, with their names.
+struct Glasses {
+    private: Vec<(String, Medium)>,
+}
+
+impl Glasses {
+    fn of(lens: &Prescription) -> Self {
+        let mut private: Vec<(String, Medium)> = Vec::new();
+        let media = lens.surfaces.iter().map(|s| &s.medium);
+        for medium in std::iter::once(&lens.object_medium).chain(media) {
+            let known = private.iter().any(|(_, glass)| glass == medium);
+            if known || *medium == Medium::air() || by_numbers(medium).is_some() {
+                continue;
+            }
+            let name: String = medium
+                .name
+                .chars()
+                .filter(char::is_ascii_alphanumeric)
+                .collect();
+            let name = name.to_ascii_uppercase();
+            // A name of digits would be read as an index and an Abbe number.
+            let is_taken = private.iter().any(|(other, _)| *other == name);
+            let name = match is_taken || !name.starts_with(|c: char| c.is_ascii_alphabetic()) {
+                true => format!("GLASS{}", private.len() + 1),
+                false => name,
+            };
+            private.push((name, medium.clone()));
+        }
+        Self { private }
+    }
+
+    /// The section of private glasses.
+    fn text(&self) -> String {
+        if self.private.is_empty() {
+            return String::new();
+        }
+        let mut text = String::from("PRV\n");
+        for (name, glass) in &self.private {
+            let lines = match glass.dispersion {
+                Dispersion::None => &[D_LINE][..],
+                Dispersion::ThreeLines { .. } => &[C_LINE, D_LINE, F_LINE][..],
+                _ => &LINES[..],
+            };
+            let words = |values: &mut dyn Iterator<Item = f64>| {
+                let words: Vec<String> = values.map(|v| v.to_string()).collect();
+                words.join(" ")
+            };
+            let wavelengths = words(&mut lines.iter().copied());
+            let indices = words(&mut lines.iter().map(|nm| glass.index(*nm)));
+            let _ = writeln!(text, "  PWL {wavelengths}\n  '{name}' {indices}");
+        }
+        text + "END\n"
+    }
+
+    /// The word for a medium behind a surface; empty for air.
+    fn word(&self, medium: &Medium) -> String {
+        if *medium == Medium::air() {
+            return String::new();
+        }
+        let private = self.private.iter().find(|(_, glass)| glass == medium);
+        match private {
+            Some((name, _)) => name.clone(),
+            None => by_numbers(medium).unwrap_or_default(),
+        }
+    }
+}
+
+/// `1.5168:64.17`, for a glass of which index and Abbe number are all that is known.
+fn by_numbers(medium: &Medium) -> Option<String> {
+    let abbe = medium.abbe()?;
+    let fits = (1.0..5.0).contains(&medium.n_d) && (1.0..1000.0).contains(&abbe);
+    let is_cauchy = matches!(medium.dispersion, Dispersion::Cauchy { .. });
+    (fits && is_cauchy).then(|| format!("{}:{abbe}", medium.n_d))
+}

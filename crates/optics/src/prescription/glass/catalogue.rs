@@ -1,0 +1,300 @@
+//! Glasses by name: the table that comes with the program, and catalogues read from `.agf` files.
+
+use std::sync::Arc;
+
+use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
+use ivcam_base::files::{MAX_TEXT, read_file};
+
+use crate::prescription::glass::agf;
+use crate::prescription::glass::medium::{Formula, Medium};
+
+const TABLE: &str = include_str!("../../../lenses/glasses.txt");
+
+/// The makers' names that CODE V writes after an underscore, and Zemax on its GCAT line.
+const MAKERS: [&str; 12] = [
+    "SCHOTT",
+    "OHARA",
+    "HOYA",
+    "HIKARI",
+    "SUMITA",
+    "CDGM",
+    "CORNING",
+    "NIKON",
+    "LACROIX",
+    "LIGHTPATH",
+    "MISC",
+    "INFRARED",
+];
+
+/// Glasses that a prescription can name.
+#[derive(Clone, Debug)]
+pub struct Catalogue {
+    /// The glasses with the keys of their names. Of several with one name, the one added last is
+    /// first.
+    glasses: Vec<(String, Medium)>,
+    /// The keys of glasses that are not in the table, with the keys of those that replace them.
+    substitutes: Vec<(String, String)>,
+}
+
+impl Default for Catalogue {
+    fn default() -> Self {
+        Self::builtin()
+    }
+}
+
+impl Catalogue {
+    /// The table in `lenses/glasses.txt`.
+    pub fn builtin() -> Self {
+        let rows = TABLE.lines().filter(|line| !line.starts_with('#'));
+        let substitute = |line: &str| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let [_, name, "like", other] = words[..] else {
+                return None;
+            };
+            Some((key(name), key(other)))
+        };
+        Self {
+            glasses: rows.clone().filter_map(row).collect(),
+            substitutes: rows.filter_map(substitute).collect(),
+        }
+    }
+
+    /// Adds glasses. They take precedence over those of the same name.
+    pub fn add(&mut self, glasses: impl IntoIterator<Item = Medium>) {
+        let added = glasses.into_iter().map(|glass| (key(&glass.name), glass));
+        self.glasses.splice(0..0, added.collect::<Vec<_>>());
+    }
+
+    /// Reads an `.agf` file and adds its glasses.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the file cannot be read, or is not a glass catalogue.
+    pub fn add_file(&mut self, path: impl AsRef<std::path::Path>) -> Result<()> {
+        let path = path.as_ref();
+        let bytes = read_file(path, MAX_TEXT)?;
+        let source = Source::new(path.display().to_string(), bytes);
+        self.add(agf::read(&Arc::new(source))?);
+        Ok(())
+    }
+
+    /// Finds a glass by name. Case, dashes and the maker are ignored: `nbk7_SCHOTT` is N-BK7. A
+    /// word after an underscore is also ignored if it is not a known maker: `SILICA_SPECIAL` is
+    /// SILICA.
+    pub fn find(&self, name: &str) -> Option<&Medium> {
+        let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
+        let bare = || Some(name.rsplit_once('_')?.0).filter(|bare| !bare.is_empty());
+        let found = find(key(name)).or_else(|| find(key(bare()?)));
+        found.map(|(_, glass)| glass)
+    }
+
+    /// The glass that takes the place of one that is not in the table: the one that the table
+    /// names for it, Schott's lead-free glass of that name (BASF64 is N-BASF64), or for Hikari's
+    /// J and E series Schott's glass of the name behind the letter.
+    fn substitute(&self, name: &str) -> Option<Medium> {
+        let wanted = key(name);
+        let named = self.substitutes.iter().find(|(from, _)| *from == wanted);
+        let bare = wanted.strip_prefix(['J', 'E']).unwrap_or(&wanted);
+        let keys = [
+            named.map(|(_, to)| to.clone()),
+            Some(format!("N{wanted}")),
+            Some(bare.to_owned()),
+            Some(format!("N{bare}")),
+        ];
+        let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
+        let (_, glass) = keys.into_iter().flatten().find_map(find)?;
+        Some(Medium {
+            stands_for: Some(name.into()),
+            ..glass.clone()
+        })
+    }
+
+    /// Finds a glass by name, or one that takes its place: its `stands_for` is then set.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error at `span` that names the nearest glass.
+    pub fn get(&self, name: &str, source: &Arc<Source>, span: Span) -> Result<Medium> {
+        if let Some(glass) = self.find(name) {
+            return Ok(glass.clone());
+        }
+        if let Some(glass) = self.substitute(name) {
+            return Ok(glass);
+        }
+        let help = match self.nearest(name) {
+            Some(near) => {
+                format!("did you mean `{near}`? other glasses: --glass-catalogue FILE.agf")
+            }
+            None => "give its maker's catalogue: --glass-catalogue FILE.agf".to_owned(),
+        };
+        let message = format!("there is no glass named `{name}` in the table");
+        Err(Diagnostic::not_found(message)
+            .at(source, span)
+            .with_help(help))
+    }
+
+    /// The name of the glass that is nearest to a misspelled one.
+    pub fn nearest(&self, name: &str) -> Option<&str> {
+        let bare = name.rsplit_once('_').map_or(
+            name,
+            |(glass, maker)| {
+                if is_maker(maker) { glass } else { name }
+            },
+        );
+        // The letters of a glass are its family: of SK17 the nearest is SK16, not SF1.
+        let family = |name: &str| -> String {
+            let name = name.trim_start_matches("N-");
+            let letters = name.chars().take_while(char::is_ascii_alphabetic);
+            letters.map(|c| c.to_ascii_uppercase()).collect()
+        };
+        let names = || self.glasses.iter().map(|(_, glass)| glass.name.as_str());
+        let own = family(bare);
+        let plain = |name: &str| name.trim_start_matches("N-").to_owned();
+        let relatives: Vec<&str> = names().filter(|name| family(name) == own).collect();
+        let stripped: Vec<String> = relatives.iter().map(|name| plain(name)).collect();
+        let wanted = plain(&bare.to_ascii_uppercase());
+        let near = nearest(&wanted, stripped.iter().map(String::as_str));
+        let own_series = |name: &&&str| name.starts_with("N-") == bare.starts_with("N-");
+        let same = |near| relatives.iter().filter(move |name| plain(name) == near);
+        let relative = near.and_then(|near| same(near).find(own_series).or(same(near).next()));
+        relative.copied().or_else(|| nearest(bare, names()))
+    }
+
+    /// All glasses.
+    pub fn glasses(&self) -> impl Iterator<Item = &Medium> {
+        self.glasses.iter().map(|(_, glass)| glass)
+    }
+}
+
+fn is_maker(word: &str) -> bool {
+    MAKERS.iter().any(|maker| word.eq_ignore_ascii_case(maker))
+}
+
+/// The key of a name: its letters and digits in capitals, without the maker.
+fn key(name: &str) -> String {
+    let bare = match name.rsplit_once('_') {
+        Some((glass, maker)) if is_maker(maker) => glass,
+        _ => name,
+    };
+    let kept = bare.chars().filter(char::is_ascii_alphanumeric);
+    kept.map(|c| c.to_ascii_uppercase()).collect()
+}
+
+fn row(line: &str) -> Option<(String, Medium)> {
+    let mut words = line.split_whitespace();
+    let (_maker, name, formula) = (words.next()?, words.next()?, words.next()?);
+    let mut k = [0.0; 10];
+    for (slot, word) in k.iter_mut().zip(words) {
+        *slot = word.parse().ok()?;
+    }
+    let glass = match formula {
+        "sellmeier" => Medium::from_formula(Formula::Sellmeier1, k)?,
+        "schott" => Medium::from_formula(Formula::Schott, k)?,
+        "extended3" => Medium::from_formula(Formula::Extended3, k)?,
+        "lines" => Medium::from_lines(k[0], k[1], k[2]),
+        "abbe" => Medium::from_abbe(k[0], k[1]),
+        _ => return None,
+    };
+    Some((key(name), glass.named(name)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+
+    #[test]
+    fn every_row_of_the_table_is_a_glass() {
+        let rows = TABLE
+            .lines()
+            .filter(|l| !l.starts_with('#') && !l.trim().is_empty() && !l.contains(" like "));
+        let table = Catalogue::builtin();
+        assert_eq!(table.glasses().count(), rows.count());
+        for glass in table.glasses() {
+            let abbe = glass.abbe().unwrap();
+            assert!(
+                (1.3..2.1).contains(&glass.n_d) && (15.0..100.0).contains(&abbe),
+                "{glass:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_name_is_found_whatever_its_case_dashes_and_maker() {
+        let table = Catalogue::builtin();
+        for name in ["N-BK7", "nbk7", "NBK7_SCHOTT", "n-bk7_schott"] {
+            assert_eq!(table.find(name).unwrap().name, "N-BK7");
+        }
+        assert!(table.find("F_SILICA").is_some());
+        assert!(table.find("unobtainium").is_none());
+        assert_eq!(table.nearest("N-BK77"), Some("N-BK7"));
+    }
+
+    /// The letters are the family. A glass of Schott's old names that is not in the table is the
+    /// lead-free one of that name.
+    #[test]
+    fn an_unknown_glass_is_replaced_by_its_namesake_or_named_by_its_family() {
+        let table = Catalogue::builtin();
+        let source = Arc::new(Source::new("a", Vec::new()));
+        let get = |name: &str| table.get(name, &source, Span::at(0));
+        for (name, other) in [
+            ("BASF64_SCHOTT", "N-BASF64"),
+            ("J-SK14", "SK14"),
+            ("D-ZK3M", "D-ZK3"),
+        ] {
+            let glass = get(name).unwrap();
+            assert_eq!(
+                (&*glass.name, glass.stands_for.as_deref()),
+                (other, Some(name))
+            );
+        }
+        assert_eq!(get("SK16").unwrap().stands_for, None);
+        let error = get("SK27").unwrap_err();
+        assert!(error.help.as_ref().unwrap().contains("SK2`"), "{error:?}");
+    }
+
+    /// Discontinued glasses with the n_d and V_d of the catalogues, and the lead-free glass that
+    /// Schott made the nearest to them.
+    #[test]
+    fn the_classic_glasses_are_in_the_table() {
+        let table = Catalogue::builtin();
+        for (name, n_d, abbe) in [
+            ("SK16", 1.62041, 60.33),
+            ("SK2", 1.60738, 56.65),
+            ("SK4", 1.61272, 58.63),
+            ("K5", 1.52249, 59.48),
+            ("LAF2", 1.74400, 44.72),
+            ("LAK9", 1.69100, 54.71),
+            ("BAK1", 1.57250, 57.55),
+            ("F2", 1.62004, 36.37),
+            ("N-LASF55", 1.95380, 30.56),
+            ("J-LAK14", 1.69680, 55.52),
+        ] {
+            let glass = table.find(name).unwrap();
+            assert!((glass.n_d - n_d).abs() < 6e-6, "{name} {}", glass.n_d);
+            let found = glass.abbe().unwrap();
+            assert!((found - abbe).abs() < 0.02, "{name} {found}");
+        }
+    }
+
+    /// Five places of n at F, d, C as the makers' data sheets print them.
+    #[test]
+    fn the_table_gives_the_published_indices() {
+        let table = Catalogue::builtin();
+        for (name, n) in [
+            ("N-BK7", [1.52238, 1.51680, 1.51432]),
+            ("SF6", [1.82775, 1.80518, 1.79609]),
+            ("F2", [1.63208, 1.62004, 1.61503]),
+            ("S-FPL51", [1.50123, 1.49700, 1.49514]),
+        ] {
+            let glass = table.find(name).unwrap();
+            for (line, n) in [F_LINE, D_LINE, C_LINE].into_iter().zip(n) {
+                assert!(
+                    (glass.index(line) - n).abs() < 6e-6,
+                    "{name} {}",
+                    glass.index(line)
+                );
+            }
+        }
+    }
+}

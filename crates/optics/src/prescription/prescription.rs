@@ -1,0 +1,525 @@
+//! A lens as a table of surfaces, and the checks that every reader's table goes through.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::Medium;
+use crate::prescription::surface::{Shape, Surface};
+
+/// A lens as its designer specifies it: the surfaces from front to rear, and the media between
+/// them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prescription {
+    /// The name of the lens.
+    pub name: String,
+    /// The comments of the file, in order, such as the design, the patent and the book.
+    pub notes: Vec<String>,
+    /// The surfaces from front to rear, the stop included.
+    pub surfaces: Vec<Surface>,
+    /// The medium in front of the first surface.
+    pub object_medium: Medium,
+    /// Half of the diagonal of the film that it is made for, in millimeters, if the file states it.
+    pub image_height: Option<f64>,
+    /// The positions of a zoom lens; empty for a lens of one focal length.
+    pub zoom: Vec<ZoomPosition>,
+    /// The surfaces that move for focusing; none if the whole lens moves.
+    pub focus_group: Option<FocusGroup>,
+    /// The shape of the hole in the stop.
+    pub iris: Iris,
+    /// The f-number that the file states, if that of paraxial rays through the apertures differs.
+    pub stated_f_number: Option<StatedFNumber>,
+}
+
+/// An f-number that a file states beside the apertures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StatedFNumber {
+    pub value: f64,
+    /// The place of the file's number.
+    pub span: Span,
+}
+
+/// A tabulated setting of a zoom lens: the gaps and the stop that differ from those of the
+/// surfaces.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ZoomPosition {
+    /// The name of the position.
+    pub name: String,
+    /// Numbers of surfaces, each with the thickness behind it in millimeters.
+    pub gaps: Vec<(usize, f64)>,
+    /// The semi-diameter of the stop in millimeters; none if it does not change.
+    pub stop_semi_diameter: Option<f64>,
+}
+
+/// The surfaces that move along the axis for focusing, which changes the gaps around them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FocusGroup {
+    /// The number of the first surface that moves.
+    pub first: usize,
+    /// The number of the last surface that moves.
+    pub last: usize,
+}
+
+/// The shape of the hole in the stop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Iris {
+    /// A circle.
+    #[default]
+    Round,
+    /// A regular polygon whose corners are on the stop's circle.
+    Blades {
+        /// The number of corners.
+        count: u32,
+        /// The rotation in radians; 0 has a corner on +x.
+        rotation: f64,
+    },
+    /// Any polygon.
+    Outline {
+        /// The corners in units of the stop's semi-diameter, counterclockwise.
+        corners: Vec<[f64; 2]>,
+        /// The rotation in radians.
+        rotation: f64,
+    },
+}
+
+impl Prescription {
+    /// A lens in air of these surfaces.
+    pub fn new(name: impl Into<String>, surfaces: Vec<Surface>) -> Self {
+        Self {
+            name: name.into(),
+            notes: Vec::new(),
+            surfaces,
+            object_medium: Medium::air(),
+            image_height: None,
+            zoom: Vec::new(),
+            focus_group: None,
+            iris: Iris::Round,
+            stated_f_number: None,
+        }
+    }
+
+    /// The index in front of every surface and, last, the one behind the lens.
+    pub fn indices(&self, wavelength_nm: f64) -> Vec<f64> {
+        std::iter::once(&self.object_medium)
+            .chain(self.surfaces.iter().map(|s| &s.medium))
+            .map(|m| m.index(wavelength_nm))
+            .collect()
+    }
+
+    /// The surface marked as the stop.
+    pub fn stop(&self) -> Option<usize> {
+        self.surfaces.iter().position(|s| s.is_stop)
+    }
+
+    /// The medium in front of a surface.
+    pub(crate) fn medium_before(&self, surface: usize) -> &Medium {
+        match surface.checked_sub(1) {
+            Some(before) => &self.surfaces[before].medium,
+            None => &self.object_medium,
+        }
+    }
+
+    /// The largest finite semi-diameter in millimeters; 0 if no surface has one.
+    pub fn widest_semi_diameter(&self) -> f64 {
+        let all = self.surfaces.iter().map(|s| s.semi_diameter);
+        all.filter(|r| r.is_finite()).fold(0.0, f64::max)
+    }
+
+    /// Whether the lens is symmetric about its axis.
+    pub fn is_rotational(&self) -> bool {
+        self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
+    }
+
+    /// Whether the index of a medium depends on the wavelength.
+    pub fn is_dispersive(&self) -> bool {
+        self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
+    }
+
+    /// Whether the path or the transmittance depends on the wavelength.
+    pub fn is_chromatic(&self) -> bool {
+        let tints = |s: &Surface| s.coating == Coating::MagnesiumFluoride;
+        self.is_dispersive() || self.surfaces.iter().any(tints)
+    }
+
+    /// The lens with every length multiplied by a factor, as by the paper's option `-z`.
+    pub fn scaled(&self, factor: f64) -> Self {
+        let scale = |z: &ZoomPosition| ZoomPosition {
+            name: z.name.clone(),
+            gaps: z.gaps.iter().map(|&(i, gap)| (i, gap * factor)).collect(),
+            stop_semi_diameter: z.stop_semi_diameter.map(|r| r * factor),
+        };
+        Self {
+            surfaces: self.surfaces.iter().map(|s| s.scaled(factor)).collect(),
+            image_height: self.image_height.map(|h| h * factor),
+            zoom: self.zoom.iter().map(scale).collect(),
+            ..self.clone()
+        }
+    }
+
+    /// The lens with front and rear exchanged. It has no zoom positions and no focusing group.
+    pub fn reversed(&self) -> Self {
+        let count = self.surfaces.len();
+        let surfaces = (0..count).rev().map(|i| Surface {
+            medium: self.medium_before(i).clone(),
+            thickness: i
+                .checked_sub(1)
+                .map_or(0.0, |before| self.surfaces[before].thickness),
+            ..self.surfaces[i].reversed()
+        });
+        Self {
+            surfaces: surfaces.collect(),
+            object_medium: self
+                .surfaces
+                .last()
+                .map_or_else(Medium::air, |s| s.medium.clone()),
+            zoom: Vec::new(),
+            focus_group: None,
+            ..self.clone()
+        }
+    }
+
+    /// The lens with this coating on every surface.
+    pub fn with_coating(mut self, coating: Coating) -> Self {
+        self.surfaces.iter_mut().for_each(|s| s.coating = coating);
+        self
+    }
+
+    /// The lens at one of its tabulated zoom positions, counted from 0.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the lens does not have that position.
+    pub fn at_zoom(&self, position: usize) -> Result<Self> {
+        let Some(zoom) = self.zoom.get(position) else {
+            let help = match self.zoom.len() {
+                0 => "this lens does not zoom".to_owned(),
+                n => format!("it has positions 0 to {}", n - 1),
+            };
+            return Err(Diagnostic::error(format!(
+                "`{}` has no zoom position {position}",
+                self.name
+            ))
+            .with_help(help));
+        };
+        let mut lens = self.clone();
+        for &(surface, gap) in &zoom.gaps {
+            if let Some(surface) = lens.surfaces.get_mut(surface) {
+                surface.thickness = gap;
+            }
+        }
+        if let (Some(radius), Some(stop)) = (zoom.stop_semi_diameter, lens.stop()) {
+            lens.surfaces[stop].semi_diameter = radius;
+        }
+        Ok(lens)
+    }
+}
+
+impl Iris {
+    /// The corners of the hole in a stop of this semi-diameter, counterclockwise; none for a round
+    /// hole, and for fewer than three corners, which enclose no area.
+    pub(crate) fn outline(&self, semi_diameter: f64) -> Option<Box<[DVec2]>> {
+        let turned = |angle: f64| {
+            let (sin, cos) = libm::sincos(angle);
+            DVec2::new(cos, sin)
+        };
+        match self {
+            Self::Round => None,
+            Self::Blades { count: 0..3, .. } => None,
+            Self::Outline { corners, .. } if corners.len() < 3 => None,
+            Self::Blades { count, rotation } => {
+                let corner = |i| {
+                    let share = f64::from(i) / f64::from(*count);
+                    semi_diameter * turned(rotation + std::f64::consts::TAU * share)
+                };
+                Some((0..*count).map(corner).collect())
+            }
+            Self::Outline { corners, rotation } => {
+                let turn = turned(*rotation);
+                let place = |c: &[f64; 2]| semi_diameter * turn.rotate(DVec2::from_array(*c));
+                Some(corners.iter().map(place).collect())
+            }
+        }
+    }
+}
+
+/// A column of the table, for the place of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Column {
+    Radius,
+    Thickness,
+    Index,
+    SemiDiameter,
+}
+
+/// The largest number of surfaces of a lens. The largest lenses that are made have about 60.
+pub(crate) const MAX_SURFACES: usize = 1000;
+
+/// Refuses a lens of too many surfaces. Readers ask this before they compute anything of the lens.
+///
+/// # Errors
+///
+/// Returns an error of the kind [`ErrorKind::Limit`](ivcam_base::diag::ErrorKind::Limit).
+pub(crate) fn check_count(surfaces: usize, source: &Arc<Source>) -> Result<()> {
+    if surfaces <= MAX_SURFACES {
+        return Ok(());
+    }
+    let message = format!("the lens has {surfaces} surfaces, more than {MAX_SURFACES}");
+    Err(Diagnostic::beyond_limit(message)
+        .at(source, Span::at(0))
+        .with_help("is this file a lens?"))
+}
+
+/// The number of gaps that no real lens has: neighbors that cross where light passes, and glasses
+/// without thickness.
+pub(crate) fn crossings(lens: &Prescription) -> usize {
+    let surfaces = &lens.surfaces;
+    let is_wrong = |&(i, j, gap): &(usize, usize, f64)| {
+        let (front, rear) = (&surfaces[i], &surfaces[j]);
+        let reach = front.semi_diameter.min(rear.semi_diameter);
+        let no_glass = gap <= 0.0 && surfaces[i..j].iter().any(|s| s.medium.n_d > 1.2);
+        no_glass || crossing(front, rear, gap, reach).is_some()
+    };
+    gaps(surfaces).iter().filter(|gap| is_wrong(gap)).count()
+}
+
+/// Checks a prescription from any reader. Warnings go to `sink`. `place` returns the span of a
+/// surface's value in the file.
+///
+/// # Errors
+///
+/// Returns the first error in the table.
+pub(crate) fn check(
+    prescription: &mut Prescription,
+    source: &Arc<Source>,
+    sink: &mut Sink,
+    place: impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let fail = |span, message: String| Diagnostic::error(message).at(source, span);
+    check_count(prescription.surfaces.len(), source)?;
+    if prescription.surfaces.is_empty() {
+        return Err(fail(Span::at(0), "the lens has no surfaces".into())
+            .with_help("a row is: radius, thickness, index, aperture diameter"));
+    }
+    for (i, surface) in prescription.surfaces.iter().enumerate() {
+        check_numbers(i, surface, &fail, &place)?;
+    }
+    check_stops(prescription, &fail, &place)?;
+    check_backwards(prescription, &fail, &place)?;
+    // The following may be wrong, and is only warned of.
+    for (i, surface) in prescription.surfaces.iter().enumerate() {
+        if let Some(name) = &surface.medium.stands_for {
+            let glass = &surface.medium;
+            let message = format!(
+                "there is no glass named `{name}` in the table: `{}` takes its place",
+                glass.name
+            );
+            sink.warn(place(i, Column::Index), message).help(format!(
+                "its n_d is {:.5}, its V_d {:.2}; for the glass itself: --glass-catalogue FILE.agf",
+                glass.n_d,
+                glass.abbe().unwrap_or(f64::INFINITY)
+            ));
+        }
+    }
+    if prescription.stop().is_none() {
+        sink.warn(place(0, Column::Radius), "the lens has no stop")
+            .help(
+                "the surface that limits a beam along the axis takes its place; \
+             a stop is a row with radius 0 and index 0",
+            );
+    }
+    for (i, surface) in prescription.surfaces.iter_mut().enumerate() {
+        clamp_to_radius(i, surface, sink, &place);
+    }
+    warn_of_gaps(prescription, sink, &place);
+    Ok(())
+}
+
+fn check_numbers(
+    i: usize,
+    surface: &Surface,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let n = surface.medium.n_d;
+    if !surface.curvature.per_mm().is_finite() || !surface.curvature.radius().is_finite() {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("the radius of surface {i} is not a finite number"),
+        )
+        .with_help("write a plane as radius 0"));
+    }
+    if !surface.thickness.is_finite() {
+        let span = place(i, Column::Thickness);
+        return Err(fail(
+            span,
+            format!("the thickness behind surface {i} is not a finite number"),
+        ));
+    }
+    if !(n >= 0.999) || !n.is_finite() {
+        let span = place(i, Column::Index);
+        let error = fail(
+            span,
+            format!("the index behind surface {i} is {n}, less than 1"),
+        );
+        return Err(error.with_help(
+            "the columns are radius, thickness, index, aperture diameter; are two of them swapped?",
+        ));
+    }
+    if !(surface.semi_diameter > 0.0) {
+        let span = place(i, Column::SemiDiameter);
+        return Err(fail(
+            span,
+            format!("the aperture of surface {i} is not greater than 0"),
+        )
+        .with_help("the last column is the diameter that lets light through"));
+    }
+    if let Shape::Conic { k } | Shape::Asphere { k, .. } | Shape::Toroid { k, .. } = &surface.shape
+        && !k.is_finite()
+    {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("the conic constant of surface {i} is not a number"),
+        ));
+    }
+    if let Shape::Asphere { terms, .. } | Shape::Toroid { terms, .. } = &surface.shape
+        && terms.iter().any(|t| !t.is_finite())
+    {
+        let span = place(i, Column::Radius);
+        return Err(fail(
+            span,
+            format!("a coefficient of surface {i} is not a number"),
+        ));
+    }
+    Ok(())
+}
+
+fn check_stops(
+    prescription: &Prescription,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    let mut stops = (0..surfaces.len()).filter(|&i| surfaces[i].is_stop);
+    let (first, second) = (stops.next(), stops.next());
+    if let (Some(first), Some(second)) = (first, second) {
+        let message = format!("surface {second} is a second stop, beside surface {first}");
+        return Err(fail(place(second, Column::Radius), message)
+            .with_help("give a mere diaphragm the index of its medium instead of 0"));
+    }
+    if surfaces.len() == 1 && first.is_some() && surfaces[0].is_plane() {
+        let span = place(0, Column::Radius);
+        return Err(fail(span, "the lens is a stop and nothing else".into())
+            .with_help("add the rows of its surfaces"));
+    }
+    Ok(())
+}
+
+/// A cap cannot be wider than its sphere: rays outside it miss in any case.
+fn clamp_to_radius(
+    i: usize,
+    surface: &mut Surface,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) {
+    let k = match surface.shape {
+        Shape::Sphere => 0.0,
+        Shape::Conic { k } if k > -1.0 => k,
+        _ => return,
+    };
+    let widest = 1.0 / (surface.curvature.per_mm().abs() * (1.0 + k).sqrt());
+    if surface.semi_diameter.is_finite() && surface.semi_diameter > widest * (1.0 + 1e-12) {
+        sink.warn(
+            place(i, Column::SemiDiameter),
+            format!(
+                "the semi-diameter of surface {i} is {}, more than its radius of {widest} allows",
+                surface.semi_diameter
+            ),
+        )
+        .help("the radius is taken instead; the last column is a diameter, check for a lost digit");
+        surface.semi_diameter = widest;
+    }
+}
+
+/// The gaps between neighboring surfaces without the stop, which may be anywhere: the numbers of
+/// the two surfaces, and their distance.
+fn gaps(surfaces: &[Surface]) -> Vec<(usize, usize, f64)> {
+    let refracting: Vec<usize> = (0..surfaces.len())
+        .filter(|i| !surfaces[*i].is_stop)
+        .collect();
+    let gap = |i: usize, j: usize| surfaces[i..j].iter().map(|s| s.thickness).sum();
+    let pairs = refracting.iter().zip(refracting.iter().skip(1));
+    pairs.map(|(&i, &j)| (i, j, gap(i, j))).collect()
+}
+
+fn check_backwards(
+    prescription: &Prescription,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    for (i, _, gap) in gaps(surfaces) {
+        if gap < 0.0 && surfaces[i].medium.n_d > 1.2 {
+            let message =
+                format!("the thickness behind surface {i} runs backwards through glass: {gap}");
+            return Err(fail(place(i, Column::Thickness), message)
+                .with_help("a thickness is the distance to the next vertex, toward the film"));
+        }
+    }
+    Ok(())
+}
+
+fn warn_of_gaps(
+    prescription: &Prescription,
+    sink: &mut Sink,
+    place: &impl Fn(usize, Column) -> Span,
+) {
+    let surfaces = &prescription.surfaces;
+    for (i, j, gap) in gaps(surfaces) {
+        let (front, rear) = (&surfaces[i], &surfaces[j]);
+        let span = place(i, Column::Thickness);
+        if gap < 0.0 {
+            sink.warn(
+                span,
+                format!("surface {j} is {:.3} mm in front of surface {i}", -gap),
+            )
+            .help("light would travel backward between them: check the sign of the thickness");
+        }
+        // Around a stop the semi-diameters are often larger than the beam. Surfaces must not cross
+        // within the stop's own semi-diameter.
+        let between = surfaces[i + 1..j].iter().map(|s| s.semi_diameter);
+        let reach = between.fold(front.semi_diameter.min(rear.semi_diameter), f64::min);
+        if let Some(height) = crossing(front, rear, gap, reach) {
+            sink.warn(
+                span,
+                format!("surfaces {i} and {j} cross {height:.3} mm from the axis"),
+            )
+            .help("where light goes: check the thickness and the two radii");
+        }
+    }
+}
+
+/// The height at which two neighboring surfaces cross nearer to the axis than `reach`, by more than
+/// a thousandth of it; none if they do not.
+fn crossing(front: &Surface, rear: &Surface, thickness: f64, reach: f64) -> Option<f64> {
+    const STEPS: u32 = 64;
+    if !reach.is_finite() || thickness < 0.0 {
+        return None;
+    }
+    let gap = |r: f64| thickness + rear.sag(r) - front.sag(r);
+    let steps = (1..=STEPS).map(|i| reach * f64::from(i) / f64::from(STEPS));
+    let mut outside = steps.into_iter().find(|r| gap(*r) < -1e-3 * reach)?;
+    let mut inside = 0.0;
+    for _ in 0..50 {
+        let middle = 0.5 * (inside + outside);
+        if gap(middle) < 0.0 {
+            outside = middle
+        } else {
+            inside = middle
+        }
+    }
+    Some(outside)
+}

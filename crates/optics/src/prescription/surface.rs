@@ -1,0 +1,316 @@
+//! A surface of a prescription and the gap behind it.
+
+use ivcam_base::diag::Span;
+
+use crate::prescription::glass::coating::Coating;
+use crate::prescription::glass::medium::Medium;
+
+/// The curvature of a surface, stored as it was given: as a radius or as a curvature.
+///
+/// A plane has curvature 0; its radius is written as 0 too, as in the files. Keeping the radius
+/// as typed lets first-order optics divide by it in extended precision, and a writer print it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Curvature {
+    per_mm: f64,
+    radius: f64,
+}
+
+impl Curvature {
+    /// The curvature of a plane.
+    pub const PLANE: Self = Self {
+        per_mm: 0.0,
+        radius: 0.0,
+    };
+
+    /// The curvature of a radius in millimeters, which is positive if the center is on the film
+    /// side. A radius of 0 is a plane.
+    pub fn from_radius(radius: f64) -> Self {
+        if radius == 0.0 || radius.is_infinite() {
+            return Self::PLANE;
+        }
+        Self {
+            per_mm: 1.0 / radius,
+            radius,
+        }
+    }
+
+    /// The curvature of a number per millimeter.
+    pub fn from_curvature(per_mm: f64) -> Self {
+        if per_mm == 0.0 {
+            return Self::PLANE;
+        }
+        Self {
+            per_mm,
+            radius: 1.0 / per_mm,
+        }
+    }
+
+    /// The curvature per millimeter.
+    pub fn per_mm(self) -> f64 {
+        self.per_mm
+    }
+
+    /// The radius in millimeters; 0 for a plane.
+    pub fn radius(self) -> f64 {
+        self.radius
+    }
+
+    /// Whether it is the curvature of a plane.
+    pub fn is_plane(self) -> bool {
+        self.per_mm == 0.0
+    }
+
+    fn scaled(self, factor: f64) -> Self {
+        Self::from_radius(self.radius * factor)
+    }
+
+    fn reversed(self) -> Self {
+        Self {
+            per_mm: -self.per_mm,
+            radius: -self.radius,
+        }
+    }
+}
+
+/// A plane through the axis. First-order data differ between the two only for cylinders and
+/// toroids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plane {
+    /// The plane of the axis and x.
+    X,
+    /// The plane of the axis and y.
+    Y,
+}
+
+/// The highest power of r in a polynomial asphere.
+pub const MAX_POWER: usize = 20;
+
+/// The kind of a surface, apart from its curvature.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Shape {
+    /// A sphere, or a plane if the curvature is 0.
+    Sphere,
+    /// A conic of revolution.
+    Conic {
+        /// The conic constant: 0 for a sphere, −1 for a paraboloid.
+        k: f64,
+    },
+    /// A conic plus a polynomial in the distance r from the axis.
+    Asphere {
+        /// The conic constant.
+        k: f64,
+        /// The coefficients of r^p, with p from 1 to 20, in millimeters^(1−p).
+        terms: Box<[f64; MAX_POWER + 1]>,
+    },
+    /// A cylinder with its axis along x. It has power in y only.
+    CylinderX,
+    /// A cylinder with its axis along y. It has power in x only.
+    CylinderY,
+    /// A profile in y, rotated about an axis parallel to y.
+    Toroid {
+        /// The curvature in x.
+        across: Curvature,
+        /// The conic constant of the profile.
+        k: f64,
+        /// The coefficients of y^p in the profile, in millimeters^(1−p).
+        terms: Box<[f64; MAX_POWER + 1]>,
+    },
+}
+
+impl Shape {
+    /// The shape of a conic constant and of terms, each a power of r and its coefficient.
+    ///
+    /// # Errors
+    ///
+    /// The first power above [`MAX_POWER`] whose coefficient is not 0.
+    pub(crate) fn from_terms(
+        k: f64,
+        terms: impl IntoIterator<Item = (usize, f64)>,
+    ) -> Result<Self, usize> {
+        let conic = match k {
+            0.0 => Self::Sphere,
+            _ => Self::Conic { k },
+        };
+        let mut terms = terms.into_iter().filter(|(_, value)| *value != 0.0);
+        terms.try_fold(conic, |shape, (power, value)| match power {
+            0..=MAX_POWER => Ok(shape.with_term(power, value)),
+            _ => Err(power),
+        })
+    }
+
+    /// The shape with another coefficient of r^`power`, which is at most [`MAX_POWER`].
+    pub(crate) fn with_term(self, power: usize, value: f64) -> Self {
+        let (k, mut terms) = match self {
+            Self::Asphere { k, terms } => (k, terms),
+            Self::Conic { k } => (k, Box::new([0.0; MAX_POWER + 1])),
+            _ => (0.0, Box::new([0.0; MAX_POWER + 1])),
+        };
+        terms[power] = value;
+        Self::Asphere { k, terms }
+    }
+
+    /// The name of the kind, as in the JSON format.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sphere => "sphere",
+            Self::Conic { .. } => "conic",
+            Self::Asphere { .. } => "asphere",
+            Self::CylinderX => "cyl_x",
+            Self::CylinderY => "cyl_y",
+            Self::Toroid { .. } => "toroid",
+        }
+    }
+
+    /// Whether the surface is symmetric about the axis.
+    pub fn is_rotational(&self) -> bool {
+        matches!(
+            self,
+            Self::Sphere | Self::Conic { .. } | Self::Asphere { .. }
+        )
+    }
+
+    fn map_terms(&self, f: impl Fn(usize, f64) -> f64) -> Self {
+        let map = |terms: &[f64; MAX_POWER + 1]| {
+            Box::new(std::array::from_fn(|power| f(power, terms[power])))
+        };
+        match self {
+            Self::Asphere { k, terms } => Self::Asphere {
+                k: *k,
+                terms: map(terms),
+            },
+            Self::Toroid { across, k, terms } => Self::Toroid {
+                across: *across,
+                k: *k,
+                terms: map(terms),
+            },
+            other => other.clone(),
+        }
+    }
+}
+
+/// A surface and the gap to the next one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Surface {
+    /// The kind of the surface.
+    pub shape: Shape,
+    /// The curvature at the vertex, without polynomial terms.
+    pub curvature: Curvature,
+    /// The distance along the axis to the next vertex, in millimeters. Behind the last surface it
+    /// is the distance to the film if the file gives it, and 0 otherwise.
+    pub thickness: f64,
+    /// The medium in that gap.
+    pub medium: Medium,
+    /// The distance from the axis beyond which rays are blocked, in millimeters. It is infinite if
+    /// the file gives none.
+    pub semi_diameter: f64,
+    /// Whether this is the aperture stop.
+    pub is_stop: bool,
+    /// The coating of the surface.
+    pub coating: Coating,
+    /// The place of the surface in the file, for messages.
+    pub span: Span,
+}
+
+impl Surface {
+    /// A spherical surface, or a plane with a radius of 0.
+    pub fn sphere(radius: f64, thickness: f64, medium: Medium, semi_diameter: f64) -> Self {
+        Self {
+            shape: Shape::Sphere,
+            curvature: Curvature::from_radius(radius),
+            thickness,
+            medium,
+            semi_diameter,
+            is_stop: false,
+            coating: Coating::default(),
+            span: Span::default(),
+        }
+    }
+
+    /// A flat stop in a medium.
+    pub fn stop(thickness: f64, medium: Medium, semi_diameter: f64) -> Self {
+        Self {
+            is_stop: true,
+            ..Self::sphere(0.0, thickness, medium, semi_diameter)
+        }
+    }
+
+    /// Whether the surface is a plane.
+    pub(crate) fn is_plane(&self) -> bool {
+        self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
+    }
+
+    /// Whether this is a plane without an aperture in one medium, given the medium before it. Such
+    /// a plane has no effect on light.
+    pub fn is_dummy(&self, before: &Medium) -> bool {
+        let is_open = self.semi_diameter == f64::INFINITY && !self.is_stop;
+        self.is_plane() && is_open && self.medium == *before
+    }
+
+    fn has_terms(&self) -> bool {
+        matches!(&self.shape, Shape::Asphere { terms, .. } if terms.iter().any(|t| *t != 0.0))
+    }
+
+    /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
+    pub(crate) fn vertex_curvature(&self, plane: Plane) -> f64 {
+        let c = self.curvature.per_mm();
+        match (&self.shape, plane) {
+            (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,
+            (Shape::Toroid { across, .. }, Plane::X) => across.per_mm(),
+            (Shape::Asphere { terms, .. }, _) | (Shape::Toroid { terms, .. }, Plane::Y) => {
+                c + 2.0 * terms[2]
+            }
+            _ => c,
+        }
+    }
+
+    /// The sag in millimeters: the distance of the surface behind its vertex, at a height in the
+    /// plane of the axis and y. Beyond the edge of a conic the conic's part is that of a parabola.
+    pub fn sag(&self, y: f64) -> f64 {
+        let c = match self.shape {
+            Shape::CylinderY => 0.0,
+            _ => self.curvature.per_mm(),
+        };
+        let (k, terms) = match &self.shape {
+            Shape::Conic { k } => (*k, None),
+            Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
+            _ => (0.0, None),
+        };
+        let inside = (1.0 - (1.0 + k) * c * c * y * y).max(0.0);
+        let polynomial = terms.map_or(0.0, |terms| {
+            let terms = terms.iter().rev();
+            terms.fold(0.0, |sum, term| sum * y.abs() + term)
+        });
+        c * y * y / (1.0 + inside.sqrt()) + polynomial
+    }
+
+    /// The surface with every length multiplied by a factor.
+    pub(crate) fn scaled(&self, factor: f64) -> Self {
+        let mut shape = self.shape.map_terms(|power, term| match power {
+            0 => term * factor,
+            _ => term / factor.powi(power as i32 - 1),
+        });
+        if let Shape::Toroid { across, .. } = &mut shape {
+            *across = across.scaled(factor);
+        }
+        Self {
+            shape,
+            curvature: self.curvature.scaled(factor),
+            thickness: self.thickness * factor,
+            semi_diameter: self.semi_diameter * factor,
+            ..self.clone()
+        }
+    }
+
+    /// The surface as seen from the other side. Its gap and medium are not changed.
+    pub(crate) fn reversed(&self) -> Self {
+        let mut shape = self.shape.map_terms(|_, term| -term);
+        if let Shape::Toroid { across, .. } = &mut shape {
+            *across = across.reversed();
+        }
+        Self {
+            shape,
+            curvature: self.curvature.reversed(),
+            ..self.clone()
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! Tests of lenses through the public interface of the crate.
+
+mod aberrations;
+mod extreme;
+#[path = "../../../tests/common/folder.rs"]
+mod folder;
+mod lens;
+mod lens_files;

@@ -1,0 +1,195 @@
+//! A camera without an aperture.
+
+use glam::{DQuat, DVec2, DVec3};
+use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, dispatch};
+use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
+use ivcam_optics::sampling::Samples;
+
+use super::rays::{CameraRay, CameraRays, ExitRays};
+
+/// A camera without an aperture: the scene's own camera, as Inventor renders it.
+#[derive(Clone, Copy, Debug)]
+pub struct Pinhole {
+    pub(super) world_from_camera: DQuat,
+    projection: Projection,
+    /// Half of the view's width and height: at distance 1 for a perspective camera, at any distance
+    /// for an orthographic one.
+    half: DVec2,
+    /// Half of the width and height of the view, where those of the picture are 1. The picture is
+    /// black outside the view.
+    frame: DVec2,
+    /// The distance in meters at which the rays of an orthographic camera start.
+    near: f64,
+    pub(super) eye: DVec3,
+}
+
+impl Pinhole {
+    /// The camera of a pose at the scene's origin, for a picture of an aspect ratio.
+    ///
+    /// If the aspect ratio is not that of the camera, Inventor's `viewportMapping` decides:
+    /// `ADJUST_CAMERA` keeps the height angle on the shorter side, the `CROP_` values leave a part
+    /// of the picture black, and `LEAVE_ALONE` stretches the picture.
+    pub fn new(pose: &CameraPose, aspect: f64) -> Self {
+        let half_height = match pose.projection {
+            Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
+            Projection::Orthographic { height } => 0.5 * height,
+        };
+        let own = if pose.aspect_ratio > 0.0 {
+            pose.aspect_ratio
+        } else {
+            1.0
+        };
+        let (half, frame) = match pose.viewport_mapping {
+            ViewportMapping::AdjustCamera => {
+                let y = if aspect < 1.0 {
+                    half_height / aspect
+                } else {
+                    half_height
+                };
+                (DVec2::new(aspect * y, y), DVec2::ONE)
+            }
+            ViewportMapping::LeaveAlone => (DVec2::new(own * half_height, half_height), DVec2::ONE),
+            _ if aspect > own => {
+                let half = DVec2::new(aspect * half_height, half_height);
+                (half, DVec2::new(own / aspect, 1.0))
+            }
+            _ => {
+                let half = DVec2::new(own * half_height, own * half_height / aspect);
+                (half, DVec2::new(1.0, aspect / own))
+            }
+        };
+        let near = match pose.projection {
+            Projection::Perspective { .. } => 0.0,
+            Projection::Orthographic { .. } => pose.near,
+        };
+        Self {
+            world_from_camera: pose.orientation,
+            projection: pose.projection,
+            half,
+            frame,
+            near,
+            eye: DVec3::ZERO,
+        }
+    }
+
+    /// The ray of a point of the picture from 0 to 1; none outside the view.
+    pub(super) fn ray(&self, x: f64, y: f64) -> Option<CameraRay> {
+        let (is_inside, origin, direction) = self.any_ray(x, y);
+        is_inside.then_some(CameraRay {
+            origin,
+            direction,
+            weight: 1.0,
+        })
+    }
+
+    /// Returns the origin and the direction of the ray of a point of the picture, and whether the
+    /// point is inside the view.
+    #[inline(always)]
+    fn any_ray(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
+        let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
+        let is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
+        let at = view * self.half;
+        let (origin, direction) = match self.projection {
+            Projection::Perspective { .. } => (DVec3::ZERO, DVec3::new(at.x, at.y, -1.0)),
+            Projection::Orthographic { .. } => (at.extend(-self.near), DVec3::NEG_Z),
+        };
+        let turned = self.world_from_camera * direction;
+        let origin = self.eye + self.world_from_camera * origin;
+        (is_inside, origin, turned.normalize())
+    }
+
+    /// Makes the rays of samples.
+    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+        for first in (0..samples.len()).step_by(LANES) {
+            let count = LANES.min(samples.len() - first);
+            let [mut x, mut y] = [[0.0; LANES]; 2];
+            x[..count].copy_from_slice(&samples.film[0][first..first + count]);
+            y[..count].copy_from_slice(&samples.film[1][first..first + count]);
+            let out = rays.next_packet();
+            let inside = dispatch(Projected {
+                pinhole: self,
+                places: [&x, &y],
+                out,
+            });
+            out.rays.mask = inside & u32::MAX >> (LANES - count);
+            rays.accept(first);
+        }
+    }
+}
+
+/// The kernel that makes the rays of points of the picture. They have the bits of single rays.
+struct Projected<'a> {
+    pinhole: &'a Pinhole,
+    places: [&'a Lane; 2],
+    out: &'a mut ExitRays,
+}
+
+impl SimdKernel for Projected<'_> {
+    /// A bit mask of the points inside the view.
+    type Output = u32;
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) -> u32 {
+        let (out, [x, y]) = (self.out, self.places);
+        let mut inside = [0u32; LANES];
+        for i in 0..LANES {
+            let (is_inside, origin, direction) = self.pinhole.any_ray(x[i], y[i]);
+            inside[i] = u32::from(is_inside);
+            for axis in 0..3 {
+                out.rays.origin[axis][i] = origin[axis] as f32;
+                out.rays.direction[axis][i] = direction[axis] as f32;
+            }
+        }
+        out.weights = [1.0; LANES];
+        (0..LANES).fold(0, |all, i| all | inside[i] << i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use ivcam_base::math::lanes::bits;
+
+    #[test]
+    fn rays_in_lanes_have_the_bits_of_single_rays() {
+        let perspective = Projection::Perspective { height_angle: 0.8 };
+        let orthographic = Projection::Orthographic { height: 2.0 };
+        for projection in [perspective, orthographic] {
+            let pose = CameraPose {
+                projection,
+                viewport_mapping: ViewportMapping::CropViewportFillFrame,
+                orientation: DQuat::from_rotation_x(0.3) * DQuat::from_rotation_z(1.2),
+                ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+            };
+            let pinhole = Pinhole::new(&pose, 1.5);
+            let mut samples = Samples::default();
+            for i in 0..75 {
+                let place = f64::from(i) / 74.0;
+                samples.film[0].push(place);
+                samples.film[1].push(1.0 - place * place);
+            }
+            let mut rays = CameraRays::default();
+            pinhole.shoot(&samples, &mut rays);
+            let mut seen = 0;
+            for packet in rays.packets() {
+                for lane in bits(packet.rays.mask) {
+                    let sample = packet.samples[lane] as usize;
+                    let [x, y] = [samples.film[0][sample], samples.film[1][sample]];
+                    let known = pinhole.ray(x, y).expect("inside the view");
+                    let (origin, direction) = packet.ray(lane);
+                    assert_eq!(origin, known.origin.as_vec3().to_array());
+                    assert_eq!(direction, known.direction.as_vec3().to_array());
+                    assert_eq!(packet.weights[lane], 1.0);
+                    seen += 1;
+                }
+            }
+            let inside = |i: &usize| {
+                pinhole
+                    .ray(samples.film[0][*i], samples.film[1][*i])
+                    .is_some()
+            };
+            assert_eq!(seen, (0..75).filter(inside).count());
+            assert!((20..75).contains(&seen), "{seen}");
+        }
+    }
+}

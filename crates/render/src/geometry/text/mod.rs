@@ -1,0 +1,36 @@
+//! Converts strings to triangles (`Text3`, `AsciiText` and VRML97's `Text`) and to pixels
+//! (`Text2`).
+//!
+//! Twelve shipped typefaces replace every font that a file may name (`fonts/LICENSE.txt`), so a
+//! picture is the same on every machine. They have the metrics of Times, Helvetica and Courier,
+//! which SGI's and Coin's libraries draw for those names. If the user gives font folders, these are
+//! searched first (`library`). A text makes each of its glyphs
+//! once and places it as often as it occurs, and a scene without text loads no fonts.
+//!
+//! Kerning, ligatures, right-to-left scripts and characters beyond Latin-1 are not supported.
+
+mod batch;
+mod face;
+mod flat;
+mod glyph;
+mod layout;
+mod library;
+mod pixels;
+mod solid;
+mod style;
+mod vrml97;
+mod vrml97_bounds;
+
+pub use batch::TextOutput;
+pub use face::{Face, Family};
+pub use flat::{ascii_text, vrml97_text};
+pub(crate) use glyph::MAX_GLYPHS;
+pub(crate) use layout::Layout;
+pub use library::Fonts;
+pub use pixels::{PixelText, pixel_text};
+pub use solid::{SolidParts, text3};
+pub use style::{Justify, TextStyle, Vrml97Style};
+pub(crate) use vrml97_bounds::vrml97_bounds;
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,234 @@
+//! Exposes pairs of pixels that are not part of the picture, from which its error is estimated.
+//!
+//! `film::error` says which pixels are drawn, and why the estimate holds. The exposures of a pair
+//! have half of the pixel's samples each, so that its error is about that of the picture.
+
+use ivcam_optics::film::{
+    DrawProbabilities, Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError,
+};
+use ivcam_optics::sampling::{Sampler, mix, unit};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+
+use super::batch::Batch;
+use super::exposure::Counts;
+use super::passes::Render;
+use crate::scene::SmallLight;
+
+/// The pairs have this part of the picture's samples. They take about 3% of the time.
+const SHARE: f64 = 1.0 / 32.0;
+/// The number of pairs in a small picture with at least as many pixels. It bounds the width of the
+/// confidence interval.
+const FEWEST: f64 = 512.0;
+/// The least number of pairs.
+const LEAST: usize = 16;
+/// The number of samples that the pairs of a small picture may have, which take about a quarter of
+/// a second. Adaptive sampling may put more than half of a picture's samples on a few pixels.
+const MOST: f64 = 262_144.0;
+/// The number of pairs that a thread exposes at once.
+pub(super) const AT_ONCE: usize = 32;
+/// The number of expected hits below which a light may have been missed: the probability is then
+/// at least 1%.
+const SURE: f64 = 4.6;
+
+/// A pixel that is drawn for a pair.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) struct Draw {
+    /// The number of the draw, counted from 0.
+    number: u32,
+    /// The index of the pixel in the film.
+    pixel: u32,
+    /// The column and row of the pixel in the picture.
+    at: (u32, u32),
+    /// The number of samples of each exposure.
+    samples: u32,
+    probability: f64,
+}
+
+impl Render<'_> {
+    /// Estimates the error of a film, which is a region of the picture, by exposing pairs. Returns
+    /// the rays of the pairs too. If the picture is not final, the estimate takes its usual share
+    /// of the time, even if the error is then unknown. The pairs are functions of the film and the
+    /// seed, and their sums are made in one order: the estimate has the same bits at any number of
+    /// threads.
+    pub fn measure(
+        &self,
+        film: &Film,
+        region: Region,
+        is_final: bool,
+    ) -> (Option<SquaredError>, Counts) {
+        let (pairs, counts) = self.pairs(&self.draws((film, region), is_final));
+        let fewest = film.pixels.iter().map(|p| p.count).min();
+        let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
+        lights.look(film, region);
+        let missed = lights.missed();
+        let mut error = SquaredError::of(&pairs, &film.pixels);
+        if let Some(error) = &mut error {
+            error.missed = missed;
+        }
+        (error, counts)
+    }
+
+    /// Exposes the pairs of draws by the team, if there is one.
+    fn pairs(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+        match self.team {
+            Some(team) => self.pairs_of_team(team, draws),
+            None => self.expose_draws(draws),
+        }
+    }
+
+    /// Exposes the pairs of draws on the threads of rayon's current pool.
+    pub(super) fn expose_draws(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+        let mut pairs = vec![Pair::default(); draws.len()];
+        let parts = draws.par_chunks(AT_ONCE);
+        let counts = parts
+            .zip(pairs.par_chunks_mut(AT_ONCE))
+            .map(|(draws, pairs)| self.expose_pairs(draws, pairs))
+            .reduce(Counts::default, |a, b| a.plus(&b));
+        (pairs, counts)
+    }
+
+    /// Draws the pixels of the pairs at even steps along their summed probabilities.
+    fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<Draw> {
+        let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
+        let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
+        let each = probabilities.samples;
+        let pixels = film.pixels.len();
+        if !(each > 0.0) {
+            return Vec::new();
+        }
+        let usual = (SHARE * pixels as f64).max(FEWEST) * (all / pixels as f64) / each;
+        let most_samples = match is_final {
+            true => MOST,
+            false => 0.0,
+        };
+        let wanted = usual.max((most_samples / each).min(FEWEST)) as usize;
+        let wanted = wanted.clamp(LEAST, pixels.max(FEWEST as usize));
+        let step = 1.0 / wanted as f64;
+        let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
+        let mut sum = 0.0;
+        let mut draws = Vec::with_capacity(wanted);
+        for (pixel, probability) in probabilities.iter().enumerate() {
+            sum += probability;
+            while next < sum {
+                next += step;
+                draws.push(Draw {
+                    number: draws.len() as u32,
+                    pixel: pixel as u32,
+                    at: (
+                        region.left + pixel as u32 % region.width,
+                        region.top + pixel as u32 / region.width,
+                    ),
+                    samples: film.pixels[pixel].count.div_ceil(2),
+                    probability,
+                });
+            }
+        }
+        draws
+    }
+
+    /// Exposes the pair of each of some draws.
+    fn expose_pairs(&self, draws: &[Draw], pairs: &mut [Pair]) -> Counts {
+        let mut batch = Batch::new(self);
+        let mut sums: Vec<Exposed> = Vec::with_capacity(2 * draws.len());
+        for draw in draws {
+            let samples = draw.samples;
+            for half in 0..2 {
+                let sampler = Sampler {
+                    samples,
+                    seed: mix(!self.sampler.seed ^ mix(2 * u64::from(draw.number) + half)),
+                    ..self.sampler
+                };
+                sums.push(Exposed::default());
+                batch.add(draw.at, sampler, 0..samples, &mut sums);
+            }
+        }
+        batch.flush(&mut sums);
+        let sums: &[[Exposed; 2]] = sums.as_chunks().0;
+        for ((pair, draw), sums) in pairs.iter_mut().zip(draws).zip(sums) {
+            *pair = Pair {
+                pixel: draw.pixel,
+                probability: draw.probability,
+                levels: sums.map(|sum| sum.mean),
+            };
+        }
+        Counts {
+            error_rays: batch.counts.film_rays,
+            passed: batch.counts.passed,
+            scene_rays: batch.work.counts.scene,
+            shadow_rays: batch.work.counts.shadow,
+            film_rays: 0,
+        }
+    }
+}
+
+/// The small lights of a scene that no sample of the examined films has hit.
+pub(super) struct LightWatch {
+    lights: Vec<SmallLight>,
+    exposure: f64,
+    /// The least number of samples of a pixel.
+    fewest: u32,
+}
+
+impl LightWatch {
+    /// Finds the lights that all samples of a picture may miss, if its pixels have at least a
+    /// number of samples each.
+    pub(super) fn new(render: &Render<'_>, fewest: u32) -> Self {
+        let size = [render.resolution.width, render.resolution.height].map(f64::from);
+        let scene = render.shader.scene();
+        Self {
+            lights: scene.small_lights(size, SURE / f64::from(fewest)),
+            exposure: render.exposure,
+            fewest: u32::MAX,
+        }
+    }
+
+    /// Drops the lights that samples of a film, which is a region of the picture, have hit.
+    pub(super) fn look(&mut self, film: &Film, region: Region) {
+        let fewest = film.pixels.iter().map(|p| p.count).min();
+        self.fewest = self.fewest.min(fewest.unwrap_or(u32::MAX));
+        let exposure = self.exposure;
+        self.lights.retain(|light| {
+            let level = (exposure * light.radiance).max_element();
+            !is_hit(film, region, light.place, level)
+        });
+    }
+
+    /// Returns the light with the most effect on the picture.
+    pub(super) fn missed(&self) -> Option<MissedLight> {
+        let small = |light: &&SmallLight| light.pixels < SURE / f64::from(self.fewest);
+        let missed = self.lights.iter().filter(small).map(|light| {
+            let radiance = self.exposure * light.radiance;
+            MissedLight {
+                pixels: light.pixels,
+                level: radiance.max_element(),
+                squared_error: (light.pixels * radiance).length_squared(),
+            }
+        });
+        missed.max_by(|a, b| a.squared_error.total_cmp(&b.squared_error))
+    }
+}
+
+/// Returns whether a sample near a place of the picture has a quarter of a level or more. Lenses
+/// darken their corners and may show the light a little off its place.
+fn is_hit(film: &Film, region: Region, place: [f64; 2], level: f64) -> bool {
+    let Resolution { width, height } = film.resolution;
+    let reach = 3.0 + 0.02 * f64::from(width.max(height));
+    let range = |place: f64, from: u32, size: u32| {
+        let at = place - f64::from(from);
+        (at - reach).max(0.0) as u32..((at + reach).max(0.0) as u32).min(size)
+    };
+    let bright = |pixel: &Exposed| {
+        let count = f64::from(pixel.count);
+        let hit = 0.25 * level;
+        let scatter = pixel.variance_of_mean().max_element() * count * (count - 1.0);
+        pixel.mean.max_element() * count >= hit && (pixel.count < 2 || scatter >= 0.5 * hit * hit)
+    };
+    let columns = range(place[0], region.left, width);
+    range(place[1], region.top, height).any(|y| {
+        let mut pixels = columns
+            .clone()
+            .map(|x| &film.pixels[(y * width + x) as usize]);
+        pixels.any(bright)
+    })
+}

@@ -1,0 +1,447 @@
+//! Renders a picture in passes over its tiles until a stop condition holds.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use ivcam_optics::film::{ErrorEstimate, Exposed, Film, Region, Resolution, SquaredError};
+use ivcam_optics::sampling::{FilterTable, PixelSampler, Sampler, mix};
+use rayon::prelude::*;
+
+use super::batch::Batch;
+use super::exposure::{Counts, Exposure, Progress, Stop, Stopped};
+use super::segment::Segment;
+use super::shares::SampleShares;
+use super::stopwatch::{Spent, Stopwatch};
+use super::sums::{Keeper, Place, Sums};
+use super::tile::{Tile, strips};
+use super::units::{border_after, border_before};
+use crate::camera::Camera;
+use crate::shade::Shader;
+use crate::team::Team;
+
+/// The least factor between the numbers of samples at which the error is estimated, so that the
+/// estimates take at most a fifth of the time of a render with a target.
+const LEAST_GROWTH: f64 = 1.2;
+
+/// The largest number of samples per pixel of a pass without a limit on error or time, unless a
+/// unit has more. A tile then takes a tenth of a second, after which a render can be interrupted.
+const LONGEST_PASS: u32 = 1024;
+
+/// The largest number of pixels of the pilot pass that are exposed at once, which take 59 MB. With
+/// fewer, threads would wait for each other more often.
+const PILOT_PIXELS: usize = 1 << 20;
+
+/// The last estimate of a render's error.
+#[derive(Default)]
+struct Measured {
+    squared_error: Option<SquaredError>,
+    /// The relative error; `None` if it is unknown.
+    error: Option<ErrorEstimate>,
+    /// The number of samples per pixel at the estimate.
+    samples: u32,
+    /// The number of samples per pixel from which the next estimate is worthwhile.
+    next: u32,
+}
+
+/// What a render has to do.
+#[derive(Default)]
+pub struct Task<'k> {
+    /// The numbers of the samples of each pixel; `None` is all up to the largest number.
+    pub samples: Option<Range<u32>>,
+    /// The sums of an earlier run, from which the render continues.
+    pub sums: Option<Sums>,
+    /// Keep the sums, and stop the render.
+    pub keepers: &'k [&'k dyn Keeper],
+}
+
+/// Returns whether a keeper stops the render.
+pub fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
+    keepers.iter().any(|keeper| keeper.is_stopped())
+}
+
+/// What surrounds the passes of a render.
+struct Run<'r> {
+    /// The number of the first sample that is not made.
+    last: u32,
+    /// The time of earlier runs.
+    before: Spent,
+    watch: &'r Stopwatch,
+    keepers: &'r [&'r dyn Keeper],
+    progress: &'r (dyn Fn(Progress) + Sync),
+}
+
+/// A scene and a camera with the settings of a render.
+pub struct Render<'a> {
+    /// The shader of the compiled scene.
+    pub shader: &'a Shader<'a>,
+    /// The camera, in the space of the compiled scene.
+    pub camera: &'a Camera,
+    /// The generator of sample points.
+    pub sampler: Sampler,
+    /// The size of the picture in pixels.
+    pub resolution: Resolution,
+    /// A multiplier on the exposure.
+    pub exposure: f64,
+    /// The conditions that end the render.
+    pub stop: Stop,
+    /// The filter that weighs the light around a pixel's center.
+    pub filter: &'a FilterTable,
+    /// Distributes the samples by the noise that a pilot pass finds. The pilot pass is not part of
+    /// the picture.
+    pub adaptive: bool,
+    /// The processes that share the work; `None` if this one does it alone.
+    pub team: Option<&'a Team>,
+}
+
+impl Render<'_> {
+    /// Exposes the whole film as [`Render::run_inside`] does.
+    pub fn run(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
+        self.run_inside(Region::whole(self.resolution), Task::default(), progress)
+    }
+
+    /// Exposes a region of the film as far as a task says, calling `progress` after every tile.
+    /// Uses rayon's current pool. Pixels get the same bits as in a render of the whole picture, and
+    /// as in one that nothing interrupts; only a limit on error or time may end the render after
+    /// another number of samples.
+    pub fn run_inside(
+        &self,
+        region: Region,
+        task: Task<'_>,
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
+        let samples = task.samples.unwrap_or(0..self.stop.samples);
+        let watch = Stopwatch::start();
+        let sums = match task.sums {
+            Some(sums) => {
+                self.send_shares(&sums.shares);
+                sums
+            }
+            None => {
+                let mut counts = Counts::default();
+                let shares = Arc::new(self.pilot_pass(&mut counts, task.keepers));
+                let mut sums = Sums::new(self.resolution, region, samples.start, shares);
+                sums.add_cost(&counts, watch.spent());
+                sums
+            }
+        };
+        // The pilot pass is part of the time that the render may take.
+        let left = |time: Duration| time.saturating_sub(watch.elapsed());
+        let rest = Self {
+            stop: Stop {
+                time: self.stop.time.map(left),
+                ..self.stop
+            },
+            ..*self
+        };
+        rest.run_from(sums, samples.end, task.keepers, progress)
+    }
+
+    /// Adds samples to the sums of a film up to a number or a stop condition.
+    pub(super) fn run_from(
+        &self,
+        mut sums: Sums,
+        last: u32,
+        keepers: &[&dyn Keeper],
+        progress: &(dyn Fn(Progress) + Sync),
+    ) -> Exposure {
+        let watch = Stopwatch::start();
+        let Place { first, .. } = sums.place;
+        let run = Run {
+            last,
+            before: sums.spent,
+            watch: &watch,
+            keepers,
+            progress,
+        };
+        let mut measured = Measured::default();
+        let stopped = self.run_passes(&mut sums, &run, &mut measured).err();
+        sums.spent = sums.spent.plus(watch.spent());
+        if stopped.is_none() {
+            for keeper in keepers {
+                sums.show(&mut |snapshot| keeper.keep(snapshot));
+            }
+        }
+        let watch = Stopwatch::start();
+        let Place { region, done, .. } = sums.place;
+        let is_part = first > 0 || last < self.stop.samples;
+        let mut film = sums.film();
+        if stopped.is_none() && !is_part && measured.samples < done {
+            measured = self.measured(&film, region, done, &mut sums.counts);
+        }
+        film.squared_error = measured.squared_error;
+        Exposure {
+            film,
+            counts: sums.counts,
+            spent: sums.spent.plus(watch.spent()),
+            samples: done - first,
+            stopped,
+        }
+    }
+
+    /// Exposes passes until a stop condition holds.
+    ///
+    /// # Errors
+    /// Returns where the render is if a keeper stops it.
+    fn run_passes(
+        &self,
+        sums: &mut Sums,
+        run: &Run<'_>,
+        measured: &mut Measured,
+    ) -> Result<(), Stopped> {
+        let mut per_sample = Duration::ZERO;
+        // A state that was kept between two passes is that of a render that had ended.
+        let mut had_ended = sums.place.done == sums.place.until;
+        sums.place.until = sums.place.until.min(run.last).max(sums.place.end);
+        loop {
+            let Place { first, done, .. } = sums.place;
+            if done == sums.place.until && done > first {
+                let is_due = had_ended || done >= sums.place.next_estimate;
+                if self.stop.error.is_some() && is_due {
+                    *measured = self.measured_sums(sums);
+                }
+                let next = per_sample * self.pass_end(done).saturating_sub(done);
+                if done >= run.last || self.stops(run.watch.elapsed() + next, measured.error) {
+                    return Ok(());
+                }
+            }
+            had_ended = false;
+            if done == sums.place.until {
+                sums.place.until = self.pass_end(done).min(run.last);
+            }
+            sums.begin();
+            let start = Instant::now();
+            self.expose_sums(sums, run, measured.error.map(|e| e.relative_rmse))?;
+            per_sample = start.elapsed() / (sums.place.end - done).max(1);
+            sums.end();
+        }
+    }
+
+    /// Exposes the samples that the sums have begun.
+    ///
+    /// # Errors
+    /// Returns where the render is if a keeper stops it.
+    fn expose_sums(
+        &self,
+        sums: &mut Sums,
+        run: &Run<'_>,
+        error: Option<f64>,
+    ) -> Result<(), Stopped> {
+        let Place {
+            region,
+            first,
+            done,
+            end,
+            ..
+        } = sums.place;
+        let mut pixels = std::mem::take(&mut sums.last);
+        let segment = Segment::new(region, done..end, &mut pixels, &sums.finished);
+        let tiles = Tile::count(region);
+        let samples = u64::from(end - done);
+        let snapshot = || sums.snapshot(&segment, run.before.plus(run.watch.spent()));
+        let proceed = |finished: u64| {
+            (run.progress)(Progress {
+                work_done: u64::from(done - first) * tiles + finished * samples,
+                work: u64::from(run.last - first) * tiles,
+                samples: done - first,
+                error,
+            });
+            for keeper in run.keepers.iter().filter(|keeper| keeper.is_due()) {
+                keeper.keep(&snapshot());
+            }
+            !is_stopped(run.keepers)
+        };
+        let may_begin = !is_stopped(run.keepers);
+        let is_whole = may_begin && self.fill(&segment, &sums.shares, &proceed);
+        let finished = segment.finished();
+        let is_whole = is_whole || finished == tiles;
+        // A render that is stopped in its pilot pass has neither samples nor shares.
+        let is_blank = done == first && finished == 0;
+        if !is_whole && !is_blank {
+            run.keepers.iter().for_each(|k| k.keep(&snapshot()));
+        }
+        let counts = segment.counts();
+        drop(segment);
+        sums.last = pixels;
+        sums.counts.add(&counts);
+        match is_whole {
+            true => Ok(()),
+            false => Err(Stopped {
+                samples: done - first,
+                more: end - first,
+                part: finished as f64 / tiles as f64,
+            }),
+        }
+    }
+
+    /// Estimates the error of sums at the end of a pass.
+    fn measured_sums(&self, sums: &mut Sums) -> Measured {
+        let Place { region, done, .. } = sums.place;
+        let mut counts = Counts::default();
+        let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts));
+        sums.counts.add(&counts);
+        sums.place.next_estimate = measured.next;
+        measured
+    }
+
+    /// Estimates the error of the film of a region after a number of samples per pixel.
+    fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
+        let (squared_error, more) = self.measure(film, region, true);
+        counts.add(&more);
+        let error = squared_error.and_then(|e| e.relative(film.pixels.len(), film.mean()).ok());
+        // The error falls with the power 3/4 of the samples at best (over edges in the plane).
+        let target = self.stop.error.unwrap_or(0.0);
+        let growth = error.map_or(2.0, |e| libm::pow(e.high / target, 4.0 / 3.0));
+        let next = f64::from(samples) * growth.clamp(LEAST_GROWTH, 4.0);
+        Measured {
+            squared_error,
+            error,
+            samples,
+            next: next as u32,
+        }
+    }
+
+    /// Adds samples to every pixel of a film, which is a region of the picture. After every tile,
+    /// `proceed` receives the number of finished tiles; if it returns false, the pass is abandoned
+    /// and the result is `None`. Some tiles of the film then have the samples and others do not.
+    pub fn pass(
+        &self,
+        region: Region,
+        film: &mut Film,
+        samples: Range<u32>,
+        proceed: &(dyn Fn(u64) -> bool + Sync),
+    ) -> Option<Counts> {
+        film.squared_error = None;
+        let segment = Segment::new(region, samples, &mut film.pixels, &[]);
+        let is_whole = self.fill(&segment, &SampleShares::EVEN, proceed);
+        is_whole.then(|| segment.counts())
+    }
+
+    /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, or of
+    /// the time if that is less, at least 2 and at most 16 (chosen by trial). Its rays are counted;
+    /// its light is discarded. It covers the whole picture, so that the shares in a region are
+    /// those of the whole picture.
+    pub(super) fn pilot_pass(&self, counts: &mut Counts, keepers: &[&dyn Keeper]) -> SampleShares {
+        if !self.adaptive {
+            return SampleShares::EVEN;
+        }
+        let pilot = Render {
+            sampler: Sampler {
+                seed: mix(self.sampler.seed ^ 0x6c6f_6f6b),
+                ..self.sampler
+            },
+            ..*self
+        };
+        let most = (self.stop.samples / 8).clamp(2, 16);
+        // With a limit on time, 2 samples of the first strip tell how many more there is time for.
+        let mut samples = if self.stop.time.is_some() { 2 } else { most };
+        let mut variances = Vec::with_capacity(self.resolution.pixels());
+        let mut expose = |strip: Region, film: &mut Film, samples: Range<u32>| {
+            let rays = pilot.pass(strip, film, samples, &|_| !is_stopped(keepers));
+            rays.map(|rays| counts.add(&rays))
+        };
+        for strip in strips(Region::whole(self.resolution), PILOT_PIXELS) {
+            let mut film = Film::new(strip.resolution());
+            let start = Instant::now();
+            let mut exposed = expose(strip, &mut film, 0..samples);
+            if let Some(limit) = self.stop.time
+                && variances.is_empty()
+                && exposed.is_some()
+            {
+                let part = film.pixels.len() as f64 / self.resolution.pixels() as f64;
+                let of_sample = start.elapsed().as_secs_f64() / (f64::from(samples) * part);
+                let affordable = (limit.as_secs_f64() / 8.0 / of_sample) as u32;
+                let more = samples..affordable.clamp(samples, most);
+                samples = more.end;
+                if !more.is_empty() {
+                    exposed = expose(strip, &mut film, more);
+                }
+            }
+            if exposed.is_none() {
+                return SampleShares::EVEN; // No sample of the picture will follow.
+            }
+            variances.extend(film.pixels.iter().map(SampleShares::variance));
+        }
+        let shares = SampleShares::of(&variances, self.resolution, self.stop.samples);
+        self.send_shares(&shares);
+        shares
+    }
+
+    /// Exposes the open tiles of a segment, with each pixel's share of the samples. Returns false
+    /// if `proceed` did, which receives the number of finished tiles.
+    fn fill(
+        &self,
+        segment: &Segment<'_>,
+        shares: &SampleShares,
+        proceed: &(dyn Fn(u64) -> bool + Sync),
+    ) -> bool {
+        if let Some(team) = self.team {
+            return self.fill_by_team(team, segment, shares, proceed);
+        }
+        let some = |batch: &mut Batch<'_>, tiles: &[Tile]| {
+            let mut sums: Vec<Exposed> = tiles.iter().flat_map(|t| segment.pixels(*t)).collect();
+            let counts = batch.expose(tiles, &mut sums, &segment.samples, shares);
+            proceed(segment.finish(tiles, &sums, &counts))
+        };
+        let at_once = self.tiles_at_once(&segment.samples);
+        let rows = segment.open_tiles().into_par_iter();
+        rows.all(|tiles| {
+            let parts = tiles.par_chunks(at_once);
+            let goes_on = parts.map_init(|| Batch::new(self), some);
+            goes_on.all(|goes_on| goes_on)
+        })
+    }
+
+    /// Returns the number of tiles that a thread exposes at once: as many as fill a batch if pixels
+    /// get few samples.
+    pub(super) fn tiles_at_once(&self, samples: &Range<u32>) -> usize {
+        let of_tile = Tile::PIXELS * samples.len().max(1);
+        (self.camera.batch() / of_tile).max(1)
+    }
+
+    /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
+    /// with every pass, from 4, and grows by at most a unit. Without one, it doubles from 64, so
+    /// that a render that is interrupted has some samples of the whole picture.
+    fn pass_end(&self, done: u32) -> u32 {
+        let unit = border_after(done) - border_before(done);
+        let [least, most] = match self.stop.error.is_some() || self.stop.time.is_some() {
+            true => [4, unit],
+            false => [unit, LONGEST_PASS.max(unit)],
+        };
+        let step = done.clamp(least, most);
+        let step = step.next_multiple_of(self.sampler.period());
+        (done + step).min(self.stop.samples)
+    }
+
+    /// Returns whether the render stops before the next pass, which is expected to end at a time
+    /// after the start. A target is met only if the upper end of the error's interval meets it.
+    fn stops(&self, end: Duration, error: Option<ErrorEstimate>) -> bool {
+        let target = self.stop.error.zip(error);
+        let good = target.is_some_and(|(limit, e)| e.high <= limit);
+        let late = self.stop.time.is_some_and(|limit| end > limit);
+        good || late
+    }
+
+    /// Returns the samples of one pixel.
+    pub(super) fn pixel(&self, sampler: Sampler, (x, y): (u32, u32)) -> PixelSampler {
+        let number = u64::from(y * self.resolution.width + x);
+        sampler.pixel(number, [x, y])
+    }
+
+    /// Returns the exposure of one sample of a pixel, traced by itself with the bits that it has in
+    /// a tile. A lost ray has exposure 0 and is a sample like any other.
+    pub fn sample(
+        &self,
+        pixel: (u32, u32),
+        index: u32,
+        work: &mut crate::shade::Work,
+    ) -> glam::DVec3 {
+        let mut batch = Batch::new(self);
+        let mut sums = [Exposed::default()];
+        std::mem::swap(&mut batch.work, work);
+        batch.add(pixel, self.sampler, index..index + 1, &mut sums);
+        batch.flush(&mut sums);
+        std::mem::swap(&mut batch.work, work);
+        sums[0].mean
+    }
+}

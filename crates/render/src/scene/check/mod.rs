@@ -1,0 +1,13 @@
+//! Checks scene files: what they contain, what of it is drawn, and what is wrong.
+//!
+//! The JSON form is described in `docs/guide/machine.md`.
+
+mod checked;
+mod classes;
+mod files;
+mod json;
+mod missing;
+
+pub use checked::{Checked, FileState, counted};
+pub use classes::classes;
+pub use files::{scene_files, without_ending};

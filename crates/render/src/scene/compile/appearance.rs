@@ -1,0 +1,187 @@
+//! Compiles the surface of a shape: material, texture and lights.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DVec3, DVec4, Vec3, Vec4};
+use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::traversal::state::{
+    DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
+};
+
+use super::scene_builder::SceneBuilder;
+use crate::scene::looks::{
+    CornerNormals, Filter, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
+    TextureFiles, TextureUse,
+};
+
+/// The lights and textures that shapes share.
+#[derive(Debug, Default)]
+pub(super) struct Shared {
+    /// The sets of lights.
+    pub lights: LightTree,
+    /// The textures that were decoded, by node; `None` if that failed.
+    pub decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+    /// The textures by file.
+    pub files: TextureFiles,
+}
+
+impl SceneBuilder {
+    /// Returns the surface of a shape that begins.
+    pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
+        let m = &state.material;
+        let MaterialColors {
+            diffuse,
+            transparency,
+            emissive,
+        } = MaterialColors::of(state);
+        let texture = self.texture_use(state);
+        let origin = self.scene.origin;
+        let compile = |light: &LightElement| Light::new(light, origin);
+        let before = self.shared.lights.bytes();
+        let lights = self.shared.lights.set(&state.lights, compile);
+        self.memory.count(self.shared.lights.bytes() - before);
+        self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
+            || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
+        Surface {
+            class: node.known_class().map_or("", |c| c.name),
+            ambient: m.ambient,
+            ambient_intensity: m.ambient_intensity,
+            diffuse,
+            specular: m.specular,
+            emissive,
+            shininess: m.shininess,
+            transparency,
+            refraction: m.refraction,
+            base_color: state.base_color,
+            two_sided: state.hints.two_sided(),
+            culls: state.hints.culls(),
+            counterclockwise: state.hints.counterclockwise(),
+            layer: layer(&state.drawing),
+            casts_shadow: state.casts_shadow,
+            on_top: state.on_top,
+            environment: state.environment,
+            lights,
+            texture,
+            clip: state
+                .clip_planes
+                .iter()
+                .map(|(n, d)| (n.as_vec3(), (d - n.dot(self.scene.origin)) as f32))
+                .collect(),
+            first: self.scene.triangles.len() as u32,
+            normals: CornerNormals::default(),
+            materials: Vec::new(),
+            coordinates: Vec::new(),
+            thirds: Vec::new(),
+            center: Vec3::ZERO,
+        }
+    }
+
+    /// Returns the texture of a shape, which is decoded at its first use.
+    fn texture_use(&mut self, state: &State<'_>) -> Option<TextureUse> {
+        let element = state.texture?;
+        if !self.options.needs.textures {
+            self.scene.census.textures_left_out += 1;
+            return None;
+        }
+        if element.quality <= 0.0 {
+            return None; // quality 0 turns textures off in Inventor
+        }
+        let id = element.node.id;
+        if !self.shared.decoded.contains_key(&id) {
+            let read = self.shared.files.of_node(element.node, &mut self.memory);
+            let decoded = read.unwrap_or_else(|diagnostic| {
+                self.reports.add(*diagnostic);
+                None
+            });
+            self.scene.census.textures += u64::from(decoded.is_some());
+            self.shared.decoded.insert(id, decoded);
+        }
+        let texture = self.shared.decoded.get(&id)?.clone()?;
+        Some(TextureUse {
+            texture,
+            model: element.model,
+            blend_color: element.blend_color,
+            repeat: Repeat {
+                s: element.repeat_s,
+                t: element.repeat_t,
+                r: element.repeat_r,
+            },
+            filter: Filter::of(element.quality),
+            matrix: state.texture_matrix,
+            mapping: self.mapping(state),
+        })
+    }
+
+    /// Returns the source of texture coordinates.
+    fn mapping(&self, state: &State<'_>) -> Mapping {
+        match state.texture_coordinates {
+            TextureCoordinates::Plane { s, t } => {
+                let row = |v: Vec3| self.plane(v.as_dvec3().extend(0.0));
+                Mapping::Plane {
+                    s: row(s),
+                    t: row(t),
+                }
+            }
+            TextureCoordinates::Object { s, t } => Mapping::Plane {
+                s: self.plane(s.as_dvec4()),
+                t: self.plane(t.as_dvec4()),
+            },
+            TextureCoordinates::Environment => {
+                let turn = self
+                    .picture
+                    .camera
+                    .as_ref()
+                    .map_or(glam::DQuat::IDENTITY, |c| c.orientation);
+                Mapping::Environment {
+                    right: (turn * DVec3::X).as_vec3(),
+                    up: (turn * DVec3::Y).as_vec3(),
+                }
+            }
+            _ => Mapping::Stored,
+        }
+    }
+
+    /// Converts a linear function of object space to one of the scene.
+    fn plane(&self, v: DVec4) -> Vec4 {
+        let object = self.placement.scene_from_object.inverse();
+        let normal = object.matrix3.transpose() * v.truncate();
+        let distance = v.truncate().dot(object.translation) + v.w;
+        normal.extend(distance).as_vec4()
+    }
+
+    /// Replaces the texture of the current shape by one that is not interpolated.
+    pub(super) fn replace_texture(&mut self, texture: Texture) {
+        self.spoiled |= self.is_recording;
+        let Some(surface) = self.scene.surfaces.last_mut() else {
+            return;
+        };
+        surface.texture = Some(TextureUse {
+            texture: Arc::new(texture),
+            model: TextureModel::Modulate,
+            blend_color: Vec3::ZERO,
+            repeat: Repeat::NONE,
+            filter: Filter::Nearest,
+            matrix: glam::Mat4::IDENTITY,
+            mapping: Mapping::Stored,
+        });
+        self.shape.uses.coordinates = true;
+        self.scene.census.transparent = true;
+    }
+}
+
+/// Returns the layer of a shape: 0 if a polygon offset moves it back, 2 if it moves it forward,
+/// else 1.
+fn layer(drawing: &Drawing) -> u8 {
+    let style = match drawing.style {
+        DrawStyle::Filled => 1,
+        DrawStyle::Lines => 2,
+        DrawStyle::Points => 4,
+        DrawStyle::Invisible => 0,
+    };
+    match drawing.offset {
+        1 if drawing.offset_styles & style != 0 => 0,
+        -1 if drawing.offset_styles & style != 0 => 2,
+        _ => 1,
+    }
+}

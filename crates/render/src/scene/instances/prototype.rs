@@ -1,0 +1,113 @@
+//! A prototype: shapes in their object space, and other prototypes.
+
+use std::ops::Range;
+
+use glam::DMat4;
+use ivcam_inventor::traversal::Grid;
+
+use super::extent::Extent;
+
+/// The content of an element of a prototype.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::scene) enum Content {
+    /// The shape with the number of a surface.
+    Shape { surface: u32 },
+    /// A prototype.
+    Prototype { number: u32 },
+    /// A prototype at every place of a grid.
+    Grid { number: u32, grid: u32 },
+}
+
+/// A part of a prototype.
+#[derive(Clone, Debug)]
+pub(super) struct Element {
+    /// The number of its first primitive in the prototype, in order of drawing.
+    pub first: u64,
+    /// The matrices from the prototype's space to its own, as indices in [`Prototype::steps`].
+    pub steps: Range<u32>,
+    /// The shape, prototype or grid that it draws.
+    pub content: Content,
+}
+
+/// A part of the scene that is stored once and drawn many times.
+#[derive(Debug)]
+pub(in crate::scene) struct Prototype {
+    /// The elements in order of drawing. Each draws something.
+    pub(super) elements: Vec<Element>,
+    /// The matrices of the elements.
+    steps: Vec<DMat4>,
+    /// The size of all elements.
+    pub extent: Extent,
+    /// Whether it is a glyph of a text.
+    pub is_glyph: bool,
+}
+
+impl Default for Prototype {
+    fn default() -> Self {
+        Self {
+            elements: Vec::new(),
+            steps: Vec::new(),
+            extent: Extent::NONE,
+            is_glyph: false,
+        }
+    }
+}
+
+impl Prototype {
+    /// The number of elements.
+    pub(in crate::scene) fn len(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Adds an element with its extent in the prototype's space. Returns `None`, without adding
+    /// it, if the prototype would be too large.
+    pub(in crate::scene) fn add(
+        &mut self,
+        content: Content,
+        matrices: &[DMat4],
+        extent: &Extent,
+    ) -> Option<()> {
+        let first = self.extent.count;
+        self.extent = self.extent.and(extent)?;
+        let from = self.steps.len() as u32;
+        self.steps.extend_from_slice(matrices);
+        self.elements.push(Element {
+            first,
+            steps: from..self.steps.len() as u32,
+            content,
+        });
+        Some(())
+    }
+
+    /// Leaves room for shapes of the scene, which are drawn between elements. Returns the number of
+    /// the first one, or `None` if there are too many.
+    pub(in crate::scene) fn skip(&mut self, primitives: u64) -> Option<u64> {
+        let first = self.extent.count;
+        let only_count = Extent::of_count(primitives);
+        self.extent = self.extent.and(&only_count)?;
+        Some(first)
+    }
+
+    /// The matrices from the prototype's space to an element's.
+    pub(super) fn matrices(&self, element: &Element) -> &[DMat4] {
+        &self.steps[element.steps.start as usize..element.steps.end as usize]
+    }
+
+    /// The matrix from an element's space to the world, given the prototype's. It is multiplied in
+    /// the order of a walk.
+    pub(super) fn world(&self, element: &Element, world: &DMat4) -> DMat4 {
+        let matrices = self.matrices(element).iter();
+        matrices.fold(*world, |world, matrix| world * *matrix)
+    }
+
+    /// The element with a primitive, by its number in the prototype.
+    pub(super) fn element_with(&self, primitive: u64) -> &Element {
+        let after = self.elements.partition_point(|e| e.first <= primitive);
+        &self.elements[after - 1]
+    }
+}
+
+/// The matrix of one copy of a grid.
+pub(super) fn copy_matrix(grid: &Grid, world: &DMat4, number: u64) -> DMat4 {
+    *world * DMat4::from_translation(grid.offset(number))
+}

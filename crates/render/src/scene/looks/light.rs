@@ -1,0 +1,214 @@
+//! Lights of a compiled scene, with OpenGL's rules for attenuation and spots.
+
+use glam::{DVec3, Vec3};
+use ivcam_base::math::lanes::power;
+use ivcam_inventor::traversal::state::{LightElement, LightKind};
+
+/// A light of a compiled scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// The kind of the light, with its cone.
+    pub kind: LightKind,
+    /// The color times the intensity.
+    pub color: Vec3,
+    /// The ambient color of a VRML 97 light; zero for Inventor's lights.
+    pub ambient: Vec3,
+    /// The position in meters; unused for a directional light.
+    pub position: Vec3,
+    /// The direction of the light or of its axis, of length 1.
+    pub direction: Vec3,
+    /// The quadratic, linear and constant coefficient of the attenuation.
+    pub attenuation: Vec3,
+    /// The least divisor of the attenuation.
+    pub least_divisor: f32,
+    /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
+    pub radius: f32,
+}
+
+/// A ray toward a light ends at this share of the distance, so that nothing behind the light casts
+/// a shadow.
+pub const SHADOW_END: f32 = 1.0 - 1e-5;
+
+/// The light that arrives at a point from one light.
+#[derive(Clone, Copy, Debug)]
+pub struct IncidentLight {
+    /// The direction toward the light, of length 1.
+    pub toward: Vec3,
+    /// The distance to the light in meters.
+    pub distance: f32,
+    /// The color after attenuation and the spot's cone.
+    pub color: Vec3,
+    /// The ambient color after attenuation and the spot's cone.
+    pub ambient: Vec3,
+}
+
+impl Light {
+    /// Converts a light to a scene with an origin.
+    pub(crate) fn new(element: &LightElement, origin: DVec3) -> Self {
+        let color = element.color * element.intensity;
+        Self {
+            kind: element.kind,
+            color,
+            ambient: element.color * element.ambient,
+            position: (element.position - origin).as_vec3(),
+            direction: element.direction.as_vec3(),
+            attenuation: element.attenuation,
+            least_divisor: element.least_divisor,
+            radius: element.radius,
+        }
+    }
+
+    /// The bits of all values, which are the same for lights that shine alike.
+    pub(super) fn bits(&self) -> [u32; 20] {
+        let (kind, [inner, outer]) = match self.kind {
+            LightKind::Directional => (0, [0.0; 2]),
+            LightKind::Point => (1, [0.0; 2]),
+            LightKind::Spot { drop_off, cut_off } => (2, [drop_off, cut_off]),
+            LightKind::Beam {
+                beam_width,
+                cut_off,
+            } => (3, [beam_width, cut_off]),
+        };
+        let vectors = [
+            self.color,
+            self.ambient,
+            self.position,
+            self.direction,
+            self.attenuation,
+        ];
+        let scalars = [inner, outer, self.least_divisor, self.radius];
+        let mut bits = [kind; 20];
+        let values = vectors.iter().flat_map(Vec3::to_array).chain(scalars);
+        for (bits, value) in bits.iter_mut().skip(1).zip(values) {
+            *bits = (value + 0.0).to_bits(); // −0 becomes 0
+        }
+        bits
+    }
+
+    /// A directional light on the camera.
+    pub fn headlight(direction: Vec3) -> Self {
+        Self {
+            kind: LightKind::Directional,
+            color: Vec3::ONE,
+            ambient: Vec3::ZERO,
+            position: Vec3::ZERO,
+            direction: direction.normalize_or(Vec3::NEG_Z),
+            attenuation: Vec3::Z,
+            least_divisor: 0.0,
+            radius: f32::INFINITY,
+        }
+    }
+
+    /// Returns the light that arrives at a point.
+    ///
+    /// As in OpenGL 1.x the attenuation is 1/(k_c + k_l d + k_q d²). VRML 97 takes at least 1 for
+    /// the divisor (6.35). A spot's factor is max(−L·s,
+    /// 0)^e inside its cone, where e is Inventor's drop-off rate times 128, and 0 outside.
+    pub(crate) fn reach(&self, point: Vec3) -> IncidentLight {
+        if self.kind == LightKind::Directional {
+            return IncidentLight {
+                toward: -self.direction,
+                distance: f32::INFINITY,
+                color: self.color,
+                ambient: self.ambient,
+            };
+        }
+        let to = self.position - point;
+        let distance = to.length();
+        let toward = to / distance.max(f32::MIN_POSITIVE);
+        let a = self.attenuation;
+        let falloff = (a.z + distance * (a.y + distance * a.x)).max(self.least_divisor);
+        let mut factor = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
+        if distance > self.radius {
+            factor = 0.0;
+        }
+        let spot = self.cone(toward);
+        IncidentLight {
+            toward,
+            distance,
+            color: self.color * (factor * spot),
+            ambient: self.ambient * (factor * spot),
+        }
+    }
+}
+
+impl Light {
+    /// Returns the cosine at the edge of a spot's cone, and the exponent of the cosine inside.
+    /// Returns `None` for other lights.
+    pub(crate) fn spot(&self) -> Option<(f32, f32)> {
+        match self.kind {
+            LightKind::Spot { drop_off, cut_off } => Some(spot(drop_off, cut_off)),
+            _ => None,
+        }
+    }
+
+    /// Returns the factor of a light's cone at a point, given the direction toward the light.
+    pub(crate) fn cone(&self, toward: Vec3) -> f32 {
+        let along = -toward.dot(self.direction);
+        match self.kind {
+            LightKind::Spot { drop_off, cut_off } => {
+                let (least, exponent) = spot(drop_off, cut_off);
+                if along < least || along <= 0.0 {
+                    return 0.0;
+                }
+                power(along.min(1.0), exponent)
+            }
+            LightKind::Beam {
+                beam_width,
+                cut_off,
+            } => beam(along, beam_width, cut_off),
+            _ => 1.0,
+        }
+    }
+}
+
+/// Returns the cosine at the edge of an Inventor spot's cone, and the exponent of the cosine.
+fn spot(drop_off: f32, cut_off: f32) -> (f32, f32) {
+    let limit = cut_off.clamp(0.0, std::f32::consts::FRAC_PI_2);
+    (libm::cosf(limit), 128.0 * drop_off.clamp(0.0, 1.0))
+}
+
+/// Returns the factor of a VRML 97 spot (6.42): 1 inside the beam, then falling to 0 at the
+/// cut-off.
+fn beam(along: f32, beam_width: f32, cut_off: f32) -> f32 {
+    let angle = libm::acosf(along.clamp(-1.0, 1.0));
+    if angle >= cut_off {
+        0.0
+    } else if beam_width >= cut_off || angle <= beam_width {
+        1.0
+    } else {
+        (cut_off - angle) / (cut_off - beam_width)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quadratic_attenuation_falls_with_the_square_of_the_distance() {
+        let light = Light {
+            kind: LightKind::Point,
+            attenuation: Vec3::X,
+            ..Light::headlight(Vec3::NEG_Z)
+        };
+        let near = light.reach(Vec3::new(0.0, 0.0, 1.0)).color.x;
+        let far = light.reach(Vec3::new(0.0, 0.0, 3.0)).color.x;
+        assert!((near / far - 9.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_spot_ends_at_its_cut_off_angle() {
+        let angle: f32 = 0.5;
+        let light = Light {
+            kind: LightKind::Spot {
+                drop_off: 0.0,
+                cut_off: angle,
+            },
+            ..Light::headlight(Vec3::NEG_Z)
+        };
+        let cone = |angle: f32| light.cone(Vec3::new(libm::sinf(angle), 0.0, libm::cosf(angle)));
+        let (inside, outside) = (cone(angle - 0.01), cone(angle + 0.01));
+        assert_eq!((inside, outside), (1.0, 0.0));
+    }
+}

@@ -1,0 +1,18 @@
+//! The appearance of a scene: materials, textures, lights and the background.
+
+mod background;
+mod colors;
+mod light;
+mod light_sets;
+mod surface;
+mod texture;
+mod texture_files;
+
+pub(crate) use background::Background;
+pub(crate) use colors::MaterialColors;
+pub use light::{IncidentLight, Light, SHADOW_END};
+pub(crate) use light_sets::LightSets;
+pub(in crate::scene) use light_sets::LightTree;
+pub use surface::{CornerNormals, Mapping, Surface, TextureUse};
+pub(crate) use texture::{Filter, Repeat, Texture};
+pub use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles, components};

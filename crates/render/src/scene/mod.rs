@@ -1,0 +1,46 @@
+//! Compiles a snapshot into a scene that rays can hit: triangles, exact quadrics, materials and
+//! lights.
+//!
+//! The scene is moved in f64 so that the compile origin (the camera) is at zero, then stored in
+//! f32. Anything that the picture does not need is left out and counted in the census.
+
+mod canvas;
+mod census;
+pub mod check;
+mod compile;
+mod hit;
+mod instances;
+mod inventor_box;
+mod left_out;
+mod looks;
+pub mod model;
+mod options;
+mod packets;
+mod pixel_footprint;
+mod placed;
+mod placement;
+mod point;
+mod precision;
+mod render_scene;
+mod shapes;
+mod shared_parts;
+mod sharing;
+mod small_lights;
+mod snapshot;
+mod survey;
+mod surveyed_parts;
+mod texel_footprint;
+
+pub use census::{Census, InstanceCounts};
+pub use left_out::Unneeded;
+pub use looks::components as texture_components;
+pub use looks::{IncidentLight, Light, SHADOW_END, Surface};
+pub use options::CompileOptions;
+pub use options::{Instancing, Needs};
+pub(crate) use point::{Point, TrianglePoint, clear_of};
+pub use precision::precision_warning;
+pub use render_scene::OracleTriangle;
+pub use render_scene::RenderScene;
+pub(crate) use small_lights::SmallLight;
+pub use snapshot::snapshot;
+pub use survey::Survey;

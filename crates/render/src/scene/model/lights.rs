@@ -1,0 +1,181 @@
+//! The lights and cameras of a model.
+
+use glam::{DQuat, DVec3, Vec3};
+use ivcam_inventor::grammar::value::Value;
+use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::traversal::state::{LightElement, LightKind};
+
+use super::feature::Place;
+
+/// The largest coordinate, in meters, and the largest element of a matrix. The product of two such
+/// numbers is 1e36, which the 32-bit numbers of files hold.
+pub(super) const FARTHEST: f64 = 1e18;
+
+/// The shape of a light. Angles are in radians from its axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightShape {
+    /// All rays are parallel.
+    Directional,
+    /// The light shines from a point in all directions.
+    Point,
+    /// The light shines from a point into a cone.
+    Spot {
+        /// The angle up to which the intensity is full.
+        inner: f32,
+        /// The angle at the cone's edge.
+        outer: f32,
+        /// The exponent of the cosine by which Inventor's spot falls off inside the cone, or `None`
+        /// for VRML97's, which falls linearly from the inner to the outer angle.
+        exponent: Option<f32>,
+    },
+}
+
+/// A light that is on, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light {
+    /// The name after `DEF`, or the class.
+    pub name: String,
+    /// The light's node in the file.
+    pub place: Place,
+    /// The shape of the light.
+    pub shape: LightShape,
+    /// The color, which is multiplied by the intensity.
+    pub color: Vec3,
+    /// The intensity; 1 is full.
+    pub intensity: f32,
+    /// The position in meters.
+    pub position: DVec3,
+    /// The direction of the light or of its axis, of length 1.
+    pub direction: DVec3,
+    /// The quadratic, linear and constant coefficient of the attenuation 1 / (a₀d² + a₁d + a₂).
+    pub attenuation: Vec3,
+    /// The distance in meters at which the light ends; infinite for Inventor's lights.
+    pub radius: f32,
+}
+
+/// A camera or viewpoint of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Camera {
+    /// The name after `DEF`, the description of a viewpoint, or the class.
+    pub name: String,
+    /// The camera's node in the file.
+    pub place: Place,
+    /// Where it stands in world space, and how it projects.
+    pub pose: CameraPose,
+}
+
+/// The place of a camera or of a light at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// The position in meters.
+    pub position: DVec3,
+    /// The rotation from the camera's space to the world, or from −z to the light's direction.
+    pub orientation: DQuat,
+}
+
+impl Light {
+    /// Converts a light of the traversal. Numbers that are not finite, and positions beyond
+    /// [`FARTHEST`], become the defaults of their fields.
+    pub(super) fn of(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
+        let angle = |angle: f32| finite_or(angle, std::f32::consts::FRAC_PI_4);
+        let shape = match light.kind {
+            LightKind::Directional => LightShape::Directional,
+            LightKind::Point => LightShape::Point,
+            LightKind::Spot { drop_off, cut_off } => {
+                let cut_off = angle(cut_off);
+                let exponent = 128.0 * finite_or(drop_off, 0.0).clamp(0.0, 1.0);
+                LightShape::Spot {
+                    inner: half_angle(exponent).min(cut_off),
+                    outer: cut_off,
+                    exponent: Some(exponent),
+                }
+            }
+            LightKind::Beam {
+                beam_width,
+                cut_off,
+            } => LightShape::Spot {
+                inner: finite_or(beam_width, std::f32::consts::FRAC_PI_2).min(angle(cut_off)),
+                outer: angle(cut_off),
+                exponent: None,
+            },
+        };
+        Self {
+            name,
+            place,
+            shape,
+            color: if light.color.is_finite() {
+                light.color
+            } else {
+                Vec3::ONE
+            },
+            intensity: finite_or(light.intensity, 1.0),
+            position: position_or_default(light.position, node, "location"),
+            direction: light.direction,
+            attenuation: if light.attenuation.is_finite() {
+                light.attenuation
+            } else {
+                Vec3::Z
+            },
+            radius: light.radius,
+        }
+    }
+}
+
+impl Light {
+    /// The level of white that the light gives a surface that faces it at a distance, in its cone.
+    pub fn level_at(&self, distance: f64) -> f32 {
+        if self.shape == LightShape::Directional {
+            return self.intensity;
+        }
+        let [quadratic, linear, constant] = self.attenuation.as_dvec3().to_array();
+        let divisor = constant + distance * (linear + distance * quadratic);
+        let divisor = if divisor > 0.0 { divisor } else { 1.0 };
+        (f64::from(self.intensity) / divisor) as f32
+    }
+
+    /// The rotation that turns −z to the light's direction.
+    pub fn rotation(&self) -> DQuat {
+        DQuat::from_rotation_arc(DVec3::NEG_Z, self.direction)
+    }
+}
+
+impl Camera {
+    /// Makes the camera of a node. A position beyond [`FARTHEST`] becomes the default of its field,
+    /// and an orientation that is not finite becomes no rotation.
+    pub(super) fn of(node: NodeRef<'_>, mut pose: CameraPose, name: String, place: Place) -> Self {
+        pose.position = position_or_default(pose.position, node, "position");
+        if !pose.orientation.is_finite() {
+            pose.orientation = DQuat::IDENTITY;
+        }
+        Self { name, place, pose }
+    }
+}
+
+fn finite_or(value: f32, default: f32) -> f32 {
+    if value.is_finite() { value } else { default }
+}
+
+/// Returns a position if it is finite and not beyond [`FARTHEST`], or else the default of the
+/// node's field.
+fn position_or_default(position: DVec3, node: NodeRef<'_>, field: &str) -> DVec3 {
+    // A comparison with NaN is false.
+    let is_near = |v: f64| v.abs() < FARTHEST;
+    if position.to_array().into_iter().all(is_near) {
+        return position;
+    }
+    let declared = node.known_class().and_then(|class| class.field(field));
+    match declared.map(|(_, field)| Value::default_of(field)) {
+        Some(Value::Vec3(default)) => default.as_dvec3(),
+        _ => DVec3::ZERO,
+    }
+}
+
+/// The angle at which the cosine to the power of an exponent is ½, or a right angle if it is
+/// beyond.
+fn half_angle(exponent: f32) -> f32 {
+    if exponent <= 0.0 {
+        return std::f32::consts::FRAC_PI_2;
+    }
+    libm::acosf(libm::powf(0.5, 1.0 / exponent))
+}

@@ -1,0 +1,68 @@
+//! The material of a shape, in Inventor's terms.
+
+use glam::{Affine2, Vec3};
+
+pub use ivcam_inventor::traversal::state::TextureModel;
+
+/// The material of a shape. Colors are those of the file, from 0 to 1, as a screen shows them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The ambient color.
+    pub ambient: Vec3,
+    /// The diffuse color. A mesh with colors replaces it.
+    pub diffuse: Vec3,
+    /// The specular color.
+    pub specular: Vec3,
+    /// The emissive color.
+    pub emissive: Vec3,
+    /// The specular exponent divided by 128.
+    pub shininess: f32,
+    /// The transparency from 0 to 1. A mesh with colors replaces it.
+    pub transparency: f32,
+    /// Whether the diffuse color is shown without lighting.
+    pub unlit: bool,
+    /// Whether the backs of faces are visible.
+    pub double_sided: bool,
+    /// The texture, if there is one.
+    pub texture: Option<Texture>,
+}
+
+/// The texture of a material.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The index of its picture in [`Model::images`].
+    ///
+    /// [`Model::images`]: super::Model::images
+    pub image: usize,
+    /// How the texture changes the color.
+    pub model: TextureModel,
+    /// The color for [`TextureModel::Blend`].
+    pub blend_color: Vec3,
+    /// Whether it repeats along its width and along its height; otherwise its edge is extended.
+    pub repeat: [bool; 2],
+    /// Whether it is interpolated between texels.
+    pub smooth: bool,
+    /// The matrix that is applied to texture coordinates.
+    pub matrix: Affine2,
+}
+
+impl Material {
+    /// The numbers of the material as bits, which are equal for equal materials.
+    pub(super) fn key(&self) -> Vec<u32> {
+        let mut key = Vec::with_capacity(32);
+        for color in [self.ambient, self.diffuse, self.specular, self.emissive] {
+            key.extend(color.to_array().map(f32::to_bits));
+        }
+        key.extend([self.shininess, self.transparency].map(f32::to_bits));
+        key.extend([self.unlit, self.double_sided].map(u32::from));
+        if let Some(texture) = &self.texture {
+            key.push(texture.image as u32);
+            key.push(texture.model as u32);
+            key.extend(texture.blend_color.to_array().map(f32::to_bits));
+            key.extend(texture.repeat.map(u32::from));
+            key.push(u32::from(texture.smooth));
+            key.extend(texture.matrix.to_cols_array().map(f32::to_bits));
+        }
+        key
+    }
+}

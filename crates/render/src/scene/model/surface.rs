@@ -1,0 +1,220 @@
+//! The surface of a shape that is being made into meshes: its material, its colors and its texture.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{Affine2, Mat4, Vec2, Vec3, Vec4};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::memory::MemoryBudget;
+use ivcam_inventor::iv::NodeId;
+use ivcam_inventor::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
+
+use super::feature::Feature;
+use super::image::Image;
+use super::material::{Material, Texture};
+use crate::scene::looks::{self, Filter, MaterialColors, TextureFiles};
+use crate::scene::options::CompileOptions;
+
+/// The source of texture coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Mapping {
+    /// The coordinates of the corners.
+    Stored,
+    /// Linear functions of the position (x, y, z, 1) in object space.
+    Linear { s: Vec4, t: Vec4 },
+}
+
+/// The pictures of a model, each with the texture that it was made from.
+#[derive(Debug)]
+pub(super) struct Images {
+    pub list: Vec<Image>,
+    /// The texture of each node and the number of its picture; `None` if it cannot be decoded.
+    decoded: HashMap<NodeId, Option<(Arc<looks::Texture>, usize)>>,
+    /// The textures by file.
+    files: TextureFiles,
+    /// The memory that the model may use, with what is in use.
+    memory: MemoryBudget,
+}
+
+impl Images {
+    /// Creates an empty list of pictures for a model with some options.
+    pub(super) fn new(options: &CompileOptions) -> Self {
+        Self {
+            list: Vec::new(),
+            decoded: HashMap::new(),
+            files: TextureFiles::new(&options.texture_folders),
+            memory: MemoryBudget::new(options.memory),
+        }
+    }
+
+    /// Returns the texture of a node, which is decoded at the first use.
+    pub(super) fn of_node(
+        &mut self,
+        element: &TextureElement<'_>,
+        report: &mut dyn FnMut(Box<Diagnostic>),
+    ) -> Option<(Arc<looks::Texture>, usize)> {
+        let id = element.node.id;
+        if !self.decoded.contains_key(&id) {
+            let mut read = || -> Result<Option<(Arc<looks::Texture>, usize)>> {
+                let Some(texture) = self.files.of_node(element.node, &mut self.memory)? else {
+                    return Ok(None);
+                };
+                let bytes = 4 * texture.width as u64 * texture.height as u64;
+                self.memory.take("a picture of the model", bytes)?;
+                let image = Image::of(&texture);
+                Ok(image.map(|image| (texture, self.add(image))))
+            };
+            let numbered = read().unwrap_or_else(|diagnostic| {
+                report(diagnostic);
+                None
+            });
+            std::mem::take(&mut self.files.notices)
+                .into_iter()
+                .for_each(&mut *report);
+            self.decoded.insert(id, numbered);
+        }
+        self.decoded.get(&id)?.clone()
+    }
+
+    /// Returns the number of a picture, which is added unless the list has it.
+    pub(super) fn add(&mut self, image: Image) -> usize {
+        let known = self.list.iter().position(|i| *i == image);
+        known.unwrap_or_else(|| {
+            self.list.push(image);
+            self.list.len() - 1
+        })
+    }
+}
+
+/// The surface of the current shape.
+#[derive(Debug)]
+pub struct Surface {
+    pub material: Material,
+    pub colors: MaterialColors,
+    /// The texture as shapes see it, for its size and its depth.
+    pub texture: Option<Arc<looks::Texture>>,
+    pub mapping: Mapping,
+}
+
+impl Surface {
+    /// Returns the surface of a shape with a state, and the features that it cannot hold.
+    pub(super) fn of(
+        state: &State<'_>,
+        images: &mut Images,
+        report: &mut dyn FnMut(Box<Diagnostic>),
+    ) -> (Self, Vec<Feature>) {
+        let mut features = Vec::new();
+        let colors = MaterialColors::of(state);
+        let m = &state.material;
+        let found = state
+            .texture
+            .as_ref()
+            .filter(|element| element.quality > 0.0)
+            .and_then(|e| Some((e, images.of_node(e, report)?)));
+        let mapping = mapping(&state.texture_coordinates);
+        let lost = match &found {
+            Some((_, (texture, _))) if texture.is_deep() => Some(Feature::DeepTexture),
+            Some(_) if mapping.is_none() => Some(Feature::EnvironmentTexture),
+            _ => None,
+        };
+        features.extend(lost);
+        let found = found.filter(|_| lost.is_none());
+        let diffuse = colors.diffuse[0];
+        let ambient = m.ambient_intensity.map_or(m.ambient, |a| a * diffuse);
+        let is_usual = match m.ambient_intensity {
+            Some(intensity) => intensity == 0.2 || intensity == 0.0,
+            None => (m.ambient - Vec3::splat(0.2)).abs().max_element() < 1e-6,
+        };
+        if !is_usual && !state.base_color {
+            features.push(Feature::AmbientColor);
+        }
+        let material = Material {
+            ambient,
+            diffuse,
+            specular: m.specular,
+            emissive: colors.emissive,
+            shininess: m.shininess,
+            transparency: colors.transparency[0],
+            unlit: state.base_color,
+            double_sided: !state.hints.culls(),
+            texture: found.as_ref().map(|(element, (_, image))| Texture {
+                image: *image,
+                model: element.model,
+                blend_color: element.blend_color,
+                repeat: [element.repeat_s, element.repeat_t],
+                smooth: Filter::of(element.quality) != Filter::Nearest,
+                matrix: flat(state.texture_matrix),
+            }),
+        };
+        let surface = Self {
+            material,
+            colors,
+            texture: found.map(|(_, (texture, _))| texture),
+            mapping: mapping.unwrap_or(Mapping::Stored),
+        };
+        (surface, features)
+    }
+
+    /// Replaces the texture by rasterized text, without interpolation.
+    pub(super) fn set_text(&mut self, text: looks::Texture, images: &mut Images) {
+        let Some(image) = Image::of(&text) else {
+            return;
+        };
+        self.material.texture = Some(Texture {
+            image: images.add(image),
+            model: TextureModel::Modulate,
+            blend_color: Vec3::ZERO,
+            repeat: [false; 2],
+            smooth: false,
+            matrix: Affine2::IDENTITY,
+        });
+        self.texture = Some(Arc::new(text));
+        self.mapping = Mapping::Stored;
+    }
+
+    /// Whether corners have different colors.
+    pub(super) fn is_colorful(&self) -> bool {
+        self.colors.diffuse.len() > 1 || self.colors.transparency.len() > 1
+    }
+
+    /// The color and the opacity of a material. An index past the end gives the last one.
+    pub(super) fn color(&self, material: u32) -> [f32; 4] {
+        let at = |n: usize| (material as usize).min(n - 1);
+        let color = self.colors.diffuse[at(self.colors.diffuse.len())];
+        let transparency = self.colors.transparency[at(self.colors.transparency.len())];
+        color.extend(1.0 - transparency).to_array()
+    }
+
+    /// The texture coordinates of a corner that has stored ones and a position in object space.
+    pub(super) fn coordinates(&self, stored: Vec2, position: Vec3) -> Vec2 {
+        match self.mapping {
+            Mapping::Stored => stored,
+            Mapping::Linear { s, t } => {
+                let p = position.extend(1.0);
+                Vec2::new(s.dot(p), t.dot(p))
+            }
+        }
+    }
+}
+
+/// Returns the source of texture coordinates, or `None` if they depend on the camera.
+fn mapping(coordinates: &TextureCoordinates<'_>) -> Option<Mapping> {
+    match *coordinates {
+        TextureCoordinates::Environment => None,
+        TextureCoordinates::Plane { s, t } => Some(Mapping::Linear {
+            s: s.extend(0.0),
+            t: t.extend(0.0),
+        }),
+        TextureCoordinates::Object { s, t } => Some(Mapping::Linear { s, t }),
+        _ => Some(Mapping::Stored),
+    }
+}
+
+/// Returns the part of a texture matrix that acts on s and t.
+fn flat(matrix: Mat4) -> Affine2 {
+    Affine2::from_cols(
+        matrix.x_axis.truncate().truncate(),
+        matrix.y_axis.truncate().truncate(),
+        matrix.w_axis.truncate().truncate(),
+    )
+}

@@ -1,0 +1,100 @@
+//! The options of compiling a scene.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use glam::DVec3;
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_inventor::pose::CameraPose;
+
+use crate::geometry::text::Fonts;
+
+/// The parts of a scene that a shading model uses. Others are not compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Needs {
+    /// Normals of corners.
+    pub normals: bool,
+    /// Materials.
+    pub materials: bool,
+    /// Lights.
+    pub lights: bool,
+    /// Textures.
+    pub textures: bool,
+    /// What only reflected, refracted and shadow rays hit.
+    pub secondary: bool,
+    /// Triangles instead of exact round shapes, because the corners are lit.
+    pub facets: bool,
+}
+
+impl Needs {
+    /// All parts, with exact round shapes.
+    pub const ALL: Self = Self {
+        normals: true,
+        materials: true,
+        lights: true,
+        textures: true,
+        secondary: true,
+        facets: false,
+    };
+}
+
+/// When the parts of a scene that are drawn many times are stored once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Instancing {
+    /// If the expanded scene would exceed the limit of visits or of primitives, or has long texts.
+    BeyondLimits,
+    /// Always, also small parts. Tests compare such a scene with the expanded one.
+    Everywhere,
+}
+
+/// The options of compiling and surveying a scene.
+#[derive(Clone, Debug)]
+pub struct CompileOptions {
+    /// The point of world space that becomes the origin, in meters. For pictures it is the camera.
+    /// Default: zero.
+    pub origin: DVec3,
+    /// The camera that levels of detail, billboards, sizes in pixels and the cuts of NURBS depend
+    /// on. Default: none.
+    pub camera: Option<CameraPose>,
+    /// The parts of the scene to compile. Default: all.
+    pub needs: Needs,
+    /// The height of the picture in pixels, for lines, points and NURBS. Default: 240.
+    pub pixel_rows: u32,
+    /// The largest number of primitives; the rest is left out. Default: 16 million, below 3 GB.
+    pub max_primitives: usize,
+    /// The largest number of nodes to visit; the rest is left out. Default: 300,000. It is raised
+    /// to twice the document's number of nodes.
+    pub max_visits: u64,
+    /// The memory in bytes that the compiled scene may use; what does not fit is left out. Default:
+    /// half of what the machine has.
+    pub memory: u64,
+    /// When to store parts once that are drawn many times. Default: if the expanded scene would
+    /// exceed a limit or has long texts.
+    pub instancing: Instancing,
+    /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
+    /// all others. Default: no.
+    pub ignore_draw_style: bool,
+    /// The folders besides the scene's own in which textures are searched. Default: none.
+    pub texture_folders: Vec<PathBuf>,
+    /// The user's fonts, which are searched before the shipped typefaces. Default: none.
+    pub fonts: Arc<Fonts>,
+}
+
+impl Default for CompileOptions {
+    fn default() -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            camera: None,
+            needs: Needs::ALL,
+            pixel_rows: 240,
+            max_primitives: Limits::default().primitives,
+            max_visits: Limits::default().visits as u64,
+            memory: MemoryLimit::default().bytes(),
+            instancing: Instancing::BeyondLimits,
+            ignore_draw_style: false,
+            texture_folders: Vec::new(),
+            fonts: Arc::default(),
+        }
+    }
+}

@@ -1,0 +1,347 @@
+//! The point at a hit, with everything that shading needs.
+
+use glam::{Vec2, Vec3, Vec4};
+use ivcam_inventor::traversal::state::TextureModel;
+
+use super::looks::{Mapping, Surface, TextureUse};
+use super::placed::Primitive;
+use super::render_scene::RenderScene;
+use crate::bvh::{Hit, Ray};
+use crate::geometry::{Quadric, Stroke};
+
+/// A point of the scene with everything that shading needs.
+#[derive(Clone, Debug)]
+pub struct Point<'a> {
+    /// The position in meters.
+    pub position: Vec3,
+    /// The geometric normal, of length 1, on the side that the ray came from.
+    pub geometric: Vec3,
+    /// The normal for lighting, as in the file. On the back of a two-sided face it is reversed.
+    pub normal: Vec3,
+    /// Whether the ray hit the front.
+    pub front: bool,
+    /// The diffuse color. It includes a texture of the model [`TextureModel::Diffuse`] only.
+    pub diffuse: Vec3,
+    /// The fraction of light that is transmitted, including the texture's alpha.
+    pub transparency: f32,
+    /// The texture's color and alpha at the point, unless the diffuse color includes them.
+    pub texel: Option<Vec4>,
+    /// The surface of the shape.
+    pub surface: &'a Surface,
+    /// A bound of the position's rounding error, in meters.
+    pub error: f32,
+}
+
+/// A point on a triangle, without the texture.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TrianglePoint {
+    /// See [`Point::position`].
+    pub position: Vec3,
+    /// See [`Point::geometric`].
+    pub geometric: Vec3,
+    /// See [`Point::normal`].
+    pub normal: Vec3,
+    /// See [`Point::front`].
+    pub front: bool,
+    /// See [`Point::diffuse`].
+    pub diffuse: Vec3,
+    /// See [`Point::error`].
+    pub error: f32,
+    /// Twice the triangle's area, in square meters.
+    pub doubled_area: f32,
+}
+
+impl Point<'_> {
+    /// Whether the texture determines the diffuse color.
+    pub(crate) fn has_color_of_texture(&self) -> bool {
+        let texture = self.surface.texture.as_ref();
+        texture.is_some_and(|texture| texture.model == TextureModel::Diffuse)
+    }
+
+    /// Returns a ray from the point in a direction. It starts clear of the surface by the rounding
+    /// error.
+    pub fn leave(&self, direction: Vec3) -> Ray {
+        let side = if direction.dot(self.geometric) < 0.0 {
+            -self.geometric
+        } else {
+            self.geometric
+        };
+        let origin = [0, 1, 2].map(|i| clear_of(self.position[i], side[i], self.error));
+        Ray::new(Vec3::from_array(origin), direction)
+    }
+
+    /// Adds the texture at its stored coordinates, where a pixel covers `texels` texels across.
+    fn add_texture(&mut self, texture: &TextureUse, ray: &Ray, stored: Vec3, texels: f32) {
+        let at = texture.at(self, ray, stored);
+        let texel = texture
+            .texture
+            .sample_deep(at, texels, texture.filter, texture.repeat);
+        self.transparency = match texture.model {
+            TextureModel::Decal => self.transparency,
+            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
+            _ => 1.0 - (1.0 - self.transparency) * texel.w,
+        };
+        self.texel = Some(texel);
+    }
+
+    /// Moves a texture that is part of the material to the diffuse color.
+    pub(crate) fn mix_texture(&mut self) {
+        let Some(texture) = &self.surface.texture else {
+            return;
+        };
+        if texture.model == TextureModel::Diffuse
+            && let Some(texel) = self.texel.take()
+        {
+            self.diffuse = if texture.texture.has_color() {
+                texel.truncate()
+            } else {
+                self.diffuse * texel.truncate()
+            };
+        }
+    }
+
+    /// Makes the diffuse color white if a texture of colors replaces it (VRML 97).
+    pub(crate) fn make_diffuse_white(&mut self) {
+        if self.has_white_diffuse() {
+            self.diffuse = Vec3::ONE;
+        }
+    }
+
+    /// Whether a texture of colors replaces the diffuse color.
+    pub(crate) fn has_white_diffuse(&self) -> bool {
+        let texture = self.surface.texture.as_ref();
+        texture.is_some_and(|texture| {
+            texture.model == TextureModel::Diffuse && texture.texture.has_color()
+        })
+    }
+
+    /// Applies the texture to a lit color by OpenGL's texture environment.
+    pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
+        let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
+            return color;
+        };
+        let rgb = texel.truncate();
+        match texture.model {
+            TextureModel::Modulate | TextureModel::Diffuse => color * rgb,
+            TextureModel::Decal => color.lerp(rgb, texel.w),
+            TextureModel::Blend => color * (Vec3::ONE - rgb) + texture.blend_color * rgb,
+            TextureModel::Replace => rgb,
+        }
+    }
+}
+
+/// Returns a coordinate of the origin of a ray that leaves a point toward a side, clear of the
+/// surface by the rounding error of the point's position.
+#[inline(always)]
+pub(crate) fn clear_of(position: f32, side: f32, error: f32) -> f32 {
+    let origin = position + side * error;
+    // The sum is rounded too, so the origin moves one step farther.
+    let step = (origin.abs() * f32::EPSILON).copysign(side);
+    origin + if side == 0.0 { 0.0 } else { step }
+}
+
+impl RenderScene {
+    /// Returns the point at a hit.
+    pub fn point(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+        let mut point = point(self, ray, hit);
+        point.mix_texture();
+        point
+    }
+
+    /// Returns the point at a hit on a triangle that was placed already, with the texture's color
+    /// in `texel` whatever its model.
+    #[inline(always)]
+    pub(crate) fn point_on_triangle(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        place: &TrianglePoint,
+    ) -> Point<'_> {
+        let surface = self.surface(hit);
+        let local = (hit.primitive - surface.first) as usize;
+        let mut out = Point {
+            position: place.position,
+            geometric: place.geometric,
+            normal: place.normal,
+            front: place.front,
+            diffuse: place.diffuse,
+            transparency: surface.transparency_between(local, hit.u, hit.v),
+            texel: None,
+            surface,
+            error: place.error,
+        };
+        if let Some(texture) = &surface.texture {
+            let stored = surface.coordinates_between(local, hit.u, hit.v);
+            let wide = self.texels_on_triangle(&out, ray, hit, texture, place.doubled_area);
+            out.add_texture(texture, ray, stored, wide);
+        }
+        out
+    }
+
+    /// Returns the point at a hit as an OpenGL program lights it: every texture is applied after
+    /// lighting. The diffuse color under a texture of colors is then white (VRML 97).
+    pub(crate) fn point_before_texture(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
+        let mut point = point(self, ray, hit);
+        point.make_diffuse_white();
+        point
+    }
+
+    /// Returns the corners of the triangle that was hit as points without their textures, with
+    /// their weights. Returns `None` for other primitives.
+    pub(crate) fn corner_points(&self, ray: &Ray, hit: &Hit) -> Option<[(Point<'_>, f32); 3]> {
+        if !self.is_triangle(hit) {
+            return None;
+        }
+        let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+        Some([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| {
+            let i = if u == 1.0 {
+                1
+            } else {
+                2 * usize::from(v == 1.0)
+            };
+            let (mut point, _) = untextured(self, ray, &Hit { u, v, ..*hit });
+            point.make_diffuse_white();
+            (point, weights[i])
+        }))
+    }
+}
+
+/// Computes the point at a hit, with the texture's color in `texel` whatever its model.
+fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
+    let (mut out, coordinates) = untextured(scene, ray, hit);
+    if let Some(texture) = &out.surface.texture {
+        let wide = scene.texels_across(&out, ray, hit, texture);
+        out.add_texture(texture, ray, coordinates, wide);
+    }
+    out
+}
+
+/// Computes the point at a hit without its texture, and its texture coordinates.
+#[inline(always)]
+fn untextured<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> (Point<'a>, Vec3) {
+    let surface = scene.surface(hit);
+    let outward = scene.geometric_normal(ray, hit);
+    let front = scene.is_front_of(ray, hit, surface, outward);
+    let mut out = Point {
+        position: ray.at(hit.t),
+        geometric: if outward.dot(ray.direction) > 0.0 {
+            -outward
+        } else {
+            outward
+        },
+        normal: outward,
+        front,
+        diffuse: surface.diffuse[0],
+        transparency: surface.transparency[0],
+        texel: None,
+        surface,
+        error: 0.0,
+    };
+    let coordinates = match scene.corners(hit.primitive, hit.place) {
+        Some(corners) => on_triangle(&mut out, scene, &corners, hit),
+        None => on_other(&mut out, scene, ray, hit),
+    };
+    if surface.two_sided && !front {
+        out.normal = -out.normal;
+    }
+    out.diffuse = out.diffuse.clamp(Vec3::ZERO, Vec3::ONE);
+    (out, coordinates)
+}
+
+/// Fills in a point on a primitive that is not a triangle, and returns its texture coordinates.
+#[inline(never)]
+fn on_other(out: &mut Point<'_>, scene: &RenderScene, ray: &Ray, hit: &Hit) -> Vec3 {
+    match scene.primitive(hit) {
+        Primitive::Triangle(_) => Vec3::ZERO, // `point` has filled it in
+        Primitive::Quadric(quadric) => on_quadric(out, &quadric),
+        Primitive::Stroke(stroke) => on_stroke(out, ray, stroke),
+    }
+}
+
+/// Fills in a point on a round surface, and returns its texture coordinates.
+fn on_quadric(out: &mut Point<'_>, quadric: &Quadric) -> Vec3 {
+    let surface = out.surface;
+    let (on_surface, _) = quadric.project_to_surface(out.position.as_dvec3());
+    let position = quadric.scene_from_object.transform_point3(on_surface);
+    out.position = position.as_vec3();
+    let size = quadric.scene_from_object.matrix3.to_cols_array();
+    let reach = size.iter().fold(0.0, |a: f64, v| a.max(v.abs())) * on_surface.abs().max_element();
+    out.error = 4.0 * f32::EPSILON * (out.position.abs().max_element() + reach as f32);
+    out.diffuse = surface.diffuse_at(quadric.material);
+    out.transparency = surface.transparency_at(quadric.material);
+    match &surface.texture {
+        Some(t) if t.texture.is_deep() => quadric.volume_coordinates(on_surface).as_vec3(),
+        _ => quadric
+            .texture_coordinates(on_surface)
+            .as_vec2()
+            .extend(0.0),
+    }
+}
+
+/// Fills in a point on a line, and returns its texture coordinates.
+fn on_stroke(out: &mut Point<'_>, ray: &Ray, stroke: &Stroke) -> Vec3 {
+    let surface = out.surface;
+    out.geometric = -ray.direction.normalize_or(Vec3::Z);
+    let share = stroke.share_at(out.position);
+    let [a, b] = stroke.materials;
+    out.normal = stroke.normal_at(share).unwrap_or(out.geometric);
+    out.diffuse = surface.diffuse_at(a).lerp(surface.diffuse_at(b), share);
+    let clear = [a, b].map(|m| surface.transparency_at(m));
+    out.transparency = clear[0] + (clear[1] - clear[0]) * share;
+    out.error = 1e-5 * out.position.abs().max_element();
+    stroke.coordinates[0]
+        .lerp(stroke.coordinates[1], share)
+        .extend(0.0)
+}
+
+/// Fills in a point on a triangle, and returns its texture coordinates. The position is computed
+/// from the corners and not from the distance, so its error is a few ulps of the corners' size
+/// whatever the ray's length (Pharr, Jakob and Humphreys, *Physically Based Rendering*, 4th
+/// edition, 6.8).
+#[inline(always)]
+fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hit: &Hit) -> Vec3 {
+    let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
+    let blend = |v: [Vec3; 3]| v[0] * weights[0] + v[1] * weights[1] + v[2] * weights[2];
+    out.position = blend(*corners);
+    let sum = blend(corners.map(Vec3::abs));
+    out.error = 8.0 * f32::EPSILON * sum.dot(out.geometric.abs());
+    let surface = out.surface;
+    let local = (hit.primitive - surface.first) as usize;
+    if let Some(normals) = scene.normals(surface, local, hit.place) {
+        // A face without area or normal gives zero, which is unlit as in OpenGL.
+        out.normal = blend(normals).normalize_or_zero();
+    } else if !surface.counterclockwise {
+        out.normal = -out.normal;
+    }
+    out.diffuse = surface.diffuse_between(local, hit.u, hit.v);
+    out.transparency = surface.transparency_between(local, hit.u, hit.v);
+    surface.coordinates_between(local, hit.u, hit.v)
+}
+
+impl TextureUse {
+    /// Returns the texture coordinates of a point. `stored` are those of its primitive.
+    fn at(&self, point: &Point<'_>, ray: &Ray, stored: Vec3) -> Vec3 {
+        let plain = match self.mapping {
+            Mapping::Stored => stored,
+            Mapping::Plane { s, t } => {
+                let p = point.position.extend(1.0);
+                Vec3::new(s.dot(p), t.dot(p), 0.0)
+            }
+            Mapping::Environment { right, up } => {
+                sphere_map(point.normal, ray, right, up).extend(0.0)
+            }
+        };
+        self.matrix.transform_point3(plain)
+    }
+}
+
+/// Returns the coordinates in OpenGL's sphere map. With the reflected direction (x, y, z) in camera
+/// space and m = 2√(x² + y² + (z+1)²) they are s = x/m + ½ and t = y/m + ½.
+fn sphere_map(normal: Vec3, ray: &Ray, right: Vec3, up: Vec3) -> Vec2 {
+    let d = ray.direction.normalize_or(Vec3::NEG_Z);
+    let r = d - 2.0 * d.dot(normal) * normal;
+    let back = right.cross(up);
+    let (x, y, z) = (r.dot(right), r.dot(up), r.dot(back));
+    let m = 2.0 * (x * x + y * y + (z + 1.0) * (z + 1.0)).sqrt();
+    Vec2::new(x, y) / m.max(1e-20) + 0.5
+}

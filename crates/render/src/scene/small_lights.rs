@@ -1,0 +1,255 @@
+//! Finds luminous shapes that are so small in the picture that its samples may miss them.
+//!
+//! A shape is luminous if it has an emissive color or is not lit. Lights themselves (`PointLight`)
+//! are invisible. Only what the camera sees directly is found; images in mirrors are not, nor are
+//! the glyphs of texts that are stored once.
+
+use glam::{DVec3, Vec3};
+
+use super::RenderScene;
+use super::placed::Primitive;
+use crate::bvh::{Hit, Ray};
+
+/// The largest number of luminous shapes in shared parts that are examined, each as often as it is
+/// drawn.
+const MOST_SHARED: usize = 1 << 14;
+
+/// A luminous shape that is small in the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct SmallLight {
+    /// The radiance of the shape, as a level.
+    pub radiance: DVec3,
+    /// The area in pixels.
+    pub pixels: f64,
+    /// The place in the picture by the angle from the camera's axis, in pixels from its upper left
+    /// corner. A lens with distortion shows the light elsewhere.
+    pub place: [f64; 2],
+}
+
+/// The primitives of one luminous surface in front of the camera.
+#[derive(Clone, Copy, Debug, Default)]
+struct Seen {
+    /// The area in pixels.
+    pixels: f64,
+    /// The place to the right of and above the middle of the picture, times the area.
+    place: [f64; 2],
+    /// A point of each of the first primitives, with the number and the place of the primitive.
+    points: [Option<(u32, u64, Vec3)>; 8],
+}
+
+impl RenderScene {
+    /// Returns the visible luminous shapes whose area is less than a number of pixels, in a picture
+    /// with a width and height in pixels.
+    pub(crate) fn small_lights(&self, size: [f64; 2], smaller_than: f64) -> Vec<SmallLight> {
+        let luminous: Vec<Vec3> = self.surfaces.iter().map(Self::own_light).collect();
+        if luminous.iter().all(|light| *light == Vec3::ZERO) {
+            return Vec::new();
+        }
+        let mut seen = vec![Seen::default(); luminous.len()];
+        for (primitive, &owner) in self.owners.iter().enumerate() {
+            let owner = owner as usize;
+            if luminous[owner] != Vec3::ZERO && seen[owner].pixels < smaller_than {
+                self.see((primitive as u32, 0), size, &mut seen[owner]);
+            }
+        }
+        let small = |(radiance, seen): (Vec3, Seen)| SmallLight {
+            radiance: radiance.as_dvec3(),
+            pixels: seen.pixels,
+            place: [
+                0.5 * size[0] + seen.place[0] / seen.pixels,
+                0.5 * size[1] - seen.place[1] / seen.pixels,
+            ],
+        };
+        let is_small = |(_, seen): &(Vec3, Seen)| {
+            seen.pixels > 0.0 && seen.pixels < smaller_than && self.is_in_sight(seen)
+        };
+        let shared = self.shared_lights(&luminous, size, smaller_than);
+        let all = luminous.into_iter().zip(seen).chain(shared);
+        all.filter(is_small).map(small).collect()
+    }
+
+    /// Returns the radiance of each luminous shape in the parts that are stored once, as often as
+    /// it is drawn, with what is seen of it.
+    fn shared_lights(
+        &self,
+        luminous: &[Vec3],
+        size: [f64; 2],
+        smaller_than: f64,
+    ) -> Vec<(Vec3, Seen)> {
+        let mut lights = Vec::new();
+        let Some(instances) = &self.instances else {
+            return lights;
+        };
+        let is_luminous = |surface: u32| luminous[surface as usize] != Vec3::ZERO;
+        instances.each_shape(&is_luminous, MOST_SHARED, &mut |surface, place| {
+            let mut seen = Seen::default();
+            for primitive in instances.primitives_of(surface) {
+                if seen.pixels < smaller_than {
+                    self.see((primitive, place), size, &mut seen);
+                }
+            }
+            lights.push((luminous[surface as usize], seen));
+        });
+        lights
+    }
+
+    /// The light that a surface has without lights.
+    fn own_light(surface: &super::Surface) -> Vec3 {
+        match surface.base_color {
+            true => surface.diffuse.iter().copied().fold(Vec3::ZERO, Vec3::max),
+            false => surface.emissive,
+        }
+    }
+
+    /// Adds the area of a primitive in pixels to that of its surface, if it is in the picture.
+    fn see(&self, (primitive, place): (u32, u64), size: [f64; 2], seen: &mut Seen) {
+        let Some((center, area)) = self.across(primitive, place) else {
+            return;
+        };
+        let pixel = f64::from(self.view.pixel(center));
+        let at = [self.view.right, self.view.up].map(|a| f64::from(center.dot(a)) / pixel);
+        let outside = (0..2).any(|i| at[i].abs() > 0.5 * size[i] + 1.0);
+        if !(pixel > 0.0) || outside {
+            return;
+        }
+        let pixels = area / (pixel * pixel);
+        seen.pixels += pixels;
+        for (sum, at) in seen.place.iter_mut().zip(at) {
+            *sum += pixels * at;
+        }
+        if let Some(free) = seen.points.iter_mut().find(|p| p.is_none()) {
+            *free = Some((primitive, place, center));
+        }
+    }
+
+    /// Returns the center of a primitive and its area as the camera sees it, in square meters.
+    fn across(&self, primitive: u32, place: u64) -> Option<(Vec3, f64)> {
+        let toward = |p: Vec3| p.normalize_or(self.view.forward);
+        let hit = Hit {
+            t: 0.0,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
+        };
+        let quadric = match self.primitive(&hit) {
+            Primitive::Triangle([a, b, c]) => {
+                let center = (a + b + c) / 3.0;
+                let area = 0.5 * (b - a).cross(c - a).dot(toward(center)).abs();
+                // Half of a closed surface's triangles face away.
+                return Some((center, 0.5 * f64::from(area)));
+            }
+            Primitive::Quadric(quadric) => quadric,
+            Primitive::Stroke(_) => return None,
+        };
+        let (min, max) = quadric.bounds();
+        let center = (0.5 * (min + max)).as_vec3();
+        // The shadow of a box is the sum of its faces' shadows; an ellipsoid's is at most π/4 of
+        // it.
+        let side = max - min;
+        let d = toward(center).as_dvec3().abs();
+        let area = side.y * side.z * d.x + side.x * side.z * d.y + side.x * side.y * d.z;
+        Some((center, std::f64::consts::FRAC_PI_4 * area))
+    }
+
+    /// Returns whether a ray from the camera meets one of the points.
+    fn is_in_sight(&self, seen: &Seen) -> bool {
+        let meets = |&(primitive, place, point): &(u32, u64, Vec3)| {
+            let hit = self.hit(&Ray::new(Vec3::ZERO, point));
+            let shape = (self.owner(primitive, place), place);
+            hit.is_none_or(|h| h.t >= 1.0 || (self.owner(h.primitive, h.place), h.place) == shape)
+        };
+        seen.points.iter().flatten().any(meets)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{CompileOptions, Instancing};
+    use ivcam_inventor::iv::Document;
+    use ivcam_inventor::snapshot::Snapshot;
+
+    /// Returns the small lights of a scene in a picture of 100x100 pixels with a height angle of 45
+    /// degrees, seen from the origin along -z.
+    fn lights(text: &str, smaller_than: f64) -> Vec<SmallLight> {
+        stored_lights(text, smaller_than, Instancing::BeyondLimits)
+    }
+
+    fn stored_lights(text: &str, smaller_than: f64, instancing: Instancing) -> Vec<SmallLight> {
+        let text = format!("#Inventor V2.1 ascii\n{text}");
+        let document = Document::read_headerless("lights.iv", text.into_bytes()).unwrap();
+        let options = CompileOptions {
+            pixel_rows: 100,
+            instancing,
+            ..CompileOptions::default()
+        };
+        let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap();
+        scene.small_lights([100.0; 2], smaller_than)
+    }
+
+    const BALL: &str = "Separator { Material { diffuseColor 0 0 0 emissiveColor 9 6 3 }\n\
+        Translation { translation 0 0 -10 } Sphere { radius .01 } }\n";
+
+    /// A pixel is 2·tan 22.5°/100 of the distance, 0.0828 m at 10 m.
+    #[test]
+    fn a_small_ball_has_the_area_of_its_disc_in_pixels() {
+        let found = lights(BALL, 1.0);
+        let pixel = 20.0 * libm::tan(std::f64::consts::PI / 8.0) / 100.0;
+        let disc = std::f64::consts::PI * 1e-4 / (pixel * pixel);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].pixels / disc - 1.0).abs() < 1e-3, "{found:?}");
+        assert!((found[0].radiance - DVec3::new(9.0, 6.0, 3.0)).length() < 1e-6);
+        assert!((found[0].place[0] - 50.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn only_small_lights_in_sight_are_found() {
+        assert!(lights(BALL, 0.01).is_empty());
+        let wall = "Translation { translation 0 0 -5 } Cube { }\n";
+        assert!(lights(&format!("{BALL}{wall}"), 1.0).is_empty());
+        let outside = BALL.replace("0 0 -10", "9 0 -10");
+        assert!(lights(&outside, 1.0).is_empty());
+        let behind = BALL.replace("0 0 -10", "0 0 10");
+        assert!(lights(&behind, 1.0).is_empty());
+        assert!(lights(&BALL.replace("emissiveColor 9 6 3", ""), 1.0).is_empty());
+    }
+
+    #[test]
+    fn lights_in_shared_parts_are_found_as_often_as_they_are_drawn() {
+        let cube = BALL.replace(
+            "Sphere { radius .01 }",
+            "Cube { width .02 height .03 depth .02 }",
+        );
+        let scene = format!(
+            "DEF two Separator {{ {BALL} Translation {{ translation -1 .5 0 }} {cube} }}
+            Separator {{ Translation {{ translation 1 0 0 }} USE two }}
+            Separator {{ Translation {{ translation -.7 -1 0 }}
+                Array {{ numElements1 3 separation1 .2 .3 -1 USE two }} }}"
+        );
+        let mut found = stored_lights(&scene, 1.0, Instancing::Everywhere);
+        let expected = lights(&scene, 1.0);
+        assert_eq!((found.len(), expected.len()), (2 + 2 + 3 * 2, 10));
+        for light in expected {
+            let same = found.iter().position(|other| *other == light);
+            found.remove(same.expect("the light is found"));
+        }
+    }
+
+    /// The triangles of a mesh count as one light.
+    #[test]
+    fn the_area_of_a_mesh_is_that_of_its_outline() {
+        let cube = BALL.replace(
+            "Sphere { radius .01 }",
+            "Cube { width .02 height .02 depth .02 }",
+        );
+        let found = lights(&cube, 1.0);
+        let pixel = 20.0 * libm::tan(std::f64::consts::PI / 8.0) / 100.0;
+        let face = 4e-4 / (pixel * pixel);
+        assert_eq!(found.len(), 1);
+        assert!(
+            (found[0].pixels / face - 1.0).abs() < 0.01,
+            "{found:?} {face}"
+        );
+    }
+}

@@ -1,0 +1,299 @@
+//! Surveys a scene without compiling it: bounds, cameras, lights and counts.
+
+use glam::{DMat4, DVec3};
+use indexmap::IndexMap;
+use ivcam_base::diag::Diagnostic;
+use ivcam_inventor::grammar::{class, reset_transform};
+use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::snapshot::{Corners, Snapshot};
+use ivcam_inventor::traversal::role::{Role, role};
+use ivcam_inventor::traversal::state::{LightElement, State};
+use ivcam_inventor::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
+
+use super::canvas::{BoundsCanvas, PictureView, grow};
+use super::census::Census;
+use super::inventor_box::InventorBox;
+use super::options::CompileOptions;
+use super::render_scene::RenderScene;
+use super::shapes;
+use super::shared_parts::SharedParts;
+use super::surveyed_parts::SurveyedPart;
+
+/// The contents of a scene. Positions are in meters in world space.
+#[derive(Clone, Debug, Default)]
+pub struct Survey {
+    /// The smallest and the largest corner of the exact bounding box of everything drawn.
+    pub bounds: Option<(DVec3, DVec3)>,
+    /// The bounding box that Inventor computes from nested boxes, at least as large as the exact
+    /// one.
+    pub inventor_bounds: Option<(DVec3, DVec3)>,
+    /// The cameras and viewpoints in order of traversal.
+    pub cameras: Vec<CameraPose>,
+    /// The lights that are on, in order of traversal.
+    pub lights: Vec<LightElement>,
+    /// The number of triangles as Inventor triangulates. A cube has 12; spheres, cones and
+    /// cylinders are not counted.
+    pub triangles: u64,
+    /// The number of shapes of each class.
+    pub shapes: IndexMap<&'static str, u64>,
+    /// The counts of nodes and of what is left out.
+    pub census: Census,
+    /// What is wrong with the scene.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+/// The visitor that makes a survey.
+pub(super) struct Surveyor<'a> {
+    pub(super) snapshot: &'a Snapshot<'a>,
+    pub(super) canvas: BoundsCanvas,
+    pub(super) survey: Survey,
+    /// The matrix of each open separator and the box of its contents so far, with the root first.
+    pub(super) open: Vec<(DMat4, Option<InventorBox>)>,
+    /// The parts that are surveyed once, unless the scene is expanded.
+    pub(super) parts: Option<SharedParts<'a>>,
+    /// The findings of each recorded part, by its number.
+    pub(super) surveyed: Vec<SurveyedPart>,
+    /// Whether sizes in pixels depend on the last camera of the scene, because the options have
+    /// none.
+    uses_scene_cameras: bool,
+}
+
+impl Surveyor<'_> {
+    /// Adds a box to that of the innermost open separator.
+    pub(super) fn join(&mut self, below: InventorBox) {
+        if let Some((_, all)) = self.open.last_mut() {
+            *all = Some(match *all {
+                Some(before) => before.join(below),
+                None => below,
+            });
+        }
+    }
+}
+
+impl RenderScene {
+    /// Surveys a snapshot.
+    pub fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+        survey(snapshot, options)
+    }
+}
+
+/// Surveys a snapshot.
+pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
+    let mut survey = survey_once(snapshot, options, false);
+    // The box of a node that switches by time or distance contains all its children (Coin, SGI).
+    let switches = ["Blinker", "LOD", "LevelOfDetail"];
+    if switches.iter().any(|c| survey.census.seen.contains_key(c)) {
+        survey.inventor_bounds = survey_once(snapshot, options, true).inventor_bounds;
+    }
+    let found = snapshot.diagnostics().iter().cloned();
+    survey.diagnostics.extend(found);
+    survey
+}
+
+/// Surveys a snapshot by one walk.
+fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -> Survey {
+    let walk_options = WalkOptions {
+        camera: options.camera.clone(),
+        max_visits: options.max_visits,
+        all_levels,
+        ..WalkOptions::default()
+    };
+    let mut surveyor = Surveyor {
+        snapshot,
+        canvas: BoundsCanvas::new(PictureView::of(options)),
+        survey: Survey::default(),
+        open: vec![(DMat4::IDENTITY, None)],
+        parts: SharedParts::of(snapshot, options, &walk_options),
+        surveyed: Vec::new(),
+        uses_scene_cameras: options.camera.is_none(),
+    };
+    traversal::walk(snapshot, &walk_options, &mut surveyor);
+    let Surveyor {
+        canvas,
+        mut survey,
+        open,
+        ..
+    } = surveyor;
+    survey.inventor_bounds = open[0].1.map(|b| b.project());
+    survey.triangles = canvas.triangle_count;
+    survey.census = canvas.census;
+    survey.diagnostics = canvas.reports.diagnostics;
+    survey
+}
+
+/// Returns the first camera in the order of traversal, or a view of everything from the front.
+/// Returns `None` for a scene without anything to see.
+pub(super) fn first_camera(
+    snapshot: &Snapshot<'_>,
+    options: &CompileOptions,
+) -> Option<CameraPose> {
+    struct First(Option<CameraPose>, Leading);
+    impl<'a> Visitor<'a> for First {
+        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
+
+        fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
+            !self.1.is_in(part)
+        }
+
+        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            let pose = CameraPose::from_node(node, state.world_from_object);
+            self.0 = self.0.take().or(pose);
+        }
+
+        fn is_full(&self) -> bool {
+            self.0.is_some()
+        }
+    }
+    let walk_options = WalkOptions {
+        max_visits: options.max_visits,
+        ..WalkOptions::default()
+    };
+    let is_camera = |node: NodeRef<'_>| role(node) == Role::Camera;
+    let mut first = First(None, Leading::to(snapshot.document(), is_camera));
+    traversal::walk(snapshot, &walk_options, &mut first);
+    first.0.or_else(|| {
+        let bounds = survey_once(snapshot, options, false).bounds?;
+        Some(CameraPose::view_all(bounds, 1.0))
+    })
+}
+
+/// Returns the exact bounding box of some nodes in world space, walked with a given state.
+pub(super) fn bounds_of<'a>(
+    snapshot: &'a Snapshot<'_>,
+    list: &'a [NodeId],
+    state: State<'a>,
+) -> Option<Corners> {
+    struct Bounds(BoundsCanvas, Option<Corners>);
+    impl<'a> Visitor<'a> for Bounds {
+        fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+            shapes::draw(node, state, &mut self.0);
+            if let Some(bounds) = self.0.bounds.take() {
+                grow(&mut self.1, bounds);
+            }
+        }
+    }
+    let options = WalkOptions {
+        all_levels: true,
+        max_visits: 100_000,
+        ..WalkOptions::default()
+    };
+    let picture = PictureView::of(&CompileOptions::default());
+    let mut bounds = Bounds(BoundsCanvas::new(picture), None);
+    traversal::walk_list(snapshot, list, state, &options, &mut bounds);
+    bounds.1
+}
+
+/// Returns the area of the bounding box of a node's children in the picture, in pixels. Returns
+/// `None` without a camera.
+pub(super) fn screen_area<'a>(
+    snapshot: &'a Snapshot<'_>,
+    node: NodeRef<'a>,
+    state: &State<'a>,
+    picture: &PictureView,
+) -> Option<f64> {
+    let screen = picture.screen()?;
+    let children = &node.data().children;
+    let bounds = bounds_of(snapshot, children, state.clone())?;
+    Some(screen.area(bounds))
+}
+
+/// Whether a node resets Inventor's bounding box of its separator.
+fn resets_box(node: NodeRef<'_>) -> bool {
+    let resets = |what| what & reset_transform::WHAT_TO_RESET_BBOX != 0;
+    node.known_class()
+        .is_some_and(|c| c.id == class::RESET_TRANSFORM)
+        && node
+            .acting(reset_transform::WHAT_TO_RESET)
+            .is_some_and(resets)
+}
+
+impl<'a> Visitor<'a> for Surveyor<'a> {
+    fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        if let Some(class) = node.known_class() {
+            *self.survey.shapes.entry(class.name).or_default() += 1;
+        }
+        shapes::draw(node, state, &mut self.canvas);
+        if let Some(bounds) = self.canvas.bounds {
+            grow(&mut self.survey.bounds, bounds);
+        }
+        if let Some(object) = self.canvas.object_bounds
+            && let Some((matrix, _)) = self.open.last()
+        {
+            let local = matrix.inverse() * state.world_from_object;
+            if local.is_finite() {
+                self.join(InventorBox::new(object, local));
+            }
+        }
+        self.canvas.bounds = None;
+        self.canvas.object_bounds = None;
+    }
+
+    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
+        self.repeat(part, state)
+    }
+
+    fn is_full(&self) -> bool {
+        let parts = self.parts.as_ref();
+        parts.is_some_and(|parts| parts.is_spoiled() || parts.is_beyond())
+    }
+
+    fn open(&mut self, state: &State<'a>) {
+        self.open.push((state.world_from_object, None));
+    }
+
+    fn close(&mut self) {
+        let Some((matrix, below)) = self.open.pop() else {
+            return;
+        };
+        if let (Some(below), Some((outer, _))) = (below, self.open.last()) {
+            let local = outer.inverse() * matrix;
+            if local.is_finite() {
+                self.join(below.under(local));
+            }
+        }
+    }
+
+    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
+        self.survey.lights.push(*light);
+    }
+
+    fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        let Some(pose) = CameraPose::from_node(node, state.world_from_object) else {
+            return;
+        };
+        let is_viewpoint = node
+            .known_class()
+            .is_some_and(|c| c.name.ends_with("Viewpoint"));
+        if self.uses_scene_cameras && !is_viewpoint {
+            self.canvas.picture.camera = Some(pose.clone());
+        }
+        self.survey.cameras.push(pose);
+    }
+
+    fn node(&mut self, node: NodeRef<'a>, role: Role) {
+        if let Some(parts) = &mut self.parts {
+            let is_counted = !parts.is_entering(node);
+            let warning = parts.begin_node(node, role);
+            self.canvas.reports.diagnostics.extend(warning.map(|w| *w));
+            if !is_counted {
+                return;
+            }
+        }
+        if resets_box(node)
+            && let Some((_, all)) = self.open.last_mut()
+        {
+            *all = None;
+        }
+        let handles = self.snapshot.has_handles();
+        self.canvas.census.see_node(node, handles);
+    }
+
+    fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {
+        screen_area(self.snapshot, node, state, &self.canvas.picture)
+    }
+
+    fn report(&mut self, diagnostic: Box<Diagnostic>) {
+        self.canvas.reports.add(*diagnostic);
+    }
+}

@@ -1,0 +1,4 @@
+//! Tests of compiling scenes through the public interface of the crate.
+
+mod hostile;
+mod nodes;

@@ -1,0 +1,193 @@
+//! Nodes whose picture is measured in pixels or by hand, one fact per test.
+//!
+//! The camera is at z = 100 and sees 100 units in 100 rows, so a unit is a pixel.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_inventor::traversal::state::FogKind;
+use ivcam_render::bvh::{Hit, Ray};
+use ivcam_render::scene::{CompileOptions, RenderScene};
+
+fn document(text: &str) -> Document {
+    Document::read("test", text.into(), Arc::new(NoFiles), &Limits::default()).expect("reads")
+}
+
+fn compile_file(text: &str) -> RenderScene {
+    let camera = CameraPose {
+        position: DVec3::new(0.0, 0.0, 100.0),
+        projection: Projection::Orthographic { height: 100.0 },
+        ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+    };
+    let options = CompileOptions {
+        origin: camera.position,
+        camera: Some(camera),
+        pixel_rows: 100,
+        ..CompileOptions::default()
+    };
+    let document = document(text);
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &options).expect("compiles")
+}
+
+fn compile(text: &str) -> RenderScene {
+    compile_file(&format!("#Inventor V2.1 ascii\n{text}"))
+}
+
+fn ray(x: f32, y: f32) -> Ray {
+    Ray::new(Vec3::new(x, y, 0.0), Vec3::NEG_Z)
+}
+
+fn hit(scene: &RenderScene, x: f32, y: f32) -> Option<Hit> {
+    scene.hit(&ray(x, y))
+}
+
+fn class_at(scene: &RenderScene, x: f32, y: f32) -> &'static str {
+    hit(scene, x, y).map_or("", |h| scene.surface(&h).class)
+}
+
+fn color_at(scene: &RenderScene, x: f32, y: f32) -> Vec3 {
+    let ray = ray(x, y);
+    let hit = scene.hit(&ray).expect("something is there");
+    scene.point(&ray, &hit).texel.expect("a texture").truncate()
+}
+
+#[test]
+fn markers_are_five_seven_and_nine_pixels_wide() {
+    let scene = compile(
+        "Coordinate3 { point [ -20 0 0, 0.2 0.9 0, 20.7 0.5 0, 40 0 0 ] }
+         MarkerSet { markerIndex [ 21, 51, 81, -1 ] }",
+    );
+    // Each marker is around the center of its point's pixel; a point between two pixels is in the
+    // right one.
+    for (x, half) in [(-19.5, 2.5), (0.5, 3.5), (20.5, 4.5)] {
+        for way in [-1.0, 1.0] {
+            assert!(hit(&scene, x + way * (half - 0.1), 0.2).is_some(), "at {x}");
+            assert!(hit(&scene, x + way * (half + 0.1), 0.2).is_none(), "at {x}");
+        }
+    }
+    assert!(hit(&scene, 40.5, 0.5).is_none(), "NONE is no marker");
+}
+
+#[test]
+fn a_line_pattern_is_drawn_bit_by_bit_from_the_lowest() {
+    let scene = compile(
+        "DrawStyle { linePattern 0x00ff } Coordinate3 { point [ -16 0 0, 16 0 0 ] } LineSet { }",
+    );
+    let drawn: String = (0..32)
+        .map(|i| {
+            if hit(&scene, i as f32 - 15.5, 0.0).is_some() {
+                '-'
+            } else {
+                ' '
+            }
+        })
+        .collect();
+    assert_eq!(drawn, "--------        --------        ");
+}
+
+#[test]
+fn an_image_is_as_many_pixels_as_it_has_and_sits_where_it_says() {
+    let scene = compile(
+        "Translation { translation 5 0 -3 }
+         Image { horAlignment CENTER vertAlignment BOTTOM image 4 2 3
+           0xff0000 0xff0000 0x0000ff 0x0000ff 0xff0000 0xff0000 0x0000ff 0x0000ff }",
+    );
+    assert_eq!(color_at(&scene, 3.5, 1.0), Vec3::X);
+    assert_eq!(color_at(&scene, 6.5, 1.0), Vec3::Z);
+    for (x, y) in [(2.9, 1.0), (7.1, 1.0), (5.0, -0.1), (5.0, 2.1)] {
+        assert!(hit(&scene, x, y).is_none(), "at {x} {y}");
+    }
+}
+
+#[test]
+fn a_texture_in_depth_has_its_third_coordinate() {
+    let scene = compile(
+        "Texture3 { images 1 1 2 3 0xff0000 0x0000ff wrapR CLAMP }
+         TextureCoordinate3 { point [ 0 0 .25, 0 0 .75, 0 0 .75, 0 0 .25 ] }
+         Coordinate3 { point [ -10 -1 0, 10 -1 0, 10 1 0, -10 1 0 ] } FaceSet { numVertices 4 }",
+    );
+    assert!(color_at(&scene, -9.99, 0.0).distance(Vec3::X) < 1e-2);
+    assert!(color_at(&scene, 9.99, 0.0).distance(Vec3::Z) < 1e-2);
+    assert!(color_at(&scene, 0.0, 0.0).distance(Vec3::new(0.5, 0.0, 0.5)) < 1e-2);
+}
+
+#[test]
+fn a_clip_plane_leaves_what_is_on_its_side() {
+    let scene = compile("ClipPlane { plane 1 0 0 2 } Cube { width 20 height 20 depth 20 }");
+    assert!(hit(&scene, 1.9, 0.0).is_none());
+    assert!(hit(&scene, 2.1, 0.0).is_some());
+    let off = compile("ClipPlane { plane 1 0 0 2 on FALSE } Cube { width 20 }");
+    assert!(hit(&off, 0.0, 0.0).is_some());
+}
+
+#[test]
+fn an_annotation_is_drawn_over_everything() {
+    let scene = compile(
+        "Annotation { Translation { translation 0 0 -50 } Sphere { radius 5 } } Cube { width 20 height 20 }",
+    );
+    assert_eq!(class_at(&scene, 0.0, 0.0), "Sphere");
+    assert_eq!(class_at(&scene, 8.0, 0.0), "Cube");
+}
+
+#[test]
+fn the_level_of_detail_of_a_cube_ten_pixels_wide_is_for_a_hundred_pixels() {
+    let level = |areas: &str| {
+        let scene = compile(&format!(
+            "LevelOfDetail {{ screenArea [ {areas} ] Cube {{ width 10 height 10 depth 10 }} Sphere {{ radius 5 }} }}"
+        ));
+        class_at(&scene, 0.0, 0.0)
+    };
+    assert_eq!(level("99"), "Cube");
+    assert_eq!(level("101"), "Sphere");
+}
+
+#[test]
+fn one_fog_lies_over_a_whole_vrml97_scene() {
+    let scene = compile_file(
+        "#VRML V2.0 utf8
+         Shape { geometry Box { } }
+         Transform { scale 2 2 2 children Fog { visibilityRange 30 color 0 1 0 fogType \"EXPONENTIAL\" } }
+         Fog { visibilityRange 1 }",
+    );
+    let hit = hit(&scene, 0.0, 0.0).expect("the box");
+    let environment = scene.surface(&hit).environment;
+    assert_eq!(environment.fog, FogKind::Exponential);
+    assert_eq!(environment.fog_color, Vec3::Y);
+    assert!((environment.visibility - 60.0).abs() < 1e-4);
+}
+
+#[test]
+fn a_shape_that_casts_no_shadow_lets_light_through() {
+    let style = |style: &str| compile(&format!("ShadowStyle {{ style {style} }} Cube {{ }}"));
+    assert_eq!(style("SHADOWED").transmittance(&ray(0.0, 0.0), 1e3), 1.0);
+    assert_eq!(
+        style("CASTS_SHADOW").transmittance(&ray(0.0, 0.0), 1e3),
+        0.0
+    );
+}
+
+#[test]
+fn only_the_first_texture_unit_is_drawn() {
+    let scene = compile(
+        "Texture2 { image 1 1 3 0xff0000 } TextureUnit { unit 1 } Texture2 { image 1 1 3 0x0000ff } Cube { width 20 }",
+    );
+    assert_eq!(color_at(&scene, 5.0, 0.0), Vec3::X);
+}
+
+#[test]
+fn amendment_ones_flat_surface_is_flat_and_trimmed() {
+    let surface = "NurbsSurface { solid FALSE uDimension 2 vDimension 2 uOrder 2 vOrder 2
+        controlPoint [ -10 -10 0, 10 -10 0, -10 10 0, 10 10 0 ] uKnot [ 0 0 1 1 ] vKnot [ 0 0 1 1 ] }";
+    let whole = compile_file(&format!("#VRML V2.0 utf8\nShape {{ geometry {surface} }}"));
+    let found = hit(&whole, 9.0, 9.0).expect("the surface");
+    assert!((found.t - 100.0).abs() < 1e-3);
+    let trimmed = compile_file(&format!(
+        "#VRML V2.0 utf8\nShape {{ geometry TrimmedSurface {{ surface {surface}
+           trimmingContour Contour2D {{ children Polyline2D {{ point [ 0 0, .5 0, .5 1, 0 1, 0 0 ] }} }} }} }}"
+    ));
+    assert!(hit(&trimmed, -5.0, 1.0).is_some());
+    assert!(hit(&trimmed, 5.0, 1.0).is_none());
+}

@@ -1,0 +1,175 @@
+//! The scripts of a scene.
+
+use std::cell::{Cell, RefCell};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::iv::{NodeId, NodeRef, Value};
+use ivcam_inventor::snapshot::events::{self, Event, Scripts, Source, World};
+
+use super::host::Host;
+use super::machine::{Failure, Machine, Outputs};
+use super::meter::Meter;
+
+/// The largest number of scripts in a scene. Each needs about 250 kB. Tests reach the limit sooner.
+const MAX_SCRIPTS: usize = if cfg!(test) { 20 } else { 500 };
+
+/// The scripts of a scene that run.
+#[derive(Debug)]
+pub(crate) struct RunningScripts {
+    world: Rc<RefCell<World>>,
+    meter: Rc<Meter>,
+    creations: Rc<Cell<(usize, usize)>>,
+    machines: BTreeMap<NodeId, Machine>,
+    /// The scripts that received events since `eventsProcessed` was called.
+    received: Vec<NodeId>,
+    /// The number of nodes of the document whose scripts have been found.
+    seen: usize,
+    /// The number of scripts that were found.
+    found: usize,
+}
+
+impl RunningScripts {
+    /// Finds the scripts of a scene and runs their programs, which define functions.
+    pub(crate) fn find(world: &Rc<RefCell<World>>) -> Self {
+        let mut scripts = Self {
+            world: world.clone(),
+            meter: Rc::default(),
+            creations: Rc::default(),
+            machines: BTreeMap::new(),
+            received: Vec::new(),
+            seen: 0,
+            found: 0,
+        };
+        scripts.find_new();
+        scripts
+    }
+
+    /// Finds the scripts among the nodes that are new, and returns them.
+    fn find_new(&mut self) -> Vec<NodeId> {
+        let (found, seen) = {
+            let document = &self.world.borrow().document;
+            (events::scripts(document, self.seen), document.nodes.len())
+        };
+        self.seen = seen;
+        let mut new = Vec::new();
+        for id in found {
+            if self.found >= MAX_SCRIPTS {
+                let message =
+                    format!("the scene has more than {MAX_SCRIPTS} scripts; the rest is not run");
+                self.world.borrow_mut().limit(message);
+                break;
+            }
+            let program = events::source(&self.world.borrow().document, id);
+            match program {
+                Source::Nothing => {}
+                Source::Unsupported(reason) => {
+                    let message = format!("a `Script` was not run: {reason}");
+                    self.world.borrow_mut().warn(id, message).kind = ErrorKind::Unsupported;
+                }
+                Source::Program(program) => {
+                    self.found += 1;
+                    if self.add(id, &program) {
+                        new.push(id);
+                    }
+                }
+            }
+        }
+        new
+    }
+
+    /// Adds a script. Returns whether its program ran.
+    fn add(&mut self, id: NodeId, program: &str) -> bool {
+        let direct = {
+            let document = &self.world.borrow().document;
+            let direct = NodeRef { document, id }.value("directOutput").cloned();
+            direct == Some(Value::Bool(true))
+        };
+        let host = Rc::new(Host {
+            world: self.world.clone(),
+            meter: self.meter.clone(),
+            id,
+            direct,
+            creations: self.creations.clone(),
+        });
+        match Machine::new(&host, program, self.found as u32, events::FRAME) {
+            Ok(machine) => {
+                self.machines.insert(id, machine);
+                true
+            }
+            Err(failure) => {
+                self.report(id, "a `Script` was not run", failure);
+                false
+            }
+        }
+    }
+
+    fn call_each(&mut self, ids: &[NodeId], function: &str) {
+        for id in ids {
+            if let Some(machine) = self.machines.get_mut(id) {
+                let result = machine.call(function);
+                self.finish(*id, result);
+            }
+        }
+    }
+
+    /// Sends what a script assigned, and reports its failure.
+    fn finish(&mut self, id: NodeId, (outputs, failure): (Outputs, Option<Failure>)) {
+        for (name, value) in outputs {
+            self.world.borrow_mut().send(id, &name, &value);
+        }
+        if let Some(failure) = failure {
+            self.report(id, "a script stopped", failure);
+        }
+    }
+
+    /// Reports a failure. A script that reached a limit does not run again.
+    fn report(&mut self, id: NodeId, what: &str, failure: Failure) {
+        let world = &mut *self.world.borrow_mut();
+        match failure {
+            Failure::Error(reason) => {
+                world.warn(id, format!("{what}: {reason}"));
+            }
+            Failure::Limit(reason) => {
+                self.machines.remove(&id);
+                world.warn(id, format!("{what}: {reason}")).kind = ErrorKind::Limit;
+            }
+        }
+    }
+}
+
+impl Scripts for RunningScripts {
+    fn any_runs(&self) -> bool {
+        !self.machines.is_empty()
+    }
+
+    fn initialize(&mut self) {
+        let all: Vec<NodeId> = self.machines.keys().copied().collect();
+        self.call_each(&all, "initialize");
+    }
+
+    fn deliver(&mut self, event: &Event) -> bool {
+        let now = self.world.borrow().now;
+        let Some(machine) = self.machines.get_mut(&event.to) else {
+            return false;
+        };
+        let result = machine.receive(event, now);
+        self.finish(event.to, result);
+        if !self.received.contains(&event.to) {
+            self.received.push(event.to);
+        }
+        true
+    }
+
+    fn finish_events(&mut self) -> bool {
+        let received = std::mem::take(&mut self.received);
+        self.call_each(&received, "eventsProcessed");
+        let mut new = Vec::new();
+        if self.world.borrow().document.nodes.len() > self.seen {
+            new = self.find_new();
+            self.call_each(&new, "initialize");
+        }
+        !received.is_empty() || !new.is_empty()
+    }
+}

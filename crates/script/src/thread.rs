@@ -1,0 +1,51 @@
+//! Plays a scene with scripts in a thread of its own.
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::thread::Builder;
+use std::time::Duration;
+
+use ivcam_base::diag::{Diagnostic, Severity};
+use ivcam_inventor::iv::Document;
+
+/// The size of the stack in bytes. The engine parses a program by recursion, and `guard` allows
+/// programs that nest so deep that they need up to 100 MB. Only what is used is ever allocated.
+const STACK: usize = 512 << 20;
+
+/// The longest time that a scene's scripts may take. The other limits do not depend on the machine
+/// and end every program that was tried within seconds; this one is for what they do not foresee.
+const DEADLINE: Duration = Duration::from_secs(60);
+
+/// Returns the document that `play` makes of a copy. If `play` fails or takes too long, the
+/// document is returned as it was, with a warning.
+///
+/// A thread is also the boundary at which a panic of the engine ends. Nothing of it is seen again:
+/// the engine's objects never leave the thread.
+pub(crate) fn in_own_thread(
+    document: &Document,
+    play: impl FnOnce(Document) -> Document + Send + 'static,
+) -> Document {
+    let copy = document.clone();
+    let (send, receive) = channel();
+    let thread = Builder::new()
+        .name("scripts".into())
+        .stack_size(STACK)
+        .spawn(move || {
+            // The receiver is gone if the deadline has passed.
+            let _ = send.send(play(copy));
+        });
+    let reason = match thread {
+        Err(error) => format!("no thread could be started: {error}"),
+        Ok(_) => match receive.recv_timeout(DEADLINE) {
+            Ok(played) => return played,
+            Err(RecvTimeoutError::Timeout) => {
+                format!("they take more than {} seconds", DEADLINE.as_secs())
+            }
+            Err(RecvTimeoutError::Disconnected) => "the engine that runs them failed".into(),
+        },
+    };
+    let mut document = document.clone();
+    let message = format!("the scene's scripts were not run: {reason}");
+    let warning = Diagnostic::beyond_limit(message).at_most(Severity::Warning);
+    document.sink.add(*warning);
+    document
+}

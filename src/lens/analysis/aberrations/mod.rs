@@ -1,9 +1,0 @@
-//! The aberrations of a lens as lens designers read them: ray and wavefront fans, Zernike
-//! coefficients, the Strehl ratio, Seidel sums, and spots and modulation through focus.
-
-pub(crate) mod fans;
-mod point_rays;
-pub(crate) mod report;
-pub(crate) mod seidel;
-pub(crate) mod through_focus;
-mod zernike;
