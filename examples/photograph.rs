@@ -6,6 +6,7 @@ use std::path::Path;
 
 use ivcam::math::mm;
 use ivcam::photo::LensChoice;
+use ivcam::render::Stop;
 use ivcam::{Era, Optics, Plan, Session};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -18,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         efl: Some(mm(50.0)),
         ..LensChoice::named("double-gauss")
     });
-    plan.sampler.samples = 64;
+    plan.stop = Stop::after(64);
 
     let session = Session::open(plan)?;
     for message in session.sink.items() {

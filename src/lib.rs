@@ -11,6 +11,7 @@
 //! ```
 //! use ivcam::math::{meters, mm};
 //! use ivcam::photo::LensChoice;
+//! use ivcam::render::Stop;
 //! use ivcam::snapshot::SnapshotOptions;
 //! use ivcam::{CompileOptions, Document, RenderScene, scene};
 //! use ivcam::{Era, Lens, Optics, Plan, Resolution, Session};
@@ -36,7 +37,7 @@
 //! plan.optics = Optics::Lens(lens);
 //! plan.focus = Some(meters(3.6));
 //! plan.resolution = Resolution::new(18, 12)?;
-//! plan.sampler.samples = 4;
+//! plan.stop = Stop::after(4);
 //! let session = Session::open(plan)?;
 //! let exposure = session.expose(&|_progress| {});
 //! let error = exposure.film.error();

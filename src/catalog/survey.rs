@@ -31,8 +31,7 @@ pub(super) fn survey(
     let compile = CompileOptions {
         texture_folders: options.search.clone(),
         fonts: options.fonts.clone(),
-        max_primitives: options.limits.primitives,
-        max_visits: options.limits.visits as u64,
+        limits: options.limits.clone(),
         memory: options.memory.for_each_of(options.threads).bytes(),
         ..CompileOptions::default()
     };
@@ -149,7 +148,6 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan.optics = Optics::Pinhole;
     plan.shading = Shading::Phong;
     plan.resolution = options.thumbnail;
-    plan.sampler.samples = options.samples;
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
     plan.contain = options.contain.clone();

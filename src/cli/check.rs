@@ -71,8 +71,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let options = CompileOptions {
         texture_folders: search.iter().map(|p| p.to_path_buf()).collect(),
         fonts,
-        max_primitives: limits.primitives,
-        max_visits: limits.visits as u64,
+        limits: limits.clone(),
         memory: super::memory(matches)?.bytes(),
         ..CompileOptions::default()
     };

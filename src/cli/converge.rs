@@ -74,7 +74,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let options = OutputOptions::of(m)?;
     let plan = plan(m, Era::Modern)?;
     refuse_region(&plan)?;
-    let most = plan.sampler.samples;
+    let most = plan.pixel_sampler().samples;
     let whole = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=1 << 24).contains(n));
     let from = parsed(m, "from", "a number of samples", whole)?.unwrap_or(1);
     let deep = parsed(m, "reference-samples", "a number of samples", whole)?.unwrap_or(16 * most);
@@ -103,7 +103,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             let sampler = Sampler {
                 kind: SamplerKind::Sobol,
                 samples: deep,
-                seed: !plan.sampler.seed,
+                seed: !plan.seed,
             };
             let run = || base.expose_with(sampler, Stop::after(deep), &|_| ());
             let exposure = options.on_threads(run)?;
@@ -128,7 +128,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         while samples <= most {
             let sampler = Sampler {
                 samples,
-                ..session.plan.sampler
+                ..session.plan.pixel_sampler()
             };
             let run = || session.expose_with(sampler, Stop::after(samples), &|_| ());
             let exposure = options.on_threads(run)?;
@@ -213,7 +213,7 @@ impl Method {
 
     fn of(&self, plan: &Plan) -> Plan {
         let mut plan = plan.clone();
-        plan.sampler.kind = self.kind;
+        plan.sampler = self.kind;
         plan.aim = self.aim;
         plan.adaptive |= self.adaptive;
         plan.filter = self.filter.unwrap_or(plan.filter);

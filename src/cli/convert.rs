@@ -225,8 +225,7 @@ pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<Exp
             compile: CompileOptions {
                 texture_folders: folders.cloned().collect(),
                 fonts,
-                max_primitives: limits.primitives,
-                max_visits: limits.visits as u64,
+                limits: limits.clone(),
                 memory: memory.bytes(),
                 ..defaults.compile
             },

@@ -150,7 +150,7 @@ impl Keeping {
     /// Reads the checkpoint from which the render continues.
     fn continued(&self, path: &std::path::Path, label: &Label, session: &Session) -> Result<Sums> {
         let there = Checkpoint::read(path)?;
-        let mut differences = there.label.differences(label);
+        let mut differences = there.label.differences(label, ["there", "here"]);
         let place = &there.sums.place;
         let last = session.plan.stop.samples;
         let own = self.samples.clone().unwrap_or(0..last);

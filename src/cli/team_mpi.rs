@@ -86,7 +86,7 @@ fn assist(team: &Team, open: impl FnOnce() -> Result<(OutputOptions, Session)>) 
 fn facts(session: &Session) -> Facts {
     let mut facts = session.facts(&Inputs::new());
     let mut say = |name: &str, value: String| facts.insert(name.to_owned(), value);
-    say("samples", format!("{:?}", session.plan.sampler));
+    say("samples", format!("{:?}", session.plan.pixel_sampler()));
     say("region", format!("{:?}", session.plan.region));
     facts
 }

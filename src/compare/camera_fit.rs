@@ -112,7 +112,7 @@ fn render(
 ) -> Result<(Plate, f64)> {
     let mut plan = start.plan.clone();
     if half == Half::Second {
-        plan.sampler.seed = plan.sampler.seed.wrapping_add(0x9e37_79b9);
+        plan.seed = plan.seed.wrapping_add(0x9e37_79b9);
     }
     plan.resolution = Resolution::new(width as u32, height as u32)?;
     let (efl, focus) = start.optics(values);
@@ -177,7 +177,7 @@ impl CameraFit {
         // `--time` limits the fit and not each of its renderings.
         let limit = plan.stop.time.take();
         if limit.is_some() && plan.stop.error.is_none() {
-            plan.stop.samples = plan.sampler.samples;
+            plan.stop.samples = plan.pixel_sampler().samples;
         }
         Ok(Self {
             plan,

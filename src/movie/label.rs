@@ -66,7 +66,10 @@ pub(super) fn label_folder(folder: &Path, text: &str) -> Result<()> {
         return Ok(());
     }
     let [there, here] = [&*there, text].map(|text| lines(text).collect::<Vec<_>>());
-    another_movie(folder, &differences(&there, &here).join("; "))
+    another_movie(
+        folder,
+        &differences(&there, &here, ["there", "here"]).join("; "),
+    )
 }
 
 /// Records the files of a movie in its folder, or checks that those that are recorded there have

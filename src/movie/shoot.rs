@@ -108,7 +108,7 @@ impl Shoot {
         }
         apply(&mut plan, &timeline.at(0.0, &travel));
         let shoot = Self {
-            moments: plan.sampler.samples.clamp(1, MOST_MOMENTS),
+            moments: plan.pixel_sampler().samples.clamp(1, MOST_MOMENTS),
             plan,
             timeline,
             folder,
@@ -255,15 +255,12 @@ impl Shoot {
             apply(&mut plan, moment);
             session.change(plan, posed(start, moment))?;
             // Parts need independent random numbers, otherwise their errors are correlated.
-            let seed = self
-                .plan
-                .sampler
-                .seed
-                .wrapping_add(u64::from(i) * 0x9e37_79b9);
+            let seed = self.plan.seed.wrapping_add(u64::from(i) * 0x9e37_79b9);
+            let whole = self.plan.pixel_sampler();
             let sampler = Sampler {
-                samples: (self.plan.sampler.samples / parts).max(1),
+                samples: (whole.samples / parts).max(1),
                 seed,
-                ..self.plan.sampler
+                ..whole
             };
             Ok(session.expose_with(sampler, stop, &|_| ()))
         })

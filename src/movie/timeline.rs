@@ -18,28 +18,31 @@ pub struct Timeline {
     /// The part of a frame's time that the shutter is open; 0 is an instant.
     pub shutter: f64,
     /// The focus distance in meters.
-    pub focus: Track<f64>,
+    pub(crate) focus: Track<f64>,
     /// The scale factor of the lens.
-    pub zoom: Track<f64>,
+    pub(crate) zoom: Track<f64>,
     /// The f-number.
-    pub aperture: Track<f64>,
+    pub(crate) aperture: Track<f64>,
     /// The position of the camera.
-    pub position: Track<DVec3>,
+    pub(crate) position: Track<DVec3>,
     /// The orientation of the camera.
-    pub orientation: Track<DQuat>,
+    pub(crate) orientation: Track<DQuat>,
     /// The time of the scene in seconds.
-    pub time: Track<f64>,
+    pub(crate) time: Track<f64>,
 }
 
 /// The values at one moment; `None` leaves the plan's value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Moment {
+pub struct Moment {
     /// The focus distance in meters.
     pub focus: Option<f64>,
     /// The scale factor of the lens.
     pub zoom: Option<f64>,
+    /// The f-number.
     pub f_number: Option<f64>,
+    /// The position of the camera in meters.
     pub position: Option<DVec3>,
+    /// The orientation of the camera.
     pub orientation: Option<DQuat>,
     /// The time of the scene in seconds.
     pub time: Option<f64>,

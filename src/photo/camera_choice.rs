@@ -11,9 +11,8 @@ use ivcam_inventor::grammar::value::Rotation;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping, quat};
 use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_inventor::traversal::{WalkOptions, first_camera};
 use ivcam_render::scene::{CompileOptions, snapshot};
-
-use super::overview::first_camera;
 
 /// The camera of a plan.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,7 +136,7 @@ fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;
     let options = CompileOptions::default();
     let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
-    first_camera(&snapshot).ok_or_else(|| {
+    first_camera(&snapshot, &WalkOptions::default()).ok_or_else(|| {
         let example = "`PerspectiveCamera { position 0 0 5 }`";
         Diagnostic::error("there is no camera in the file")
             .in_file(name)

@@ -46,20 +46,20 @@ pub(crate) struct Label {
 /// A checkpoint that was read.
 #[derive(Debug)]
 pub struct Checkpoint {
-    pub label: Label,
-    pub sums: Sums,
+    pub(crate) label: Label,
+    pub(crate) sums: Sums,
 }
 
 impl Label {
-    /// Returns how this label, of a file, differs from that of the picture that is to be made.
-    pub(crate) fn differences(&self, here: &Self) -> Vec<String> {
+    /// Returns how this label differs from another. `places` says where each of them is.
+    pub(crate) fn differences(&self, here: &Self, places: [&str; 2]) -> Vec<String> {
         let [there, here] = [self, here].map(|label| {
             let facts = label.facts.iter();
             facts
                 .map(|(k, v)| (k.as_str(), v.as_str()))
                 .collect::<Vec<_>>()
         });
-        differences(&there, &here)
+        differences(&there, &here, places)
     }
 }
 

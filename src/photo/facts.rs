@@ -47,9 +47,9 @@ impl Plan {
     /// Returns the number of samples if the samples themselves depend on it, so that none can be
     /// added.
     pub(crate) fn fixed_samples(&self) -> Option<u32> {
-        match self.sampler.kind {
+        match self.sampler {
             _ if self.adaptive => Some(self.stop.samples),
-            SamplerKind::Jittered | SamplerKind::Blue => Some(self.sampler.samples),
+            SamplerKind::Jittered | SamplerKind::Blue => Some(self.pixel_sampler().samples),
             SamplerKind::Random | SamplerKind::Sobol | SamplerKind::Golden => None,
         }
     }

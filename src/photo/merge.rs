@@ -68,13 +68,11 @@ pub(crate) fn merge(paths: &[PathBuf]) -> Result<Checkpoint> {
 fn check_parts(parts: &[Part<'_>]) -> Result<()> {
     for part in parts {
         let path = part.path.display();
-        let differences = parts[0].label.differences(&part.label);
+        let places = ["in the first", "in the second"];
+        let differences = parts[0].label.differences(&part.label, places);
         if !differences.is_empty() || part.place.picture != parts[0].place.picture {
             let first = parts[0].path.display();
-            let differences = differences
-                .join("; ")
-                .replace(" there and", " in the first and");
-            let differences = differences.replace(" here", " in the second");
+            let differences = differences.join("; ");
             let error =
                 format!("`{first}` and `{path}` are parts of different pictures: {differences}");
             return Err(

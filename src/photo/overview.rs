@@ -1,7 +1,8 @@
 //! The facts about a scene that a photograph needs before the scene is compiled.
 
+use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::grammar::{class, vrml97_navigation_info};
-use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::iv::{Limits, NodeRef};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
@@ -17,11 +18,13 @@ pub(super) struct Overview {
     pub has_light: bool,
     /// The field `headlight` of the first VRML 97 `NavigationInfo`.
     pub navigation_info: Option<bool>,
+    /// What the walk left out.
+    pub diagnostics: Vec<Diagnostic>,
 }
 
 impl Overview {
-    /// Traverses a scene and collects the facts.
-    pub(super) fn of(snapshot: &Snapshot<'_>) -> Self {
+    /// Traverses a scene within limits and collects the facts.
+    pub(super) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
         let is_told = |node: NodeRef<'_>| {
             let role = role(node);
             matches!(role, Role::Camera | Role::Light)
@@ -31,7 +34,7 @@ impl Overview {
             overview: Self::default(),
             leading: Leading::to(snapshot.document(), is_told),
         };
-        traversal::walk(snapshot, &WalkOptions::default(), &mut collector);
+        traversal::walk(snapshot, &WalkOptions::within(limits), &mut collector);
         collector.overview
     }
 }
@@ -59,15 +62,14 @@ impl<'a> Visitor<'a> for Collector {
         }
     }
 
+    fn report(&mut self, diagnostic: Box<Diagnostic>) {
+        self.overview.diagnostics.push(*diagnostic);
+    }
+
     fn node(&mut self, node: NodeRef<'a>, _: Role) {
         let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
         if is_info && self.overview.navigation_info.is_none() {
             self.overview.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
         }
     }
-}
-
-/// Returns the first camera in the order of traversal.
-pub(super) fn first_camera(snapshot: &Snapshot<'_>) -> Option<CameraPose> {
-    Overview::of(snapshot).camera
 }

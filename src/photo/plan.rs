@@ -177,6 +177,10 @@ impl LensChoice {
     }
 }
 
+/// The largest number of samples per pixel if the error or the time ends a render. It only prevents
+/// endless renders: 65,536 samples take hours for any picture.
+pub(crate) const SAMPLE_LIMIT: u32 = 65_536;
+
 /// All choices of a photograph.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
@@ -197,8 +201,10 @@ pub struct Plan {
     pub shading: Shading,
     /// The setting of the headlight.
     pub headlight: Headlight,
-    /// The sampler, with the number of samples per pixel and the seed.
-    pub sampler: Sampler,
+    /// The distribution of a pixel's samples. Their number is `stop.samples`.
+    pub sampler: SamplerKind,
+    /// The seed of all random numbers.
+    pub seed: u64,
     /// The pixel filter, which weights the light around a pixel's center.
     pub filter: Filter,
     /// Whether most samples are taken where a first pass finds noise.
@@ -277,14 +283,14 @@ impl Plan {
     /// Creates a plan with the defaults of an era. This is the only function in which the eras
     /// differ.
     pub fn of_era(era: Era, scene: impl Into<PathBuf>) -> Self {
-        let (kind, aim, samples, headlight) = match era {
+        let samples = usual_samples(era);
+        let (sampler, aim, headlight) = match era {
             Era::Vintage => (
                 SamplerKind::Jittered,
                 Aim::RearElement(DiscMap::Polar),
-                1,
                 Headlight::Environment,
             ),
-            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, 16, Headlight::Automatic),
+            Era::Modern => (SamplerKind::Sobol, Aim::ExitPupil, Headlight::Automatic),
         };
         Self {
             era,
@@ -295,11 +301,8 @@ impl Plan {
             focus: None,
             shading: Shading::Recursive,
             headlight,
-            sampler: Sampler {
-                kind,
-                samples,
-                seed: 0,
-            },
+            sampler,
+            seed: 0,
             filter: Filter::Box,
             adaptive: false,
             aim,
@@ -328,6 +331,20 @@ impl Plan {
         }
     }
 
+    /// Returns the sampler of the picture's pixels. It is laid out for `stop.samples`, or for the
+    /// era's usual number if only the error or the time ends the render.
+    pub fn pixel_sampler(&self) -> Sampler {
+        let samples = match self.stop.samples {
+            SAMPLE_LIMIT => usual_samples(self.era),
+            samples => samples,
+        };
+        Sampler {
+            kind: self.sampler,
+            samples,
+            seed: self.seed,
+        }
+    }
+
     /// Creates the plan that the window starts from. The window refines its picture continuously,
     /// so the number of samples and the aim are those of [`Era::Modern`].
     #[cfg(any(feature = "viewer", all(test, feature = "panels")))]
@@ -335,9 +352,16 @@ impl Plan {
         let modern = Self::of_era(Era::Modern, "");
         let mut plan = Self::of_era(era, scene);
         plan.aim = modern.aim;
-        plan.sampler.samples = modern.sampler.samples;
         plan.stop = modern.stop;
         plan
+    }
+}
+
+/// Returns an era's number of samples per pixel.
+fn usual_samples(era: Era) -> u32 {
+    match era {
+        Era::Vintage => 1,
+        Era::Modern => 16,
     }
 }
 

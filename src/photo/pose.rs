@@ -43,8 +43,7 @@ fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
 pub(super) fn inventor_bounds(snapshot: &Snapshot<'_>, plan: &Plan) -> Option<(DVec3, DVec3)> {
     let options = CompileOptions {
         fonts: plan.fonts.clone(),
-        max_primitives: plan.limits.primitives,
-        max_visits: plan.limits.visits as u64,
+        limits: plan.limits.clone(),
         memory: plan.memory.bytes(),
         ..CompileOptions::default()
     };

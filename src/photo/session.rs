@@ -14,6 +14,7 @@ use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
 use ivcam_inventor::traversal::state::Language;
+use ivcam_inventor::traversal::{WalkOptions, first_camera};
 use ivcam_optics::film::{Film, GhostImage, Region};
 use ivcam_optics::lens::Movements;
 use ivcam_optics::picture::{Depth, Picture};
@@ -37,7 +38,7 @@ use super::facts::FREE;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
-use super::overview::{Overview, first_camera};
+use super::overview::Overview;
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use super::snapshot_options::snapshot_options;
@@ -184,7 +185,7 @@ impl Session {
             document.release_text();
         }
         let mut snapshot = snapshot_of(&document, &plan);
-        let overview = Overview::of(&snapshot);
+        let overview = Overview::of(&snapshot, &plan.limits);
         let headlight_sources = HeadlightSources {
             environment: plan
                 .environment
@@ -199,7 +200,7 @@ impl Session {
             drop(snapshot);
             lens_into_scene(&plan, &pose, &mut document, &mut sink)?;
             snapshot = snapshot_of(&document, &plan);
-            pose = first_camera(&snapshot).unwrap_or(pose);
+            pose = first_camera(&snapshot, &WalkOptions::within(&plan.limits)).unwrap_or(pose);
         }
         seconds.compile = clock.elapsed().as_secs_f64();
 
@@ -221,6 +222,11 @@ impl Session {
         // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
             sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+        }
+        let is_known = |d: &Diagnostic| sink.items().iter().any(|k| k.message == d.message);
+        let unknown = overview.diagnostics.into_iter().filter(|d| !is_known(d));
+        for diagnostic in unknown.collect::<Vec<_>>() {
+            sink.add(diagnostic);
         }
         let world = |p: glam::Vec3| p.as_dvec3() + scene.origin;
         let bounds = scene.bounds().map(|(low, high)| (world(low), world(high)));
@@ -398,8 +404,8 @@ impl Session {
         task: Task<'_>,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
-        let Plan { sampler, stop, .. } = self.plan;
-        self.expose_all(sampler, stop, task, progress)
+        let sampler = self.plan.pixel_sampler();
+        self.expose_all(sampler, self.plan.stop, task, progress)
     }
 
     /// Exposes a film with another sampler and another end than the plan's.
@@ -451,7 +457,7 @@ impl Session {
     /// current pool.
     #[cfg(any(test, feature = "mpi"))]
     pub(crate) fn serve(&self, team: &Team) {
-        self.with_render(self.plan.sampler, self.plan.stop, |render| {
+        self.with_render(self.plan.pixel_sampler(), self.plan.stop, |render| {
             render.serve(team);
         });
     }
@@ -465,7 +471,7 @@ impl Session {
     /// Returns what the first samples of each pixel meet. Uses rayon's current pool.
     pub(super) fn surfaces(&self, samples: u32) -> Vec<SurfaceSum> {
         let render = |render: &Render<'_>| render.surfaces(self.region(), samples);
-        self.with_render(self.plan.sampler, self.plan.stop, render)
+        self.with_render(self.plan.pixel_sampler(), self.plan.stop, render)
     }
 
     /// Returns the label of a checkpoint of the picture. `inputs` are the files that were read.
@@ -773,8 +779,7 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         pixel_rows: plan.resolution.height,
         texture_folders: plan.search.clone(),
         fonts: plan.fonts.clone(),
-        max_primitives: plan.limits.primitives,
-        max_visits: plan.limits.visits as u64,
+        limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
         ..CompileOptions::default()
     }
@@ -793,8 +798,7 @@ fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
     };
     let options = CompileOptions {
         fonts: plan.fonts.clone(),
-        max_primitives: plan.limits.primitives,
-        max_visits: plan.limits.visits as u64,
+        limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
         ..CompileOptions::default()
     };

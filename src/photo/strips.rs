@@ -64,7 +64,7 @@ impl Session {
             late: Some(late),
         };
         let most = strip_pixels(plan).unwrap_or(usize::MAX);
-        self.with_render(plan.sampler, plan.stop, |render| {
+        self.with_render(plan.pixel_sampler(), plan.stop, |render| {
             let mut rows = StripRows {
                 strips: (!self.shows_nothing()).then(|| Strips::new(render, region, most)),
                 progress,

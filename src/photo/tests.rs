@@ -203,7 +203,6 @@ fn a_team_makes_the_same_bits_as_one_process() {
     let folder = std::env::temp_dir().join(format!("ivcam-team-{}", std::process::id()));
     let mut plan = plan(&folder);
     plan.stop = Stop::after(8);
-    plan.sampler.samples = 8;
     let mut adaptive = plan.clone();
     (adaptive.adaptive, adaptive.dispersion) = (true, true);
     let mut until = plan.clone();
@@ -319,7 +318,7 @@ fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
             height: 45,
         };
         (plan.adaptive, plan.region) = (adaptive, part);
-        plan.stop = ivcam_render::render::Stop::after(plan.sampler.samples);
+        plan.stop = ivcam_render::render::Stop::after(16);
         let mut session = Session::open(plan).unwrap();
         let whole = session.expose(&|_| ());
         // A quarter of it is for the 60 or 41 pixels of 16 rows.

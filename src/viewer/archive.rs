@@ -49,11 +49,11 @@ pub(crate) struct Levels {
 
 /// An archival picture mapped to the live one's pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Aligned {
+pub struct Aligned {
     /// It is transparent where the archival picture does not reach.
-    pub levels: Levels,
+    pub(crate) levels: Levels,
     /// The position of the archival picture on the live one.
-    pub alignment: Alignment,
+    pub(crate) alignment: Alignment,
 }
 
 /// An archival picture to be aligned with the live one.

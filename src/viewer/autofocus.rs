@@ -26,7 +26,7 @@ const BETTER: f64 = 1.05;
 
 /// The result of autofocus.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Focused {
+pub struct Focused {
     /// The focus distance in meters.
     pub distance: f64,
     /// The distance of the visible surface in meters, before the comparison of contrasts.
@@ -101,7 +101,7 @@ fn contrast(session: &Session, x: f64, y: f64) -> f64 {
     let render = Render {
         shader: &session.shader(),
         camera: &session.camera,
-        sampler: session.plan.sampler,
+        sampler: session.plan.pixel_sampler(),
         resolution: size,
         exposure: 1.0,
         stop: Stop::after(2 * SAMPLES),

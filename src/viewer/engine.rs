@@ -34,19 +34,24 @@ pub enum Order {
 
 /// News of the renderer.
 pub enum News {
+    /// A scene was opened.
     Opened(Box<Opened>),
     /// A scene cannot be opened.
     NotOpened(PathBuf, Box<Diagnostic>),
+    /// A new picture of a request, which may be refined by later ones.
     Frame(Box<Frame>),
     /// The distances in the picture, and the surface of sharp focus.
     Depths(Arc<DepthMap>, Option<FocalSurface>),
     /// The request cannot be shown, for example because the lens cannot focus there. The picture is
     /// kept.
     Refused(u64, Box<Diagnostic>),
+    /// Autofocus has ended; `None` if there is no surface at the place.
     Focused(Option<Focused>),
     /// The archival picture that was loaded as this one has been aligned.
     Aligned(u64, Result<Aligned>),
+    /// A picture was saved in a file. The text is the line that a batch run would print.
     Saved(PathBuf, String),
+    /// A picture cannot be saved in a file.
     NotSaved(PathBuf, Box<Diagnostic>),
     /// The renderer panicked with this message.
     Panicked(String),
@@ -54,11 +59,13 @@ pub enum News {
 
 /// A scene that was opened.
 pub struct Opened {
+    /// The plan, and the pose of its camera.
     pub setup: Setup,
+    /// The messages about the scene.
     pub messages: Vec<Diagnostic>,
     /// The bounding box of the scene as `viewAll` sees it, in meters.
     pub bounds: Option<(DVec3, DVec3)>,
-    pub headlight: HeadlightSources,
+    pub(crate) headlight: HeadlightSources,
     /// See [`Session::headlight_notice`].
     pub notice: Option<&'static str>,
 }

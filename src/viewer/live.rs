@@ -39,7 +39,9 @@ const FILLED_FROM: usize = 6;
 /// A request of the window for a picture.
 #[derive(Clone, Debug)]
 pub struct Request {
+    /// The photograph to be shown.
     pub setup: Setup,
+    /// The camera that shows it.
     pub preview: Preview,
     /// The pixels of the view; the plan's own resolution if `None`.
     pub resolution: Option<Resolution>,
@@ -54,6 +56,7 @@ pub struct Request {
 pub struct Frame {
     /// The serial number of the request.
     pub serial: u64,
+    /// The size in pixels.
     pub resolution: Resolution,
     /// Exposures at exposure 1, rows from the top.
     pub pixels: Vec<[f32; 3]>,
@@ -61,14 +64,17 @@ pub struct Frame {
     pub metered: f64,
     /// Whether it has the resolution of the view.
     pub whole: bool,
+    /// Samples per pixel.
     pub samples: u32,
     /// The last estimate of the error, or why it is unknown.
     pub error: std::result::Result<ErrorEstimate, ErrorUnknown>,
+    /// The rays that were traced for it.
     pub counts: Counts,
     /// Rays from the film per second.
     pub rate: f64,
     /// The time from the request to this frame.
     pub latency: Duration,
+    /// The scene and the camera that it shows.
     pub view: Arc<View>,
 }
 
@@ -215,7 +221,7 @@ impl Live {
         let render = Render {
             shader: &self.session.shader(),
             camera: &self.view.camera,
-            sampler: self.session.plan.sampler,
+            sampler: self.session.plan.pixel_sampler(),
             resolution: exposing.resolution,
             exposure: 1.0,
             stop: Stop::after(end),

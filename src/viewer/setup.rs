@@ -17,7 +17,9 @@ use crate::photo::{CameraChoice, CameraNode, LensChoice, Optics, Plan};
 /// A photograph to be made: the state that undo restores.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Setup {
+    /// All choices of the photograph.
     pub plan: Plan,
+    /// The pose of the camera.
     pub pose: CameraPose,
 }
 

@@ -116,9 +116,12 @@ fn reduced(resolution: Resolution) -> Resolution {
 
 /// A map of distances along the axis, infinite where there is no surface.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct DepthMap {
+pub struct DepthMap {
+    /// The number of columns.
     pub width: u32,
+    /// The number of rows.
     pub height: u32,
+    /// The distances in meters, rows from the top.
     pub meters: Vec<f32>,
 }
 
@@ -135,7 +138,7 @@ impl DepthMap {
 /// the whole pupil are closest together. The paper calls it a "spherical manifold"; here it is
 /// traced through the lens.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct FocalSurface {
+pub struct FocalSurface {
     /// Meters along the axis, at equal steps of film height from the axis to the corner.
     pub meters: Vec<f64>,
     half_diagonal: f64,

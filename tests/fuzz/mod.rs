@@ -20,4 +20,4 @@ mod tables;
 mod target;
 mod words;
 
-pub use target::{TARGETS, Target};
+pub(crate) use target::{TARGETS, Target};

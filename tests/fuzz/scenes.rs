@@ -103,7 +103,6 @@ fn render(document: Document, fonts: Arc<Fonts>, choice: Option<u8>) {
     let choice = usize::from(choice.unwrap_or_default());
     let mut plan = Plan::of_era(Era::Modern, "fuzzed.iv");
     plan.resolution = Resolution::new(16, 12).expect("a valid size");
-    plan.sampler.samples = 1;
     plan.stop = Stop::after(1);
     plan.limits = limits();
     plan.fonts = fonts;

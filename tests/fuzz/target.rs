@@ -4,7 +4,7 @@ use super::{lenses, options, scenes, seeds, tables, words};
 
 /// A fuzz target.
 #[derive(Clone, Copy)]
-pub struct Target {
+pub(crate) struct Target {
     /// The name, which is also that of its folder of inputs.
     pub name: &'static str,
     /// Processes the bytes of a file and panics if the program is wrong.
@@ -16,7 +16,7 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 11] = [
+pub(crate) const TARGETS: [Target; 11] = [
     Target {
         name: "scene",
         run: scenes::scene,

@@ -56,8 +56,7 @@ fn strip(session: &mut Session, height: f64, rows: u32, samples: u32, seed: u64)
         width: 1,
         height: rows,
     };
-    plan.sampler.samples = samples;
-    plan.sampler.seed = seed;
+    plan.seed = seed;
     plan.stop = Stop::after(samples);
     let pose = session.pose.clone();
     session.change(plan, pose).expect("the strip is film");

@@ -25,7 +25,6 @@ fn session(era: Era, lens: &str) -> Session {
         width: 44,
         height: 27,
     };
-    plan.sampler.samples = 5;
     plan.stop = Stop::after(5);
     Session::open(plan).expect("the scene is whole")
 }
@@ -46,7 +45,7 @@ where
     let render = Render {
         shader: &shader,
         camera: &session.camera,
-        sampler: session.plan.sampler,
+        sampler: session.plan.pixel_sampler(),
         resolution: session.plan.resolution,
         exposure: session.plan.exposure,
         stop: session.plan.stop,
@@ -163,7 +162,7 @@ fn every_sampler_filter_and_adaptive_sampling_give_the_light_of_plain_random_sam
     let mut plain = |filter| {
         session.plan.filter = filter;
         session.plan.adaptive = false;
-        session.plan.sampler.kind = SamplerKind::Random;
+        session.plan.sampler = SamplerKind::Random;
         parts(&session, 16)
     };
     let truths = [plain(Filter::Box), plain(Filter::Mitchell)];
@@ -178,7 +177,7 @@ fn every_sampler_filter_and_adaptive_sampling_give_the_light_of_plain_random_sam
     for (kind, filter, adaptive) in cases {
         session.plan.filter = filter;
         session.plan.adaptive = adaptive;
-        session.plan.sampler.kind = kind;
+        session.plan.sampler = kind;
         let truth = &truths[usize::from(filter == Filter::Mitchell)];
         for ((a, ea), (b, eb)) in parts(&session, 16).into_iter().zip(truth) {
             let t = (a - b) / ea.hypot(*eb);
@@ -201,13 +200,18 @@ fn adaptive_sampling_has_the_same_bits_at_any_number_of_threads() {
 #[test]
 fn a_render_that_stops_early_has_whole_layouts() {
     let mut session = session(Era::Vintage, "wide-angle");
-    session.plan.sampler.samples = 9;
     session.plan.stop = Stop {
-        samples: 65_536,
+        samples: 9000,
         error: Some(1e6),
         time: None,
     };
-    let made = with_render(&session, 2, |render| render.run(&|_| ()));
+    let made = with_render(&session, 2, |render| {
+        let sampler = Sampler {
+            samples: 9,
+            ..render.sampler
+        };
+        Render { sampler, ..*render }.run(&|_| ())
+    });
     assert_eq!(made.samples, 9);
 }
 
@@ -309,7 +313,6 @@ fn small_session(samples: u32, adaptive: bool) -> Session {
         height: 17,
     };
     session.plan.adaptive = adaptive;
-    session.plan.sampler.samples = samples;
     session.plan.stop = Stop::after(samples);
     session
 }

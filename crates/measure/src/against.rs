@@ -1,6 +1,6 @@
 //! Compares the time and peak memory of reading and compiling with another program's reading.
 //!
-//! `cargo run --release --features tools --bin measure -- against -- FOLDER PROGRAM [--least BYTES]
+//! `cargo run --release -p measure -- against -- FOLDER PROGRAM [--least BYTES]
 //! [--rows]`. Every scene of at least 100 kB below the folder is read by both programs in processes
 //! of their own, repeatedly for a tenth of a second of processor time (all threads, so that other
 //! load does not count); the fastest of three such processes counts. PROGRAM takes a scene and

@@ -1,6 +1,6 @@
 //! Damages every scene below a folder, and reads, compiles, inspects and writes the result.
 //!
-//! `cargo run --release --features tools --bin measure -- damage -- FOLDER [--each N]
+//! `cargo run --release -p measure -- damage -- FOLDER [--each N]
 //! [--only TEXT] [--seconds S] [--mb M]`.
 //!
 //! Every file, in its original form and as written by ivcam in ASCII and in binary, is damaged in N

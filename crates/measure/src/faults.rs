@@ -1,6 +1,6 @@
 //! Kills the program at random instants and takes its disk away, and looks at what is left.
 //!
-//! `cargo run --release --features tools --bin measure -- faults PROGRAM [--kills N]`, from the
+//! `cargo run --release -p measure -- faults PROGRAM [--kills N]`, from the
 //! folder of the repository.
 //!
 //! Whatever happens, a file under its final name is whole, the exit code and the message are true,

@@ -1,9 +1,9 @@
-//! Compares lenses with an oracle: `cargo run --release --features tools --bin measure -- optics --
+//! Compares lenses with an oracle: `cargo run --release -p measure -- optics --
 //! FOLDER`.
 //!
 //! FOLDER has `reference.json`, `extremes.json` and `lenses/*.json`. In them z = 0 is the last
 //! vertex; here it is the first. A word that ends in `.json` is a reference of aberrations, made by
-//! `tools/optics_reference.py`. The program prints tables, with `--markdown` as in
+//! `crates/measure/optics_reference.py`. The program prints tables, with `--markdown` as in
 //! docs/accuracy.md, and the exit code is 1 if a number is out of its bounds.
 
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
 //! Compares fans, Zernike and Seidel coefficients, Strehl ratios and modulation with a reference
-//! that `tools/optics_reference.py` makes with other programs.
+//! that `crates/measure/optics_reference.py` makes with other programs.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Measures the claims of the 1999 paper about its pictures by rays through the lenses, and writes
 //! the tables of the guide.
 //!
-//! `cargo run --release --features tools --bin measure -- paper-claims -- docs/guide/paper.md`;
+//! `cargo run --release -p measure -- paper-claims -- docs/guide/paper.md`;
 //! without a file it prints to stdout. A table is between `<!-- numbers: NAME -->` and `<!-- end
 //! -->`.
 

@@ -1,8 +1,8 @@
 //! Compares shipped lenses with measured profiles of the products that were made of the designs.
 //!
-//! `cargo run --release --features tools --bin measure -- profiles PROFILES.json [--svg FOLDER]`
+//! `cargo run --release -p measure -- profiles PROFILES.json [--svg FOLDER]`
 //!
-//! PROFILES.json is written by `tools/lensfun_profiles.py`. Tables go to stdout; `--svg` writes a
+//! PROFILES.json is written by `crates/measure/lensfun_profiles.py`. Tables go to stdout; `--svg` writes a
 //! drawing for each lens, `photograph-NAME.svg`. Heights on the film are in millimeters, lateral
 //! color is in micrometers, distortion in percent. The object is at infinity and the film at the
 //! best focus of green.

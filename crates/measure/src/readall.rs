@@ -1,6 +1,6 @@
 //! Reads every scene below a folder and prints the messages.
 //!
-//! `cargo run --release --features tools --bin measure -- readall -- FOLDER [-q]`; `-q` prints only
+//! `cargo run --release -p measure -- readall -- FOLDER [-q]`; `-q` prints only
 //! the summary.
 
 use std::collections::BTreeMap;

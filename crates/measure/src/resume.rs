@@ -1,7 +1,7 @@
 //! Kills renders with a checkpoint at random instants, and compares the pictures that are continued
 //! from it with that of a render that nothing interrupts.
 //!
-//! `cargo run --release --features tools --bin measure -- resume PROGRAM [--kills N]`, from the
+//! `cargo run --release -p measure -- resume PROGRAM [--kills N]`, from the
 //! folder of the repository. With a program that has the feature `mpi`, a process that `mpirun` has
 //! started, all of them, and `mpirun` itself are killed too. The exit code is 1 if a picture
 //! differs. The instants depend on the speed of the machine.

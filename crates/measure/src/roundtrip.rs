@@ -1,6 +1,6 @@
 //! Reads every scene below a folder, writes it, reads the result, and compares the documents.
 //!
-//! `cargo run --release --features tools --bin measure -- roundtrip -- FOLDER [--only TEXT]
+//! `cargo run --release -p measure -- roundtrip -- FOLDER [--only TEXT]
 //! [--keep FOLDER]`. The exit code is 1 if a document differs, or if reading it back gives a
 //! message that reading the scene did not. `--keep` keeps the written files in a folder.
 

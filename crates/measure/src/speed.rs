@@ -1,6 +1,6 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
-//! `cargo run --release --features tools --bin measure -- speed -- [--out FILE.md] [--only NAME]
+//! `cargo run --release -p measure -- speed -- [--out FILE.md] [--only NAME]
 //! [--large] [--room SCENE.iv] [--peer COMMAND] [--embree LIBRARY]`
 //!
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
@@ -349,7 +349,7 @@ fn pictures(report: &mut String) {
     plan.optics = Optics::Pinhole;
     cases.push((plan, "pinhole"));
     let mut plan = living_room();
-    plan.sampler.kind = SamplerKind::Jittered;
+    plan.sampler = SamplerKind::Jittered;
     plan.aim = Aim::RearElement(DiscMap::Polar);
     cases.push((plan, "wide-angle, 1999's samples and pupil"));
     for (plan, optics) in cases {
@@ -518,7 +518,7 @@ fn threads(report: &mut String) {
         let Ok(pool) = pool else { return f64::NAN };
         let once = || {
             let start = Instant::now();
-            let sampler = session.plan.sampler;
+            let sampler = session.plan.pixel_sampler();
             pool.install(|| black_box(session.expose_with(sampler, Stop::after(16), &|_| ())));
             start.elapsed().as_secs_f64()
         };

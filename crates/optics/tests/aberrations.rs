@@ -1,6 +1,6 @@
 //! Aberrations of three lenses against figures of other programs.
 //!
-//! `tests/lenses/reference/aberrations.json` is a part of what `tools/optics_reference.py` writes,
+//! `tests/lenses/reference/aberrations.json` is a part of what `crates/measure/optics_reference.py` writes,
 //! and names the versions of the programs. `measure -- optics` compares more lenses and all rays.
 
 use glam::{DVec2, DVec3};

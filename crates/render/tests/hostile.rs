@@ -146,7 +146,10 @@ fn more_primitives_than_the_limit_are_left_out_with_a_message() {
     let cubes = "Cube { } Translation { translation 3 0 0 } ".repeat(30);
     let document = read(&format!("Separator {{ {cubes} }}"));
     let options = CompileOptions {
-        max_primitives: 120,
+        limits: Limits {
+            primitives: 120,
+            ..Limits::default()
+        },
         ..CompileOptions::default()
     };
     let snapshot = Snapshot::at(&document, 0.0);
@@ -319,8 +322,11 @@ fn a_scene_compiles_with_any_number_in_any_field() {
     let options = CompileOptions {
         camera: Some(camera.clone()),
         origin: camera.position,
-        max_primitives: 2_000,
-        max_visits: 2_000,
+        limits: Limits {
+            primitives: 2_000,
+            visits: 2_000,
+            ..Limits::default()
+        },
         ..CompileOptions::default()
     };
     for class in CLASSES

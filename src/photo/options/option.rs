@@ -45,24 +45,24 @@ pub(crate) enum Needs {
 }
 
 /// An option.
-pub(crate) struct Opt {
+pub struct Opt {
     /// The name, which is also today's long spelling.
     pub name: &'static str,
     /// The spelling of 1999 without its dash. A single letter is also today's short spelling.
-    pub vintage: Option<&'static str>,
+    pub(crate) vintage: Option<&'static str>,
     /// Other long spellings of today.
-    pub aliases: &'static [&'static str],
+    pub(crate) aliases: &'static [&'static str],
     /// The kind of value.
-    pub takes: Takes,
+    pub(crate) takes: Takes,
     /// The line in the help, with the default in brackets.
-    pub help: &'static str,
+    pub(crate) help: &'static str,
     /// The requirement without which the option has no effect.
-    pub needs: Needs,
+    pub(crate) needs: Needs,
     /// The functions that change a plan by the option and write a plan's value. Options about the
     /// output have none.
-    pub plan: Option<(Parse, Print)>,
+    pub(crate) plan: Option<(Parse, Print)>,
     /// The function that describes a plan's value in the metadata and the report.
-    pub describe: Option<Describe>,
+    pub(crate) describe: Option<Describe>,
     /// Command lines that use the option, for the test of the table.
     pub examples: &'static [&'static str],
 }

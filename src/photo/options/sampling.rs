@@ -1,17 +1,13 @@
 //! Options of sampling, and of when to stop.
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
+use ivcam_optics::sampling::{DiscMap, Filter, SamplerKind};
 use ivcam_render::camera::Aim;
 
 use super::given::GivenOptions;
 use super::option::{Needs, Opt, Takes};
 use super::values::{duration, if_any, set, share, switch, unless_default};
-use crate::photo::plan::{Era, Optics, Plan};
-
-/// The largest number of samples per pixel if the error or the time ends a render. It only prevents
-/// endless renders and was chosen by trial.
-const SAMPLE_LIMIT: u32 = 65_536;
+use crate::photo::plan::{Era, Optics, Plan, SAMPLE_LIMIT};
 
 const DISC_MAPS: [(&str, DiscMap); 2] = [
     ("polar", DiscMap::Polar),
@@ -25,17 +21,16 @@ pub(super) static OPTIONS: [Opt; 9] = [
         "samples per pixel [1999: 1, now: 16]",
     )
     .vintage("j")
-    .plan(samples, |plan, usual| {
-        let limit_only = plan.stop.samples == SAMPLE_LIMIT && has_other_end(plan);
-        if limit_only && plan.sampler.samples == usual.sampler.samples {
+    .plan(samples, |plan, _| {
+        if plan.stop.samples == SAMPLE_LIMIT && has_other_end(plan) {
             return Vec::new();
         }
-        vec![plan.sampler.samples.to_string()]
+        vec![plan.stop.samples.to_string()]
     })
     .describe(|plan| {
         Some(match has_other_end(plan) {
             true => format!("up to {}", plan.stop.samples),
-            false => plan.sampler.samples.to_string(),
+            false => plan.stop.samples.to_string(),
         })
     })
     .examples(&["-j 1", "--samples 16", "--samples 100"]),
@@ -47,14 +42,14 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .plan(
         |plan, words, _| {
             let kind = words.named("sampler", &SamplerKind::ALL)?;
-            set(&mut plan.sampler.kind, kind);
+            set(&mut plan.sampler, kind);
             Ok(())
         },
         |plan, usual| {
-            unless_default(plan.sampler.kind, usual.sampler.kind, |k| k.name().into())
+            unless_default(plan.sampler, usual.sampler, |k| k.name().into())
         },
     )
-    .describe(|plan| Some(plan.sampler.kind.name().to_owned()))
+    .describe(|plan| Some(plan.sampler.name().to_owned()))
     .examples(&[
         "--sampler jittered",
         "--sampler sobol",
@@ -66,14 +61,14 @@ pub(super) static OPTIONS: [Opt; 9] = [
         .plan(
             |plan, words, _| {
                 let seed = words.parsed("seed", "a whole number", |w| w.parse().ok())?;
-                set(&mut plan.sampler.seed, seed);
+                set(&mut plan.seed, seed);
                 Ok(())
             },
             |plan, usual| {
-                unless_default(plan.sampler.seed, usual.sampler.seed, |n| n.to_string())
+                unless_default(plan.seed, usual.seed, |n| n.to_string())
             },
         )
-        .describe(|plan| Some(plan.sampler.seed.to_string()))
+        .describe(|plan| Some(plan.seed.to_string()))
         .examples(&["--seed 1", "--seed 18446744073709551615"]),
     Opt::new(
         "pupil",
@@ -156,7 +151,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         |plan, words, _| {
             plan.adaptive = words.has("adaptive");
             if plan.adaptive {
-                can_adapt(&plan.sampler)?;
+                can_adapt(plan.sampler)?;
             }
             Ok(())
         },
@@ -209,7 +204,6 @@ pub(crate) fn rear_element(map: DiscMap) -> String {
 fn samples(plan: &mut Plan, words: &GivenOptions, _: &mut ivcam_base::diag::Sink) -> Result<()> {
     let count = |w: &str| w.parse().ok().filter(|n| (1..=1 << 24).contains(n));
     if let Some(count) = words.parsed("samples", "a number from 1 to 2^24", count)? {
-        plan.sampler.samples = count;
         plan.stop.samples = count;
     }
     Ok(())
@@ -238,11 +232,11 @@ fn disc_map_of(era: Era) -> DiscMap {
 
 /// Returns an error for the jittered sampler. It cannot be used adaptively, because only a complete
 /// set of its samples covers the pixel and the pupil.
-fn can_adapt(sampler: &Sampler) -> Result<()> {
-    if sampler.kind != SamplerKind::Jittered {
+fn can_adapt(sampler: SamplerKind) -> Result<()> {
+    if sampler != SamplerKind::Jittered {
         return Ok(());
     }
-    let name = sampler.kind.name();
+    let name = sampler.name();
     Err(Diagnostic::error(format!(
         "`--adaptive` cannot be used with the sampler `{name}`"
     ))

@@ -41,7 +41,7 @@ static GROUPS: [Group; 6] = [
 ];
 
 /// Returns the groups in the order of the help.
-pub fn groups() -> &'static [Group] {
+pub(crate) fn groups() -> &'static [Group] {
     &GROUPS
 }
 

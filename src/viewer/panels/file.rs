@@ -29,12 +29,10 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
             size.height = height_for(size.width, film);
         }
         ui.label(format!("x {}", size.height));
-        let samples = &mut next.plan.sampler.samples;
+        let samples = &mut next.plan.stop.samples;
         let name = ui.label("Samples");
         let field = egui::DragValue::new(samples).range(1..=65_536);
-        if ui.add(field).labelled_by(name.id).changed() {
-            next.plan.stop.samples = *samples;
-        }
+        ui.add(field).labelled_by(name.id);
     });
     model.change("size", next);
     ui.horizontal(|ui| {

@@ -91,7 +91,7 @@ fn draw(
     };
     let mut diagram = LensDiagram::of(&camera.lens, options);
     let mut passed = 0;
-    let pixel = plan.sampler.pixel(number, [px, py]);
+    let pixel = plan.pixel_sampler().pixel(number, [px, py]);
     for index in 0..RAYS {
         let sample = pixel.sample(index);
         let x = (f64::from(px) + sample.film[0]) / f64::from(plan.resolution.width);

@@ -60,7 +60,6 @@ impl Scratch {
             width: 96,
             height: 64,
         };
-        plan.sampler.samples = 2;
         plan.stop.samples = 2;
         plan
     }

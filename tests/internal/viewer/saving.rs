@@ -153,8 +153,8 @@ fn a_command_line_describes_its_plan_exactly() {
     }
     setup.set_focus(f64::INFINITY);
     setup.plan.headlight = Headlight::Set(false);
-    setup.plan.sampler.kind = SamplerKind::Jittered;
-    setup.plan.sampler.seed = 77;
+    setup.plan.sampler = SamplerKind::Jittered;
+    setup.plan.seed = 77;
     setup.plan.response = Response::Srgb;
     let lens = lens_of(&mut setup);
     (lens.zoom, lens.f_number, lens.method) = (0.37, Some(5.6), FocusMethod::Best);
@@ -167,7 +167,6 @@ fn a_command_line_describes_its_plan_exactly() {
         plan: Plan::of_era(Era::Vintage, "room.iv"),
         ..setup
     };
-    old.plan.sampler.samples = 16;
     old.plan.stop.samples = 16;
     old.set_focus(1.2);
     check(&old);

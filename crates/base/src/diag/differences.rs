@@ -5,9 +5,13 @@ const MOST: usize = 3;
 /// The longest value that is quoted. The description of a whole timeline is no use in a message.
 const LONGEST: usize = 60;
 
-/// Describes the first differences between the keys and values that are in a file and those of this
-/// run.
-pub fn differences(there: &[(&str, &str)], here: &[(&str, &str)]) -> Vec<String> {
+/// Describes the first differences between two lists of keys and values. `places` says where each
+/// list is, such as `there` and `here` for a file and this run.
+pub fn differences(
+    there: &[(&str, &str)],
+    here: &[(&str, &str)],
+    places: [&str; 2],
+) -> Vec<String> {
     let value = |list: &[(&str, &str)], key: &str| {
         let found = list.iter().find(|(k, _)| *k == key);
         found.map(|(_, value)| (*value).to_owned())
@@ -24,7 +28,14 @@ pub fn differences(there: &[(&str, &str)], here: &[(&str, &str)]) -> Vec<String>
         let is_short = |v: &Option<String>| v.as_ref().is_none_or(|v| v.len() <= LONGEST);
         let or_none = |v: Option<String>| v.unwrap_or_else(|| "none".into());
         found.push(match is_short(&a) && is_short(&b) {
-            true => format!("{key} is {} there and {} here", or_none(a), or_none(b)),
+            true => {
+                let [first, second] = places;
+                format!(
+                    "{key} is {} {first} and {} {second}",
+                    or_none(a),
+                    or_none(b)
+                )
+            }
             false => format!("{key} differs"),
         });
     }
@@ -56,7 +67,7 @@ mod tests {
             ("seed", "3"),
         ];
         assert_eq!(
-            differences(&there, &here),
+            differences(&there, &here, ["there", "here"]),
             [
                 "samples is 4 there and 8 here",
                 "focus differs",

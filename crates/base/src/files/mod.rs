@@ -7,7 +7,7 @@ mod folder;
 mod inputs;
 mod markup;
 #[cfg(feature = "mpi")]
-pub(crate) mod passed_on;
+pub mod passed_on;
 mod read;
 mod space;
 mod whole;

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{PoisonError, RwLock};
 
 /// The contents of files, by the paths under which they are opened.
-pub(crate) type Contents = BTreeMap<PathBuf, Vec<u8>>;
+pub type Contents = BTreeMap<PathBuf, Vec<u8>>;
 
 /// Whether this process shares the files that it reads with other processes.
 enum Passing {
@@ -23,12 +23,12 @@ enum Passing {
 static PASSING: RwLock<Passing> = RwLock::new(Passing::Off);
 
 /// Keeps the contents of all files that this process reads from now on.
-pub(crate) fn keep_contents() {
+pub fn keep_contents() {
     *PASSING.write().unwrap_or_else(PoisonError::into_inner) = Passing::Keeps(Contents::new());
 }
 
 /// Stops keeping contents, and returns those that were kept.
-pub(crate) fn kept_contents() -> Contents {
+pub fn kept_contents() -> Contents {
     let mut passing = PASSING.write().unwrap_or_else(PoisonError::into_inner);
     match std::mem::replace(&mut *passing, Passing::Off) {
         Passing::Keeps(contents) => contents,
@@ -37,7 +37,7 @@ pub(crate) fn kept_contents() -> Contents {
 }
 
 /// Makes this process take the contents of files from another one.
-pub(crate) fn take_contents(contents: Contents) {
+pub fn take_contents(contents: Contents) {
     *PASSING.write().unwrap_or_else(PoisonError::into_inner) = Passing::Has(contents);
 }
 

@@ -157,12 +157,16 @@ pub trait Vectors: Copy {
     /// Loads the numbers from index `first` on, a multiple of [`Self::LANES`].
     fn load<const N: usize>(self, from: &[f32; N], first: usize) -> Self::Vector;
 
+    /// Returns `a + b` of each lane.
     fn add(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Returns `a - b` of each lane.
     fn sub(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Returns `a b` of each lane.
     fn mul(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Returns `a / b` of each lane.
     fn div(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
     /// Returns `a b + c`, rounded once.
@@ -174,6 +178,7 @@ pub trait Vectors: Copy {
     /// Returns the greater number of each lane, or that of `b` if either is NaN.
     fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Returns the absolute number of each lane.
     fn abs(self, a: Self::Vector) -> Self::Vector;
 
     /// Returns a bit mask of the lanes in which `a` is less than `b`.
@@ -258,12 +263,14 @@ mod x86 {
             Self(unsafe { _mm_set1_ps(x) })
         }
 
+        /// Loads four numbers, the first into the first lane.
         #[inline(always)]
         pub fn load(from: &[f32; 4]) -> Self {
             // SAFETY: SSE as above; the array is four floats, and the load needs no alignment.
             Self(unsafe { _mm_loadu_ps(from.as_ptr()) })
         }
 
+        /// Returns the numbers of the four lanes, that of the first lane first.
         #[inline(always)]
         pub fn to_array(self) -> [f32; 4] {
             let mut to = [0.0; 4];
@@ -364,6 +371,7 @@ mod x86 {
     operator!(BitAnd, bitand, _mm_and_ps);
     operator!(BitOr, bitor, _mm_or_ps);
 
+    /// Loads eight numbers, the first into the first lane.
     #[inline]
     #[target_feature(enable = "avx")]
     pub fn load_8(from: &[f32; 8]) -> __m256 {
@@ -371,6 +379,7 @@ mod x86 {
         unsafe { _mm256_loadu_ps(from.as_ptr()) }
     }
 
+    /// Stores the numbers of the eight lanes, that of the first lane first.
     #[inline]
     #[target_feature(enable = "avx")]
     pub fn store_8(to: &mut [f32; 8], value: __m256) {

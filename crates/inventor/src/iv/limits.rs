@@ -1,5 +1,7 @@
 //! Limits on the size of scenes, which protect against hostile and damaged files.
 
+use ivcam_base::diag::{Diagnostic, ErrorKind, Sink, Span};
+
 /// Limits on the size of a scene and of its files. What exceeds a limit is reported and left out,
 /// or reading fails with a message that names the limit.
 ///
@@ -98,6 +100,16 @@ impl Limits {
         *limit = value;
         Some(())
     }
+}
+
+/// Creates the error that reading reached a limit at a place in the current source. `limit` is its
+/// name in [`Limits::NAMES`].
+pub(super) fn beyond(sink: &Sink, span: Span, message: String, limit: &str) -> Box<Diagnostic> {
+    let help =
+        format!("`--scene-limit {limit}=N` raises this, if the scene is meant to be that big");
+    sink.error(span, message)
+        .of_kind(ErrorKind::Limit)
+        .with_help(help)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 
 mod appearance;
 mod copies;
+mod first_camera;
 mod frame;
 mod groups;
 mod kit;
@@ -21,6 +22,7 @@ mod visitor;
 mod walk;
 
 pub use copies::Grid;
+pub use first_camera::first_camera;
 pub use leading::{Leading, each_child};
 pub use light_list::LightList;
 pub use state::State;

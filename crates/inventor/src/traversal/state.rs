@@ -199,12 +199,22 @@ pub enum TextureCoordinates<'a> {
     Three(&'a [Vec3]),
     /// The node `TextureCoordinatePlane`: dot products of the point with directions in object
     /// space. A longer direction repeats the texture more often, as in SGI's library.
-    Plane { s: Vec3, t: Vec3 },
+    Plane {
+        /// The direction whose dot product with the point is the coordinate s.
+        s: Vec3,
+        /// The direction whose dot product with the point is the coordinate t.
+        t: Vec3,
+    },
     /// The node `TextureCoordinateEnvironment`: a sphere map, which depends on the camera.
     Environment,
     /// The node `TextureCoordinateObject`: dot products with the point (x, y, z, 1) of object
     /// space.
-    Object { s: Vec4, t: Vec4 },
+    Object {
+        /// The vector whose dot product with (x, y, z, 1) is the coordinate s.
+        s: Vec4,
+        /// The vector whose dot product with (x, y, z, 1) is the coordinate t.
+        t: Vec4,
+    },
     /// The texture is wrapped around the bounding box of a vertex-based shape. Other shapes
     /// generate their own coordinates.
     Wrapped(Wrapping),

@@ -5,7 +5,7 @@ use ivcam_base::diag::Diagnostic;
 use super::copies::Grid;
 use super::role::Role;
 use super::state::{LightElement, State};
-use crate::iv::{Document, NodeRef};
+use crate::iv::{Document, Limits, NodeRef};
 use crate::pose::CameraPose;
 
 /// The options of a walk: how it chooses among levels of detail, and how far it goes.
@@ -14,8 +14,8 @@ pub struct WalkOptions {
     /// The camera that levels of detail and billboards depend on. Default: none, which selects the
     /// finest level and turns no billboard.
     pub camera: Option<CameraPose>,
-    /// The largest number of nodes to visit. Default: 300,000. It is raised to twice the document's
-    /// number of nodes.
+    /// The largest number of nodes to visit. Default: that of [`Limits`]. It is raised to twice the
+    /// document's number of nodes.
     pub max_visits: u64,
     /// Whether to walk every child of an LOD or a Blinker, as Inventor's bounding boxes do.
     /// Default: no.
@@ -29,7 +29,7 @@ impl Default for WalkOptions {
     fn default() -> Self {
         Self {
             camera: None,
-            max_visits: 300_000,
+            max_visits: Limits::default().visits as u64,
             all_levels: false,
             finest_level: false,
         }
@@ -37,6 +37,14 @@ impl Default for WalkOptions {
 }
 
 impl WalkOptions {
+    /// Returns the default options with the limits of a scene.
+    pub fn within(limits: &Limits) -> Self {
+        Self {
+            max_visits: limits.visits as u64,
+            ..Self::default()
+        }
+    }
+
     /// The largest number of nodes to visit in a document.
     pub fn most_visits(&self, document: &Document) -> u64 {
         self.max_visits.max(2 * document.nodes.len() as u64)

@@ -1,6 +1,6 @@
 //! Compares the reader and the compiler with another program's results for a folder of scenes.
 //!
-//! `cargo run --release --features tools --bin measure -- corpus -- FOLDER [--only TEXT]
+//! `cargo run --release -p measure -- corpus -- FOLDER [--only TEXT]
 //! [--verbose] [--pictures FOLDER] [--fonts FOLDER]`.
 //!
 //! The folder has `scenes/`, `reference/*.json` (bounding box, counts), `reference/*.tri.gz`

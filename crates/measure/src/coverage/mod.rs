@@ -1,7 +1,7 @@
 //! Measures how often the stated 95% interval of a picture's error holds its true error, and how
 //! often a picture that `--target-error` ended meets the target.
 //!
-//! `cargo run --release --features tools --bin measure -- coverage [--seeds N] [--size WxH]
+//! `cargo run --release -p measure -- coverage [--seeds N] [--size WxH]
 //! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown]`
 //!
 //! The true error of a picture is its relative RMSE against a picture of many more samples with
@@ -164,7 +164,7 @@ impl Subject {
             let sampler = Sampler {
                 samples: stop.samples,
                 seed: mix(seed).wrapping_add(u64::from(i) * 0x9e37_79b9),
-                ..session.plan.sampler
+                ..session.plan.pixel_sampler()
             };
             Ok(session.expose_with(sampler, stop, &|_| ()))
         });

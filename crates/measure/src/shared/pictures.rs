@@ -55,7 +55,7 @@ pub(crate) fn living_room() -> Plan {
 pub(crate) fn render(session: &Session, samples: u32) -> (f64, Exposure) {
     let sampler = Sampler {
         samples,
-        ..session.plan.sampler
+        ..session.plan.pixel_sampler()
     };
     one_thread(|| {
         let start = thread_seconds();

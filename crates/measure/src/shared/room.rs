@@ -192,7 +192,7 @@ pub(super) fn reference(session: &Session, samples: u32) -> Vec<[f64; 3]> {
     let sampler = Sampler {
         seed: 0x5eed,
         samples,
-        ..session.plan.sampler
+        ..session.plan.pixel_sampler()
     };
     let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
     made.film.pixels.iter().map(|p| p.mean.to_array()).collect()
@@ -209,7 +209,7 @@ pub(super) fn made(
 ) -> Made {
     let (mut least, mut error) = (f64::INFINITY, 0.0);
     for _ in 0..if samples < 256 { 3 } else { 1 } {
-        let (time, deviation) = taken(session, samples, session.plan.sampler.seed, truth, seconds);
+        let (time, deviation) = taken(session, samples, session.plan.seed, truth, seconds);
         (least, error) = (least.min(time), deviation);
     }
     let how = if adaptive { ", adaptive" } else { "" };
@@ -232,7 +232,7 @@ fn taken(
     let sampler = Sampler {
         samples,
         seed,
-        ..session.plan.sampler
+        ..session.plan.pixel_sampler()
     };
     let start = seconds();
     let made = session.expose_with(sampler, Stop::after(samples), &|_| ());

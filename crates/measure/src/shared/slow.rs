@@ -223,7 +223,7 @@ fn row(name: &str, samples: u32, session: &Session) {
     };
     let sampler = Sampler {
         samples,
-        ..session.plan.sampler
+        ..session.plan.pixel_sampler()
     };
     let mut total = 0.0;
     let once = |_| -> Option<(f64, Exposure)> {

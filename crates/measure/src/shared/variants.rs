@@ -137,7 +137,7 @@ fn taken(session: &Session, samples: u32, seed: u64, clock: &dyn Fn() -> f64) ->
     let sampler = Sampler {
         samples,
         seed,
-        ..session.plan.sampler
+        ..session.plan.pixel_sampler()
     };
     let start = clock();
     let made = session.expose_with(sampler, Stop::after(samples), &|_| ());

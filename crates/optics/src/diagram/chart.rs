@@ -5,14 +5,18 @@ use super::numbers::{round_number, tidy};
 
 /// A curve of a chart.
 pub struct Series {
+    /// The points (x, y) in the units of the axes; those that are not finite are left out.
     pub points: Vec<[f64; 2]>,
+    /// The meaning of the curve, which gives its color.
     pub ink: Ink,
+    /// Whether the curve is dashed.
     pub dashed: bool,
     /// The name in the legend; empty for a curve without an entry.
     pub name: String,
 }
 
 impl Series {
+    /// Makes a solid curve with the ink [`Ink::Curve`] of a number.
     pub fn new(points: Vec<[f64; 2]>, curve: u8, name: &str) -> Self {
         Self {
             points,
@@ -22,6 +26,7 @@ impl Series {
         }
     }
 
+    /// Returns the same curve, dashed.
     pub fn dashed(self) -> Self {
         Self {
             dashed: true,
@@ -32,12 +37,17 @@ impl Series {
 
 /// Curves over a common axis.
 pub struct Chart {
+    /// The heading above the chart.
     pub title: String,
+    /// The quantity and the unit of the x axis.
     pub x_label: String,
+    /// The quantity and the unit of the y axis.
     pub y_label: String,
+    /// The curves in the order in which they are drawn.
     pub series: Vec<Series>,
     /// The smallest range of the y axis; curves beyond it extend it.
     pub y_span: (f64, f64),
+    /// The range of the x axis; `None` for the range of all curves.
     pub x_span: Option<(f64, f64)>,
 }
 
@@ -47,6 +57,7 @@ const TOP: f64 = 34.0;
 const BOTTOM: f64 = 34.0;
 
 impl Chart {
+    /// Returns a drawing of the chart with a width and a height in units of the drawing.
     pub fn draw(&self, width: f64, height: f64) -> Drawing {
         let mut drawing = Drawing::new(width, height);
         let (x_low, x_high) = self

@@ -34,79 +34,113 @@ pub enum Ink {
 /// The part of a text that is at its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Anchor {
+    /// The left end.
     Start,
+    /// The middle.
     Middle,
+    /// The right end.
     End,
 }
 
 /// The style of letters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lettering {
+pub enum Lettering {
+    /// Upright letters of normal weight.
     Plain,
+    /// Slanted letters, for symbols.
     Italic,
+    /// Heavy letters, for headings.
     Bold,
 }
 
 /// A line through points.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
+    /// The points in the order in which they are joined.
     pub points: Vec<[f64; 2]>,
     /// Whether the last point is joined to the first.
     pub closed: bool,
+    /// The meaning of the line.
     pub ink: Ink,
+    /// Whether the line is dashed.
     pub dashed: bool,
 }
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Text {
+    /// The position of the anchor, at the lower edge of the letters.
     pub at: [f64; 2],
+    /// The part of the text that is at its position.
     pub anchor: Anchor,
     /// The font size in units of the drawing.
     pub size: f64,
+    /// The style of the letters.
     pub lettering: Lettering,
+    /// The meaning of the text.
     pub ink: Ink,
+    /// The characters.
     pub words: String,
 }
 
 /// A piece of a drawing.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Item {
+    /// A line through points.
     Path(Path),
+    /// A filled circle.
     Dot {
+        /// The center.
         at: [f64; 2],
+        /// The radius in units of the drawing.
         radius: f64,
+        /// The meaning of the dot.
         ink: Ink,
     },
     /// Many small dots of one kind.
     Dots {
+        /// The centers.
         places: Vec<[f64; 2]>,
+        /// The radius of each dot in units of the drawing.
         radius: f64,
+        /// The meaning of the dots.
         ink: Ink,
     },
     /// A small cross, where a ray is lost.
     Cross {
+        /// The center.
         at: [f64; 2],
+        /// Half of the width and of the height, in units of the drawing.
         size: f64,
+        /// The meaning of the cross.
         ink: Ink,
     },
+    /// A line of text.
     Text(Text),
 }
 
 /// A target for drawings, which defines how every ink looks.
 pub trait Output {
+    /// Draws a line through points.
     fn path(&mut self, path: &Path);
+    /// Draws a filled circle about a center, with a radius in units of the drawing.
     fn dot(&mut self, at: [f64; 2], radius: f64, ink: Ink);
+    /// Draws filled circles about several centers, with one radius in units of the drawing.
     fn dots(&mut self, places: &[[f64; 2]], radius: f64, ink: Ink);
+    /// Draws a diagonal cross about a center. `size` is half of its width, in units of the drawing.
     fn cross(&mut self, at: [f64; 2], size: f64, ink: Ink);
+    /// Draws a line of text.
     fn text(&mut self, text: &Text);
 }
 
 /// A drawing of a width and a height.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Drawing {
+    /// The width in units of the drawing.
     pub width: f64,
+    /// The height in units of the drawing.
     pub height: f64,
+    /// The pieces in the order in which they are drawn.
     pub items: Vec<Item>,
 }
 

@@ -28,6 +28,7 @@ use super::pixel::Exposed;
 /// Two exposures of a pixel that are independent of the picture and of each other.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Pair {
+    /// The index of the pixel in the film, row by row.
     pub pixel: u32,
     /// The probability with which the pixel was drawn.
     pub probability: f64,

@@ -41,9 +41,9 @@ pub(crate) struct Fit {
 #[derive(Clone, Debug)]
 pub struct Chosen {
     /// The model that is exported.
-    pub fit: Fit,
+    pub(crate) fit: Fit,
     /// Every model with its fit, or the reason why it does not fit.
-    pub all: Vec<(Model, std::result::Result<Fit, String>)>,
+    pub(crate) all: Vec<(Model, std::result::Result<Fit, String>)>,
 }
 
 impl Model {

@@ -23,7 +23,7 @@ pub struct View<'a> {
     /// The film and its pixels.
     pub frame: Frame,
     /// The chief rays of its film points.
-    pub rays: ChiefRays,
+    pub(crate) rays: ChiefRays,
 }
 
 /// A point of the picture: where it is, and the angle from which its light comes.

@@ -36,6 +36,7 @@ pub struct Prescription {
 /// An f-number that a file states beside the apertures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StatedFNumber {
+    /// The number in the file.
     pub value: f64,
     /// The place of the file's number.
     pub span: Span,

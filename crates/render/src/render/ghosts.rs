@@ -31,13 +31,17 @@ const FEWEST_RAYS: f64 = 256.0;
 
 /// The settings for rendering the ghosts of lights.
 pub struct GhostRender<'a> {
+    /// The scene, which casts shadows on the front of the lens.
     pub scene: &'a RenderScene,
+    /// The camera whose lens reflects the light.
     pub camera: &'a LensCamera,
+    /// The size of the picture in pixels.
     pub resolution: Resolution,
     /// The multiplier on the exposure, the same as the picture's.
     pub exposure: f64,
     /// Rays per light, for all its ghosts together.
     pub rays: u32,
+    /// The seed of the random numbers.
     pub seed: u64,
 }
 

@@ -58,6 +58,7 @@ impl Place {
 /// The sums of a film's samples.
 #[derive(Clone, Debug)]
 pub struct Sums {
+    /// What is rendered, and which samples the pixels have.
     pub place: Place,
     /// The distribution of the samples over the pixels.
     pub(super) shares: Arc<SampleShares>,
@@ -67,8 +68,9 @@ pub struct Sums {
     pub(super) last: Vec<Exposed>,
     /// The numbers of the tiles that have the samples of `done..end` already.
     pub(super) finished: Vec<u64>,
-    /// The rays that were traced, and the time that they took.
+    /// The rays that were traced.
     pub counts: Counts,
+    /// The time that they took.
     pub spent: Spent,
 }
 

@@ -7,6 +7,7 @@ use glam::DVec3;
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::iv::Limits;
 use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::traversal::WalkOptions;
 
 use crate::geometry::text::Fonts;
 
@@ -61,11 +62,9 @@ pub struct CompileOptions {
     pub needs: Needs,
     /// The height of the picture in pixels, for lines, points and NURBS. Default: 240.
     pub pixel_rows: u32,
-    /// The largest number of primitives; the rest is left out. Default: 16 million, below 3 GB.
-    pub max_primitives: usize,
-    /// The largest number of nodes to visit; the rest is left out. Default: 300,000. It is raised
-    /// to twice the document's number of nodes.
-    pub max_visits: u64,
+    /// The limits of the scene, of which `visits` and `primitives` bound compiling; what exceeds
+    /// them is left out. Default: [`Limits::default`].
+    pub limits: Limits,
     /// The memory in bytes that the compiled scene may use; what does not fit is left out. Default:
     /// half of what the machine has.
     pub memory: u64,
@@ -88,13 +87,23 @@ impl Default for CompileOptions {
             camera: None,
             needs: Needs::ALL,
             pixel_rows: 240,
-            max_primitives: Limits::default().primitives,
-            max_visits: Limits::default().visits as u64,
+            limits: Limits::default(),
             memory: MemoryLimit::default().bytes(),
             instancing: Instancing::BeyondLimits,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),
+        }
+    }
+}
+
+impl CompileOptions {
+    /// Returns the options of a walk within the limits, with the levels of detail that the camera
+    /// sees.
+    pub(super) fn walk(&self) -> WalkOptions {
+        WalkOptions {
+            camera: self.camera.clone(),
+            ..WalkOptions::within(&self.limits)
         }
     }
 }

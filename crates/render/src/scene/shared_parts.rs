@@ -9,6 +9,7 @@ use std::collections::HashMap;
 
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::grammar::{ClassId, class, switch_node, vrml97_switch_node};
+use ivcam_inventor::iv::Limits;
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::Role;
@@ -81,7 +82,10 @@ impl<'a> SharedParts<'a> {
         let sharing = Sharing::of(document)?;
         let everywhere = options.instancing == Instancing::Everywhere;
         let most = walk_options.most_visits(document);
-        let exceeds = sharing.exceeds(most, options.max_primitives as u64);
+        // Higher limits of the user do not make a scene expand that is shared without them.
+        let usual = WalkOptions::default().most_visits(document);
+        let primitives = options.limits.primitives.min(Limits::default().primitives);
+        let exceeds = sharing.exceeds(most.min(usual), primitives as u64);
         let exceeds = exceeds || sharing.has_long_text();
         (everywhere || exceeds).then(|| Self {
             sharing,

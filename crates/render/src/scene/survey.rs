@@ -7,9 +7,9 @@ use ivcam_inventor::grammar::{class, reset_transform};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::{Corners, Snapshot};
-use ivcam_inventor::traversal::role::{Role, role};
+use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::state::{LightElement, State};
-use ivcam_inventor::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Repeated, Visitor, WalkOptions};
 
 use super::canvas::{BoundsCanvas, PictureView, grow};
 use super::census::Census;
@@ -94,10 +94,8 @@ pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Surve
 /// Surveys a snapshot by one walk.
 fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bool) -> Survey {
     let walk_options = WalkOptions {
-        camera: options.camera.clone(),
-        max_visits: options.max_visits,
         all_levels,
-        ..WalkOptions::default()
+        ..options.walk()
     };
     let mut surveyor = Surveyor {
         snapshot,
@@ -128,31 +126,8 @@ pub(super) fn first_camera(
     snapshot: &Snapshot<'_>,
     options: &CompileOptions,
 ) -> Option<CameraPose> {
-    struct First(Option<CameraPose>, Leading);
-    impl<'a> Visitor<'a> for First {
-        fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
-
-        fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
-            !self.1.is_in(part)
-        }
-
-        fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-            let pose = CameraPose::from_node(node, state.world_from_object);
-            self.0 = self.0.take().or(pose);
-        }
-
-        fn is_full(&self) -> bool {
-            self.0.is_some()
-        }
-    }
-    let walk_options = WalkOptions {
-        max_visits: options.max_visits,
-        ..WalkOptions::default()
-    };
-    let is_camera = |node: NodeRef<'_>| role(node) == Role::Camera;
-    let mut first = First(None, Leading::to(snapshot.document(), is_camera));
-    traversal::walk(snapshot, &walk_options, &mut first);
-    first.0.or_else(|| {
+    let walk = WalkOptions::within(&options.limits);
+    traversal::first_camera(snapshot, &walk).or_else(|| {
         let bounds = survey_once(snapshot, options, false).bounds?;
         Some(CameraPose::view_all(bounds, 1.0))
     })

@@ -30,7 +30,10 @@ fn compiled(scene: &str, shading: Shading, instancing: Instancing) -> RenderScen
         needs: shading.needs(),
         instancing,
         origin: DVec3::new(0.1, 0.2, 0.3),
-        max_visits: 20_000,
+        limits: Limits {
+            visits: 20_000,
+            ..Limits::default()
+        },
         ..CompileOptions::default()
     };
     RenderScene::compile(&Snapshot::at(&document, 0.0), &options).expect("compiles")

@@ -66,7 +66,7 @@ pub(crate) struct RayCounts {
 #[derive(Debug, Default)]
 pub struct Work {
     /// The rays traced so far.
-    pub counts: RayCounts,
+    pub(crate) counts: RayCounts,
     pub(super) pending: Vec<Pending>,
     /// The points of the packet that was shaded last that are lit in lanes.
     pub(super) points: Box<PointLanes>,

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The connection of a process to the others.
-pub trait Link: Send + Sync {
+pub(crate) trait Link: Send + Sync {
     /// The number of this process, from 0.
     fn rank(&self) -> usize;
     /// The number of processes.
@@ -69,7 +69,7 @@ impl Team {
 
     /// Sends a value from the first process to all, and returns it on each. Every process passes it
     /// on to at most log₂ of their number. The first process gives the value, the others `None`.
-    pub(crate) fn broadcast<T: Serialize + DeserializeOwned>(&self, value: Option<T>) -> Option<T> {
+    pub fn broadcast<T: Serialize + DeserializeOwned>(&self, value: Option<T>) -> Option<T> {
         let bytes = match &value {
             Some(value) => encoded(Kind::Broadcast, value),
             None => loop {
@@ -86,7 +86,7 @@ impl Team {
 
     /// Collects a value of every process at the first one, in the order of their numbers. Returns
     /// `None` on the others.
-    pub(crate) fn gather<T: Serialize + DeserializeOwned>(&self, value: T) -> Option<Vec<T>> {
+    pub fn gather<T: Serialize + DeserializeOwned>(&self, value: T) -> Option<Vec<T>> {
         if self.rank() > 0 {
             self.send(0, &value);
             return None;

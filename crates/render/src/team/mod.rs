@@ -5,7 +5,7 @@
 
 mod link;
 #[cfg(feature = "mpi")]
-pub(crate) mod mpi;
+pub mod mpi;
 mod schedule;
 mod threads;
 

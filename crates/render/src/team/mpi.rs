@@ -65,7 +65,7 @@ impl Drop for MpiLink {
 
 /// Joins the team of the processes that were started together. Returns `None` if this process was
 /// started alone.
-pub(crate) fn join() -> Option<Team> {
+pub fn join() -> Option<Team> {
     if !SIGNS.iter().any(|sign| std::env::var_os(sign).is_some()) {
         return None;
     }

@@ -15,7 +15,7 @@ use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
 use crate::iv::declarations::Extension;
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 use crate::iv::encoding::text;
-use crate::iv::limits::Limits;
+use crate::iv::limits::{Limits, beyond};
 
 /// A field of a node's class, as it was found by name.
 #[derive(Clone, Copy)]
@@ -143,9 +143,7 @@ impl<'d> Assembler<'d> {
     ) -> Result<NodeId> {
         if self.document.nodes.len() >= self.limits.nodes {
             let message = format!("more than {} nodes", self.limits.nodes);
-            let mut error = self.document.sink.error(span, message);
-            error.help("`--scene-limit nodes=N` raises this, if the scene is meant to be that big");
-            return Err(error);
+            return Err(beyond(&self.document.sink, span, message, "nodes"));
         }
         Ok(self.document.add(Node {
             class,
@@ -343,7 +341,7 @@ impl<'d> Assembler<'d> {
         fields.len() - 1
     }
 
-    /// Whether the value of a field of 16 bits does not fit.
+    /// Returns whether a value is too large for its field, which has 16 bits.
     fn is_beyond_16_bits(&self, node: NodeId, index: u16, value: &Value) -> bool {
         let Some(class) = self.document.node(node).class() else {
             return false;

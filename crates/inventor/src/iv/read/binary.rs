@@ -16,6 +16,7 @@ use super::tokens::is_word;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class, path};
 use crate::iv::document::{ClassRef, Connection};
+use crate::iv::limits::beyond;
 
 /// The flag of a field with the ignore flag `~`.
 const IGNORED: u32 = 1;
@@ -313,8 +314,8 @@ impl<'s> Reader<'_, '_, 's> {
         };
         if self.stack.len() >= self.asm.limits.depth {
             let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
-            let error = self.asm.document.sink.error(Span::at(start), message);
-            return self.limit(error.with_help("`--scene-limit depth=N` raises this"));
+            let sink = &self.asm.document.sink;
+            return self.limit(beyond(sink, Span::at(start), message, "depth"));
         }
         if let Some(defined) = defined {
             self.asm.define(defined.as_bytes(), node);

@@ -12,7 +12,7 @@ use crate::grammar::FieldType;
 use crate::grammar::value::{NodeId, Value};
 use crate::iv::declarations::{EventBinding, Link, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
-use crate::iv::limits::Limits;
+use crate::iv::limits::{Limits, beyond};
 
 /// Expands an instance, and the instances in its body.
 ///
@@ -87,13 +87,14 @@ fn copy(
             continue;
         }
         document.protos.copies += 1;
-        if document.protos.copies > limits.copies || document.nodes.len() >= limits.nodes {
+        let span = document.nodes[id.0 as usize].span;
+        if document.protos.copies > limits.copies {
             let message = format!("protos expand to more than {} nodes", limits.copies);
-            let span = document.nodes[id.0 as usize].span;
-            let error = document.sink.error(span, message);
-            return Err(error.with_help(
-                "`--scene-limit copies=N` raises this, if the scene is meant to be that big",
-            ));
+            return Err(beyond(&document.sink, span, message, "copies"));
+        }
+        if document.nodes.len() >= limits.nodes {
+            let message = format!("the scene has more than {} nodes", limits.nodes);
+            return Err(beyond(&document.sink, span, message, "nodes"));
         }
         let fields = document.nodes[id.0 as usize].fields.iter();
         let bytes = fields.map(|field| field.value.list_bytes()).sum();
@@ -142,8 +143,7 @@ fn count_bytes(document: &mut Document, id: NodeId, bytes: usize, limits: &Limit
     }
     let message = format!("protos expand to more than {} bytes", limits.bytes);
     let span = document.nodes[id.0 as usize].span;
-    let help = "`--scene-limit bytes=N` raises this, if the scene is meant to be that big";
-    Err(document.sink.error(span, message).with_help(help))
+    Err(beyond(&document.sink, span, message, "bytes"))
 }
 
 /// Sets a field of the body's copy to the value that the instance states, or to the default of the

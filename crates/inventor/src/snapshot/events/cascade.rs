@@ -92,6 +92,6 @@ impl World {
 }
 
 /// Returns whether a node is a `Script`.
-pub fn is_script(node: NodeRef<'_>) -> bool {
+pub(super) fn is_script(node: NodeRef<'_>) -> bool {
     node.known_class().is_some_and(|c| c.id == class::SCRIPT)
 }

@@ -59,7 +59,7 @@ impl Wires {
 
 /// Returns the one name of an output that has several: an `exposedField` sends `x_changed`, which a
 /// file may also call `x`. A script's outputs have only one name.
-pub fn output_name<'a>(node: NodeRef<'_>, name: &'a str) -> &'a str {
+pub(super) fn output_name<'a>(node: NodeRef<'_>, name: &'a str) -> &'a str {
     let Some(class) = node.class() else {
         return name;
     };

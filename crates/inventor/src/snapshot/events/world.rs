@@ -16,23 +16,29 @@ const MAX_EVENTS: usize = 2_000_000;
 /// An event on its way to a node.
 #[derive(Debug)]
 pub struct Event {
+    /// The node that receives the event.
     pub to: NodeId,
+    /// The name of the input that receives it.
     pub input: Box<str>,
+    /// The value that it carries.
     pub value: Value,
 }
 
 /// A scene that plays.
 #[derive(Debug)]
 pub struct World {
+    /// The scene as the events have left it so far, with the messages about it in its sink.
     pub document: Document,
     /// The time in seconds since the scene was opened.
     pub now: f64,
+    /// The routes that carry events.
     pub wires: Wires,
     /// The events that wait, in the order in which they were sent.
     queue: VecDeque<Event>,
     /// The events that nodes have sent since the last event from outside. Each is sent once, which
     /// ends loops of routes (VRML97, 4.10.4).
     sent: HashSet<End>,
+    /// The state of each `TimeSensor`.
     pub timers: BTreeMap<NodeId, Timer>,
     /// The number of events that were delivered.
     delivered: usize,

@@ -21,6 +21,7 @@ type Share = Option<[f64; 3]>;
 /// The open share of the area at which rays are aimed.
 #[derive(Clone, Debug, Default)]
 pub enum PupilTransmission {
+    /// The open shares are not known.
     #[default]
     Unknown,
     /// The open share of each span of a table over the film's radius.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::lens::trace::profile::Profile;
 
 /// The point at which a ray hits a surface.
-pub struct Hit {
+pub(crate) struct Hit {
     /// The point relative to the vertex, in millimeters.
     pub point: DVec3,
     /// The unit normal toward the film.

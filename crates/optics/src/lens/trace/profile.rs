@@ -2,7 +2,7 @@
 
 /// The height of an asphere as a function of the squared radius: a conic plus a polynomial.
 #[derive(Clone, Debug)]
-pub struct Profile {
+pub(crate) struct Profile {
     /// The curvature of the conic at the vertex, per millimeter.
     pub c: f64,
     /// The conic constant.

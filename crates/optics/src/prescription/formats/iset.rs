@@ -31,7 +31,7 @@ pub(crate) fn is_iset(text: &str) -> bool {
 }
 
 /// Reads a prescription in ISET's JSON.
-pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(source)?;
     let places = Places::new(source);
     let rows = root.get("surfaces").and_then(Value::as_array);

@@ -70,7 +70,7 @@ pub(crate) static FORMAT: Format = Format {
 };
 
 /// Reads a prescription of schema `ivlens-1`.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(source)?;
     let places = Places::new(source);
     let reader = Reader {

@@ -20,9 +20,13 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 /// A format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
+    /// pbrt's four columns, `.dat`.
     Columns,
+    /// Zemax's sequential files, `.zmx`.
     Zemax,
+    /// CODE V's sequence files, `.seq`.
     CodeV,
+    /// ivcam's own JSON, `.json`, which contains everything.
     Json,
 }
 

@@ -24,7 +24,7 @@ pub fn named_line(wavelength_nm: f64) -> f64 {
 
 /// The dependence of an index on the wavelength λ, in micrometers.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Dispersion {
+pub enum Dispersion {
     /// A constant index: only `n_d` is known.
     None,
     /// n = a + b/λ², determined by `n_d` and the Abbe number.
@@ -57,20 +57,35 @@ pub(crate) enum Dispersion {
 }
 
 /// The dispersion formulas of `.agf` catalogues, numbered from 1 as there.
+///
+/// k0, k1, … are the coefficients; the wavelength λ is in micrometers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Formula {
+pub enum Formula {
+    /// n² = k0 + k1 λ² + k2/λ² + k3/λ⁴ + k4/λ⁶ + k5/λ⁸.
     Schott = 1,
+    /// n² = 1 + k0 λ²/(λ² − k1) + …, three such terms.
     Sellmeier1,
+    /// n = k0 + k1 L + k2 L² + k3 λ² + k4 λ⁴ + k5 λ⁶, where L = 1/(λ² − 0.028).
     Herzberger,
+    /// n² = 1 + k0 + k1 λ²/(λ² − k2²) + k3/(λ² − k4²).
     Sellmeier2,
+    /// n = k0 + k1/λ + k2/λ^3.5.
     Conrady,
+    /// n² = 1 + k0 λ²/(λ² − k1) + …, four such terms.
     Sellmeier3,
+    /// n² = k0 + k1/(λ² − k2) − k3 λ².
     Handbook1,
+    /// n² = k0 + k1 λ²/(λ² − k2) − k3 λ².
     Handbook2,
+    /// n² = k0 + k1 λ²/(λ² − k2) + k3 λ²/(λ² − k4).
     Sellmeier4,
+    /// n² = k0 + k1 λ² + k2/λ² + k3/λ⁴ + … + k7/λ¹².
     Extended,
+    /// n² = 1 + k0 λ²/(λ² − k1) + …, five such terms.
     Sellmeier5,
+    /// n² = k0 + k1 λ² + k2/λ² + k3/λ⁴ + k4/λ⁶ + k5/λ⁸ + k6 λ⁴ + k7 λ⁶.
     Extended2,
+    /// n² = k0 + k1 λ² + k2 λ⁴ + k3/λ² + k4/λ⁴ + … + k8/λ¹².
     Extended3,
 }
 

@@ -7,5 +7,5 @@ pub mod medium;
 
 pub use catalogue::Catalogue;
 pub use coating::Coating;
-pub use medium::Medium;
 pub use medium::{D_LINE, named_line};
+pub use medium::{Dispersion, Formula, Medium};

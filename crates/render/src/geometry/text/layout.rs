@@ -20,7 +20,7 @@ pub(crate) struct PlacedGlyph {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Layout {
     /// The glyphs, line by line.
-    pub glyphs: Vec<PlacedGlyph>,
+    pub(crate) glyphs: Vec<PlacedGlyph>,
     /// The smallest x of the lines, by advances and not by outlines.
     pub left: f32,
     /// The largest x of the lines, by advances and not by outlines.

@@ -70,9 +70,9 @@ pub struct Vrml97Style<'a> {
     /// Whether text advances downward.
     pub top_to_bottom: bool,
     /// The justification along the lines.
-    pub major: Align,
+    pub(crate) major: Align,
     /// The justification across the lines.
-    pub minor: Align,
+    pub(crate) minor: Align,
     /// Inventor's complexity from 0 to 1.
     pub complexity: f32,
 }

@@ -25,6 +25,7 @@ pub struct Row {
     pub processor_seconds: Option<f64>,
     /// Rays that left the film.
     pub rays: u64,
+    /// The deviation of the picture from the reference.
     #[serde(flatten)]
     pub deviation: Deviation,
     /// 1/(relMSE · seconds).
@@ -35,7 +36,7 @@ pub struct Row {
 
 /// The exponents with which a method's relative RMSE falls: −1/2 for independent samples.
 #[derive(Clone, Copy, Debug, Serialize)]
-pub(crate) struct Slopes {
+pub struct Slopes {
     /// Over samples per pixel.
     pub samples: Option<Slope>,
     /// Over seconds of the clock.
@@ -68,6 +69,7 @@ pub struct Convergence {
     pub scene: String,
     /// A description of the reference picture.
     pub reference: String,
+    /// The renders in the order in which they were added.
     pub rows: Vec<Row>,
     /// The slope of log relRMSE over log samples for each method; −1/2 for independent samples.
     pub slopes: IndexMap<String, f64>,

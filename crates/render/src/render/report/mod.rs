@@ -11,5 +11,6 @@ mod slope;
 
 pub use account::{RenderReport, Seconds, count, error_text, percent, stated_error};
 pub use chart::Across;
-pub use convergence::{Convergence, Row};
+pub use convergence::{Convergence, Row, Slopes};
 pub use peers::Peer;
+pub use slope::Slope;

@@ -5,7 +5,8 @@ use serde::Serialize;
 
 /// The exponent of a power law, fitted to points in logarithms.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(crate) struct Slope {
+pub struct Slope {
+    /// The exponent, which is the slope of the line through the logarithms.
     pub exponent: f64,
     /// Half the width of the 95% confidence interval, from the scatter of the points about the
     /// line; `None` for two points.

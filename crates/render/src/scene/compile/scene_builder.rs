@@ -184,7 +184,7 @@ impl SceneBuilder {
     fn left(&self) -> usize {
         let (triangles, quadrics, strokes) = self.scene.primitives();
         let kept = triangles + quadrics + strokes + self.elsewhere;
-        self.options.max_primitives.saturating_sub(kept)
+        self.options.limits.primitives.saturating_sub(kept)
     }
 
     /// Returns how many of some further triangles are within the limits, and counts them. `flat` is
@@ -239,7 +239,7 @@ impl SceneBuilder {
     fn report_limit(&mut self) {
         if !self.over_limit {
             self.over_limit = true;
-            let most = self.options.max_primitives;
+            let most = self.options.limits.primitives;
             let warning = Diagnostic::warning(format!(
                 "the scene has more than {most} primitives; the rest is left out"
             ));

@@ -9,7 +9,7 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::property::fog97;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::{EnvironmentElement, FogKind, LightElement, State};
-use ivcam_inventor::traversal::{self, Repeated, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Repeated, Visitor};
 
 use super::deferred_text::DeferredText;
 use super::repeats::Repeats;
@@ -47,11 +47,7 @@ impl RenderScene {
     /// Returns a diagnostic if the scene has more than 2^32 primitives, or if the system does not
     /// have the memory of its tree.
     pub fn compile(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Result<Self> {
-        let walk_options = WalkOptions {
-            camera: options.camera.clone(),
-            max_visits: options.max_visits,
-            ..WalkOptions::default()
-        };
+        let walk_options = options.walk();
         let mut compiler = Compiler {
             snapshot,
             builder: SceneBuilder::new(options),
@@ -85,7 +81,7 @@ impl Compiler<'_> {
         }
         self.builder.memory.count(bytes as u64);
         let most = most.min(MAX_RESERVED);
-        let most = most.min(self.builder.options.max_primitives);
+        let most = most.min(self.builder.options.limits.primitives);
         // Without this memory the lists grow as they need.
         let _ = self.builder.scene.triangles.try_reserve(most);
         let _ = self.builder.owners.triangles.try_reserve(most);

@@ -23,15 +23,15 @@ pub enum Mapping {
 #[derive(Clone, Debug)]
 pub struct TextureUse {
     /// The texture.
-    pub texture: Arc<Texture>,
+    pub(crate) texture: Arc<Texture>,
     /// How the texture changes the color.
     pub model: TextureModel,
     /// The color for [`TextureModel::Blend`].
     pub blend_color: Vec3,
     /// The coordinates along which it repeats.
-    pub repeat: Repeat,
+    pub(crate) repeat: Repeat,
     /// How it is filtered.
-    pub filter: Filter,
+    pub(crate) filter: Filter,
     /// The matrix that is applied to texture coordinates.
     pub matrix: Mat4,
     /// The source of texture coordinates.

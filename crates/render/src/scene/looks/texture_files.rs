@@ -16,7 +16,7 @@ use super::texture::Texture;
 
 /// A field with file names.
 #[derive(Clone, Copy)]
-pub enum FileField {
+pub(crate) enum FileField {
     /// A field with one name.
     One(Field<Text>),
     /// A field with a list of names.
@@ -36,7 +36,7 @@ impl FileField {
 }
 
 /// The fields of a VRML 97 `Background` that name pictures.
-pub const PANORAMA: [FileField; 6] = [
+pub(crate) const PANORAMA: [FileField; 6] = [
     FileField::Several(vrml97_background::BACK_URL),
     FileField::Several(vrml97_background::BOTTOM_URL),
     FileField::Several(vrml97_background::FRONT_URL),
@@ -46,7 +46,7 @@ pub const PANORAMA: [FileField; 6] = [
 ];
 
 /// The fields of texture nodes that name pictures.
-pub const PICTURES: [FileField; 3] = [
+pub(crate) const PICTURES: [FileField; 3] = [
     FileField::One(texture2::FILENAME),
     FileField::Several(image_texture::URL),
     FileField::Several(texture3::FILENAMES),
@@ -54,7 +54,7 @@ pub const PICTURES: [FileField; 3] = [
 
 /// The textures that were read, by file.
 #[derive(Debug, Default)]
-pub struct TextureFiles {
+pub(crate) struct TextureFiles {
     /// The folders besides the scene's own that are searched.
     folders: Vec<PathBuf>,
     /// The textures by the name of their file.

@@ -79,8 +79,8 @@ impl MeshCanvas {
             images: Images::new(&options.compile),
             census: Census::default(),
             reports: Reports::default(),
-            left: options.compile.max_primitives,
-            most: options.compile.max_primitives,
+            left: options.compile.limits.primitives,
+            most: options.compile.limits.primitives,
         }
     }
 

@@ -88,7 +88,7 @@ impl Images {
 
 /// The surface of the current shape.
 #[derive(Debug)]
-pub struct Surface {
+pub(super) struct Surface {
     pub material: Material,
     pub colors: MaterialColors,
     /// The texture as shapes see it, for its size and its depth.

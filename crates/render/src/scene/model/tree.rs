@@ -108,10 +108,8 @@ pub(super) fn skeleton(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Skele
 /// Walks a snapshot, and draws its shapes if `draws`.
 fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> Builder<'a> {
     let walk_options = WalkOptions {
-        camera: options.compile.camera.clone(),
         finest_level: true,
-        max_visits: options.compile.max_visits,
-        ..WalkOptions::default()
+        ..options.compile.walk()
     };
     let root = Node {
         place: Place {

@@ -6,6 +6,7 @@ use crate::grammar;
 use crate::grammar::value::{NodeId, Value};
 use crate::iv::document::Connection;
 use crate::iv::encoding::text;
+use crate::iv::limits::beyond;
 use crate::iv::read::syntax_error::expected;
 use crate::iv::read::tokens::{def_name, past_braces, past_token, skip, word};
 
@@ -94,12 +95,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         if self.stack.len() >= self.asm.limits.depth {
             let message = format!("nodes are nested more than {} deep", self.asm.limits.depth);
-            return Err(self
-                .asm
-                .document
-                .sink
-                .error(span, message)
-                .with_help("`--scene-limit depth=N` raises this"));
+            return Err(beyond(&self.asm.document.sink, span, message, "depth"));
         }
         let start = self.offset(start);
         if known.is_none() && !declares && self.peek() != Some(b'}') {

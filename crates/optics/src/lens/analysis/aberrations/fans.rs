@@ -61,7 +61,10 @@ pub struct WavefrontFit {
 
 /// The rays of one point at the F line, at the lens's own wavelength and at the C line.
 pub struct PointFans {
+    /// The fans in the order of the wavelengths; only that of the lens's own wavelength if no glass
+    /// has dispersion.
     pub fans: Vec<Fans>,
+    /// The wavefront at the lens's own wavelength; `None` if vignetting leaves too few rays.
     pub wavefront: Option<WavefrontFit>,
 }
 

@@ -50,7 +50,11 @@ pub(crate) static FORMAT: Format = Format {
 ///
 /// Returns an error if a row does not consist of numbers, if a number is out of range, or if there
 /// is no surface.
-pub fn read(source: &Arc<Source>, forced: Option<Gap>, sink: &mut Sink) -> Result<Prescription> {
+pub(super) fn read(
+    source: &Arc<Source>,
+    forced: Option<Gap>,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let text = String::from_utf8_lossy(&source.bytes);
     let Table {
         notes,

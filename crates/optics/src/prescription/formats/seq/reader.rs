@@ -93,7 +93,11 @@ const COMMANDS: [&str; 22] = [
 ];
 
 /// Reads a decoded `.seq` file.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+pub(super) fn read(
+    source: &Arc<Source>,
+    glasses: &Catalogue,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let commands = commands(text(source));
     // Private glasses may be defined after the surfaces that use them.
     let (commands, private) = take_private(commands);

@@ -39,7 +39,11 @@ pub(crate) static FORMAT: Format = Format {
 };
 
 /// Reads a decoded `.zmx` file.
-pub fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
+pub(super) fn read(
+    source: &Arc<Source>,
+    glasses: &Catalogue,
+    sink: &mut Sink,
+) -> Result<Prescription> {
     let reader = Reader { source, glasses };
     let (header, blocks) = split(source)?;
     check_count(blocks.len(), source)?;

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the room of `measure -- speed --only room` with Mitsuba 3, for its option `--peer`:
 
-    measure -- speed --only room --peer 'python tools/mitsuba_room.py "$ROOM"'
+    measure -- speed --only room --peer 'python crates/measure/mitsuba_room.py "$ROOM"'
 
 It needs the Python package `mitsuba` and a library of LLVM. Each line of the output has a name, samples per
 pixel, processor seconds and the relative RMSE against a reference of 2048 samples, separated by tabs. One

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Writes measured profiles of lenses for `measure -- profiles`.
 
-    python tools/lensfun_profiles.py FOLDER > profiles.json
+    python crates/measure/lensfun_profiles.py FOLDER > profiles.json
 
 FOLDER holds the XML files of Lensfun's database (CC BY-SA 3.0), such as `db_files` of the Python package
 lensfunpy. Every product whose design ivcam ships is written with its measured distortion, vignetting and

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Renders the scene of `measure -- speed --only lights` with Mitsuba 3, for its option `--peer`:
 
-    measure -- speed --only lights --peer 'python tools/mitsuba_lights.py "$ROOM"'
+    measure -- speed --only lights --peer 'python crates/measure/mitsuba_lights.py "$ROOM"'
 
 It needs the Python package `mitsuba` and a library of LLVM. Each line of the output has a name, samples per
 pixel, processor seconds and the relative RMSE against a reference of 4096 samples, separated by tabs. One

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Makes the reference of `measure -- optics FOLDER aberrations=FILE` with other programs.
 
-    python tools/optics_reference.py IVCAM LENS... > reference.json
+    python crates/measure/optics_reference.py IVCAM LENS... > reference.json
 
 IVCAM is the program; it only states the prescriptions (`lens NAME --json`), which must be spherical.
 Rays are traced by optiland, Seidel coefficients come from rayoptics, and Zernike polynomials, point
