@@ -17,12 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wanted = |name: &str| class.as_ref().is_none_or(|c| c == name);
     for node in document.descendants().filter(|n| wanted(n.class_name())) {
         let line = node.source().map(|s| s.line_column(node.span().start).0);
-        let stated = document.nodes[node.id.0 as usize].fields.iter();
-        let names: Vec<&str> = node.class().map_or(Vec::new(), |class| {
-            stated
-                .map(|f| class.fields[usize::from(f.index)].name)
-                .collect()
-        });
+        let names: Vec<&str> = node.stated_fields().map(|(name, _)| name).collect();
         let (line, children) = (line.unwrap_or_default(), node.children().len());
         println!(
             "{line:6} {} {children} children, states [{}]",

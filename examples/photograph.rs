@@ -2,8 +2,6 @@
 //!
 //! The camera is the scene's own, or one that sees everything.
 
-use std::path::Path;
-
 use ivcam::math::mm;
 use ivcam::photo::LensChoice;
 use ivcam::render::Stop;
@@ -33,6 +31,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         );
     }
     let picture = session.develop(&exposure, "the example photograph");
-    picture.save(Path::new(&output), session.plan.depth)?;
+    picture.save(output, session.plan.depth)?;
     Ok(())
 }

@@ -6,32 +6,70 @@
 //! used alone. Nothing is global and nothing prints. A wrong file is a [`Diagnostic`] with its
 //! place, and a ray that does not pass a lens is a [`Loss`](lens::Loss); neither is a panic.
 //!
+//! The parts can be used alone: [`ivcam_inventor`] reads, edits and writes scenes,
+//! [`ivcam_optics`] opens lenses and traces rays, [`ivcam_render`] compiles and renders scenes.
+//!
 //! # A tour
+//!
+//! Read a scene. `document.sink` has its warnings, with file, line and column.
+//!
+//! ```
+//! use ivcam::Document;
+//!
+//! let document = Document::open("scenes/livroom/livroom.iv")?;
+//! for node in document.descendants().filter(|n| n.class_name() == "PerspectiveCamera") {
+//!     let stated: Vec<_> = node.stated_fields().collect();
+//!     println!("a camera states {stated:?}");
+//! }
+//! # Ok::<(), Box<ivcam::Diagnostic>>(())
+//! ```
+//!
+//! Evaluate its engines at a time, and compile what can be seen.
+//!
+//! ```
+//! # use ivcam::Document;
+//! # let document = Document::open("scenes/livroom/livroom.iv")?;
+//! use ivcam::{CompileOptions, RenderScene, scene, snapshot::SnapshotOptions};
+//!
+//! let options = CompileOptions::default();
+//! let snapshot = scene::snapshot(&document, &SnapshotOptions::default(), &options);
+//! let compiled = RenderScene::compile(&snapshot, &options)?;
+//! println!("{:?} in the box {:?}", compiled.primitives(), compiled.bounds());
+//! # Ok::<(), Box<ivcam::Diagnostic>>(())
+//! ```
+//!
+//! Convert it to the format of another program.
+//!
+//! ```
+//! # use ivcam::Document;
+//! # let document = Document::open("scenes/livroom/livroom.iv")?;
+//! use ivcam::export::{ExportOptions, Target, convert};
+//!
+//! let converted = convert(&document, Target::Glb, &ExportOptions::default())?;
+//! println!("{} bytes, {} losses", converted.bytes.len(), converted.losses.total());
+//! # Ok::<(), Box<ivcam::Diagnostic>>(())
+//! ```
+//!
+//! Look at a lens and trace rays through it. Lengths are in millimeters.
+//!
+//! ```
+//! use ivcam::{Lens, glam::DVec3, lens::{LensRay, Toward}};
+//!
+//! let lens = Lens::open("double-gauss")?;
+//! assert!((lens.first_order().efl() - 100.0).abs() < 1.0);
+//! let ray = LensRay { origin: DVec3::new(0.0, 5.0, -50.0), direction: DVec3::Z };
+//! println!("{:?}", lens.trace_all(&[ray], Toward::Film));
+//! # Ok::<(), Box<ivcam::Diagnostic>>(())
+//! ```
+//!
+//! Photograph the scene through it. A session reads and compiles the scene by itself.
 //!
 //! ```
 //! use ivcam::math::{meters, mm};
 //! use ivcam::photo::LensChoice;
 //! use ivcam::render::Stop;
-//! use ivcam::snapshot::SnapshotOptions;
-//! use ivcam::{CompileOptions, Document, RenderScene, scene};
-//! use ivcam::{Era, Lens, Optics, Plan, Resolution, Session};
+//! use ivcam::{Era, Optics, Plan, Resolution, Session};
 //!
-//! // Read a scene. `document.sink` has its warnings, with file, line and column.
-//! let document = Document::open("scenes/livroom/livroom.iv")?;
-//! let cameras = document.descendants().filter(|n| n.class_name() == "PerspectiveCamera");
-//! println!("{} nodes, {} cameras", document.nodes.len(), cameras.count());
-//!
-//! // Evaluate its engines at a time, and compile what can be seen.
-//! let options = CompileOptions::default();
-//! let snapshot = scene::snapshot(&document, &SnapshotOptions::default(), &options);
-//! let compiled = RenderScene::compile(&snapshot, &options)?;
-//! println!("{:?} in the box {:?}", compiled.primitives(), compiled.bounds());
-//!
-//! // Look at a lens: lengths are in millimeters.
-//! let lens = Lens::open("double-gauss")?;
-//! assert!((lens.first_order().efl() - 100.0).abs() < 1.0);
-//!
-//! // Photograph the scene through it. A session does all of the above by itself.
 //! let mut plan = Plan::of_era(Era::Modern, "scenes/livroom/livroom.iv");
 //! let lens = LensChoice { efl: Some(mm(60.0)), ..LensChoice::named("double-gauss") };
 //! plan.optics = Optics::Lens(lens);
@@ -40,13 +78,18 @@
 //! plan.stop = Stop::after(4);
 //! let session = Session::open(plan)?;
 //! let exposure = session.expose(&|_progress| {});
-//! let error = exposure.film.error();
-//! assert!(exposure.film.mean() > 0.0);
 //! let picture = session.develop(&exposure, "a command, for the metadata");
 //! # let folder = std::env::temp_dir().join(format!("ivcam-tour-{}", std::process::id()));
 //! # std::fs::create_dir_all(&folder)?;
-//! # let file = folder.join("livroom.png");
+//! # let (file, old) = (folder.join("livroom.png"), folder.join("livroom.png"));
 //! picture.save(&file, session.plan.depth)?;
+//!
+//! // The picture as an array, with its error, and beside another picture.
+//! let pixels: Vec<[f32; 3]> = exposure.film.pixels.iter().map(|p| p.mean.to_array()).collect();
+//! println!("{} pixels, error {:?}", pixels.len(), exposure.film.error());
+//! use ivcam::compare::{Options, Plate, compare};
+//! let found = compare(&Plate::open(&file)?, &Plate::open(&old)?, &Options::default())?;
+//! println!("{:?}", found.measures);
 //! # std::fs::remove_dir_all(&folder)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
-use ivcam_base::diag::{Diagnostic, Result, Sink};
-use ivcam_render::scene::check::{counted, scene_files, without_ending};
+use ivcam_base::diag::{Diagnostic, Result, Sink, counted};
+use ivcam_render::scene::check::{scene_files, without_ending};
 
 /// A scene and the file that is made of it.
 #[derive(Clone, Debug, PartialEq)]

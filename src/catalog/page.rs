@@ -5,7 +5,8 @@
 
 use std::fmt::{self, Write};
 
-use ivcam_render::scene::check::counted;
+use ivcam_base::diag::counted;
+use ivcam_base::memory::size_text;
 
 use super::entry::{Entry, Message};
 use super::links::joined;
@@ -131,7 +132,7 @@ fn write_summary(out: &mut String, title: &str, scenes: &[Entry]) -> fmt::Result
         Text(title),
         thousands(scenes.len() as u64),
         if scenes.len() == 1 { "" } else { "s" },
-        size(bytes),
+        size_text(bytes),
         thousands(triangles),
         thousands(scenes.iter().filter(|entry| entry.state == "whole").count() as u64),
     )?;
@@ -196,7 +197,7 @@ fn write_row(out: &mut String, folder: &str, entry: &Entry) -> fmt::Result {
     cell("Format", &escaped, &escaped, "format")?;
     let date = date(entry.modified);
     cell("Modified", &entry.modified, &date, "number date")?;
-    cell("Size", &entry.bytes, &size(entry.bytes), "number")?;
+    cell("Size", &entry.bytes, &size_text(entry.bytes), "number")?;
     let nodes = entry.nodes as u64;
     cell("Nodes", &nodes, &thousands(nodes), "number")?;
     cell(
@@ -357,21 +358,6 @@ fn thousands(n: u64) -> String {
     out
 }
 
-/// Returns a size in bytes with a unit, to three digits: `12.3 kB`.
-fn size(bytes: u64) -> String {
-    let mut value = bytes as f64;
-    let mut units = ["B", "kB", "MB", "GB", "TB"].into_iter();
-    let mut unit = units.next().unwrap_or_default();
-    for next in units {
-        if value < 999.5 {
-            break;
-        }
-        value /= 1000.0;
-        unit = next;
-    }
-    format!("{} {unit}", short(value))
-}
-
 /// Returns a number to three digits without zeros at its end.
 fn short(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
@@ -476,11 +462,6 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_dates_are_those_of_the_calendar() {
-        let sizes = [0, 999, 1000, 12_345, 999_499, 999_500, 5_000_000_000].map(size);
-        assert_eq!(
-            sizes,
-            ["0 B", "999 B", "1 kB", "12.3 kB", "999 kB", "1 MB", "5 GB"]
-        );
         let shorts = [1.0, 0.0123456, 1234.5, -2.5e-12, 1e15].map(short);
         assert_eq!(shorts, ["1", "0.0123", "1234", "-2.50e-12", "1.00e15"]);
         assert_eq!(

@@ -6,10 +6,10 @@ use std::io::{IsTerminal, Write};
 use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use ivcam_base::diag::{Result, Sink};
+use ivcam_base::diag::{Result, Sink, counted};
 use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_render::scene::CompileOptions;
-use ivcam_render::scene::check::{Checked, FileState, classes, counted, scene_files};
+use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
 
 use super::flags::{FONTS, LIMIT, MEMORY};
 use super::{ERROR, print_diagnostic, print_warnings, switch};

@@ -4,9 +4,8 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, value_parser};
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_base::files::write_whole;
-use ivcam_render::scene::check::counted;
 
 use super::farm_picture::DividedPicture;
 use super::pull_focus::Film;

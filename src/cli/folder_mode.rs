@@ -5,9 +5,8 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::picture::PictureFormat;
-use ivcam_render::scene::check::counted;
 
 use crate::archive::{Jobs, Record, RecordState};
 use crate::export::Target;

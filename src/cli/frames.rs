@@ -4,8 +4,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_render::scene::check::counted;
+use ivcam_base::diag::{Diagnostic, Result, counted};
 use serde_json::{Value as Json, json};
 
 use super::{exit_code, print_diagnostic, switch, text, value};

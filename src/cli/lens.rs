@@ -7,14 +7,13 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::diag::{Diagnostic, Result, Sink, counted};
 use ivcam_base::files::write_whole;
 use ivcam_optics::lens::analysis::aberrations::report::Aberrations;
 use ivcam_optics::lens::{
     About, Coating, FieldPoint, FirstOrder, Focus, Lens, LensSheet, Plane, Pupil, SheetSetting,
 };
 use ivcam_render::camera::{film_plane, lens_in_scene};
-use ivcam_render::scene::check::counted;
 use serde::Serialize;
 
 use super::sheet::{AboutRow, SurfaceRow};

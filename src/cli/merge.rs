@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use indexmap::IndexMap;
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
-use ivcam_render::scene::check::counted;
 
 use super::outputs::{picture_format, save_picture};
 use super::{text, value};

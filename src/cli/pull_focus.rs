@@ -6,11 +6,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::{ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result, Source};
+use ivcam_base::diag::{Diagnostic, Result, Source, counted};
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_base::math::{LengthUnit, Meters, parse_length};
 use ivcam_optics::picture::PictureFormat;
-use ivcam_render::scene::check::counted;
 
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};

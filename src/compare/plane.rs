@@ -2,6 +2,9 @@
 //!
 //! A position is in pixels from the top left corner, so that the first pixel's center is (½, ½).
 
+use std::path::Path;
+
+use ivcam_base::diag::Result;
 use ivcam_optics::picture::Raster;
 use rayon::prelude::*;
 
@@ -143,6 +146,14 @@ impl Plane {
 }
 
 impl Plate {
+    /// Reads a picture file in any format that [`Raster::open`] reads.
+    ///
+    /// # Errors
+    /// Returns an error if the file cannot be read or is not a picture.
+    pub fn open(path: impl AsRef<Path>) -> Result<Self> {
+        Ok(Self::from_raster(&Raster::open(path.as_ref())?))
+    }
+
     /// Converts a picture file without its alpha, because archival pictures are opaque.
     pub fn from_raster(raster: &Raster) -> Self {
         let (width, height) = (raster.width as usize, raster.height as usize);

@@ -1,8 +1,8 @@
 //! The bar at the top with tools, views and undo, and the status line at the bottom.
 
 use egui::Ui;
+use ivcam_base::diag::counted;
 use ivcam_render::render::report::account::count;
-use ivcam_render::scene::check::counted;
 
 use super::fold::Fold;
 use crate::viewer::draft::Preview;

@@ -1,8 +1,7 @@
 //! The messages about the scene and the lens; a click shows the source lines.
 
 use egui::{Color32, RichText, Ui};
-use ivcam_base::diag::{Diagnostic, Severity};
-use ivcam_render::scene::check::counted;
+use ivcam_base::diag::{Diagnostic, Severity, counted};
 
 use super::settings::meters;
 use crate::viewer::model::Model;

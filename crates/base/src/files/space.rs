@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::folder::folder_of;
 use crate::diag::{Diagnostic, Result};
+use crate::memory::size_text;
 
 /// The size that a file may have, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,15 +56,15 @@ fn judge(path: &Path, size: SizeEstimate, free: u64) -> Option<(bool, Box<Diagno
     if free >= size.most {
         return None;
     }
-    let (name, free_text) = (path.display(), bytes(free));
+    let (name, free_text) = (path.display(), size_text(free));
     let cannot_fit = free < size.least;
     let diagnostic = if cannot_fit {
-        let least = bytes(size.least);
+        let least = size_text(size.least);
         Diagnostic::error(format!(
             "`{name}` takes at least {least}, and its disk has {free_text} free"
         ))
     } else {
-        let most = bytes(size.most);
+        let most = size_text(size.most);
         Diagnostic::warning(format!(
             "`{name}` may take up to {most}, and its disk has {free_text} free"
         ))
@@ -73,16 +74,6 @@ fn judge(path: &Path, size: SizeEstimate, free: u64) -> Option<(bool, Box<Diagno
         cannot_fit,
         diagnostic.in_file(name.to_string()).with_help(help),
     ))
-}
-
-/// Returns a number of bytes in words.
-fn bytes(count: u64) -> String {
-    match count {
-        0..10_000 => format!("{count} bytes"),
-        10_000..10_000_000 => format!("{} kB", count / 1_000),
-        10_000_000..10_000_000_000 => format!("{} MB", count / 1_000_000),
-        _ => format!("{} GB", count / 1_000_000_000),
-    }
 }
 
 /// Returns the bytes that the user may still write to the file system of a folder.
@@ -113,10 +104,10 @@ mod tests {
         let at = |free| judge(Path::new("a.png"), SIZE, free);
         assert!(at(3_000_000).is_none());
         let (cannot_fit, warning) = at(2_000).unwrap();
-        assert!(!cannot_fit && warning.message.contains("up to 3000 kB"));
+        assert!(!cannot_fit && warning.message.contains("up to 2.9 MB"));
         let (cannot_fit, error) = at(1_999).unwrap();
-        assert!(cannot_fit && error.message.contains("at least 2000 bytes"));
-        assert!(error.message.ends_with("has 1999 bytes free"));
+        assert!(cannot_fit && error.message.contains("at least 2.0 kB"));
+        assert!(error.message.ends_with("has 2.0 kB free"));
     }
 
     #[cfg(unix)]

@@ -41,8 +41,8 @@ impl ChannelImage {
     /// # Errors
     /// Fails if the file cannot be written, or if a channel has not a value for each pixel. A
     /// failed write leaves no file.
-    pub fn save(&self, path: &Path) -> Result<()> {
-        write_whole(path, |file| exr::write_channels(self, file))
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        write_whole(path.as_ref(), |file| exr::write_channels(self, file))
     }
 }
 

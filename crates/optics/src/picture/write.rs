@@ -20,7 +20,8 @@ impl Picture {
     /// # Errors
     /// Fails if the extension is unknown or the file cannot be written. A failed write leaves no
     /// file.
-    pub fn save(&self, path: &Path, depth: Depth) -> Result<()> {
+    pub fn save(&self, path: impl AsRef<Path>, depth: Depth) -> Result<()> {
+        let path = path.as_ref();
         match PictureFormat::of(path)? {
             PictureFormat::Exr => write_whole_seekable(path, |file| self.write_exr(file)),
             format => write_whole(path, |file| self.write(format, depth, file)),

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use indexmap::IndexMap;
-use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted};
 use ivcam_inventor::iv::{Document, Limits};
 use ivcam_inventor::snapshot::SnapshotOptions;
 use serde_json::{Value as Json, json};
@@ -276,9 +276,4 @@ impl Checked {
         writeln!(out, "  problems   {count}")?;
         out.flush()
     }
-}
-
-/// Returns a number with a noun: `1 node`, `2 nodes`.
-pub fn counted(n: usize, what: &str) -> String {
-    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
 }

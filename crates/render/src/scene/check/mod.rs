@@ -8,6 +8,6 @@ mod files;
 mod json;
 mod missing;
 
-pub use checked::{Checked, FileState, counted};
+pub use checked::{Checked, FileState};
 pub use classes::classes;
 pub use files::{scene_files, without_ending};
