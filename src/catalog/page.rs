@@ -1,7 +1,7 @@
 //! Writes a catalog as one HTML page, which needs neither a network nor scripts.
 //!
 //! The script filters and sorts the table, and shows the controls for that, which are hidden
-//! without it. Every text from a file goes through [`Text`], which escapes it.
+//! without it. Every text from a file goes through [`EscapedText`], which escapes it.
 
 use std::fmt::{self, Write};
 
@@ -30,9 +30,9 @@ const COLUMNS: [(&str, bool); 8] = [
 ///
 /// Control characters are left out, and so are the characters that change the direction of text,
 /// with which a name could disguise what follows it.
-struct Text<'t>(&'t str);
+struct EscapedText<'t>(&'t str);
 
-impl fmt::Display for Text<'_> {
+impl fmt::Display for EscapedText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for c in self.0.chars() {
             match c {
@@ -51,10 +51,10 @@ impl fmt::Display for Text<'_> {
 }
 
 /// A label that marks a scene: the word for the script, and the words for the reader.
-type Label = (&'static str, &'static str);
+type ColumnLabel = (&'static str, &'static str);
 
 /// All labels, in the order of the summary.
-const LABELS: [Label; 7] = [
+const LABELS: [ColumnLabel; 7] = [
     ("unreadable", "unreadable"),
     ("damaged", "damaged"),
     ("missing", "with missing files"),
@@ -65,7 +65,7 @@ const LABELS: [Label; 7] = [
 ];
 
 /// Returns the labels of a scene.
-fn labels(entry: &Entry) -> Vec<Label> {
+fn labels(entry: &Entry) -> Vec<ColumnLabel> {
     let holds = [
         entry.error.is_some(),
         entry.state == "damaged",
@@ -100,7 +100,7 @@ fn write_page(out: &mut String, title: &str, folder: &str, scenes: &[Entry]) -> 
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <meta name=\"color-scheme\" content=\"light dark\">\n\
          <title>Catalog of {title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
-        title = Text(title)
+        title = EscapedText(title)
     )?;
     write_summary(out, title, scenes)?;
     out.write_str("<table id=\"scenes\">\n<thead><tr>")?;
@@ -129,7 +129,7 @@ fn write_summary(out: &mut String, title: &str, scenes: &[Entry]) -> fmt::Result
         out,
         "<header>\n<h1>{}</h1>\n<p>{} scene{}, {}, {} triangles. \
          {} read without damage.</p>\n",
-        Text(title),
+        EscapedText(title),
         thousands(scenes.len() as u64),
         if scenes.len() == 1 { "" } else { "s" },
         size_text(bytes),
@@ -170,17 +170,17 @@ fn write_row(out: &mut String, folder: &str, entry: &Entry) -> fmt::Result {
         out,
         "<td class=\"scene\" data-value=\"{file}\"><a class=\"name\" href=\"{link}\"><bdi>\
          <span class=\"folder\">{folders}</span>{name}</bdi></a>",
-        file = Text(&entry.file),
-        link = Text(&link),
-        folders = Text(&folders),
-        name = Text(name)
+        file = EscapedText(&entry.file),
+        link = EscapedText(&link),
+        folders = EscapedText(&folders),
+        name = EscapedText(name)
     )?;
     write_labels(out, entry)?;
     if let Some(producer) = &entry.producer {
         write!(
             out,
             "<p class=\"producer\"><bdi>{}</bdi></p>",
-            Text(producer)
+            EscapedText(producer)
         )?;
     }
     write_converted(out, entry)?;
@@ -193,7 +193,7 @@ fn write_row(out: &mut String, folder: &str, entry: &Entry) -> fmt::Result {
             "<td class=\"{class}\" data-heading=\"{heading}\" data-value=\"{value}\">{text}</td>"
         )
     };
-    let escaped = Text(format).to_string();
+    let escaped = EscapedText(format).to_string();
     cell("Format", &escaped, &escaped, "format")?;
     let date = date(entry.modified);
     cell("Modified", &entry.modified, &date, "number date")?;
@@ -218,9 +218,9 @@ fn write_picture(out: &mut String, entry: &Entry, link: &str) -> fmt::Result {
             out,
             "<a href=\"{}\"><img src=\"{}\" alt=\"Picture of {}\" loading=\"lazy\" \
              width=\"160\" height=\"120\"></a>",
-            Text(link),
-            Text(&joined("", picture)),
-            Text(&entry.file)
+            EscapedText(link),
+            EscapedText(&joined("", picture)),
+            EscapedText(&entry.file)
         )?,
         None => {
             let why = match (&entry.error, &entry.no_picture) {
@@ -263,8 +263,8 @@ fn write_converted(out: &mut String, entry: &Entry) -> fmt::Result {
         write!(
             out,
             " <a href=\"{}\">{}</a>",
-            Text(&file.link),
-            Text(&file.kind)
+            EscapedText(&file.link),
+            EscapedText(&file.kind)
         )?;
     }
     out.write_str("</p>")
@@ -275,7 +275,11 @@ fn write_details(out: &mut String, entry: &Entry) -> fmt::Result {
     out.write_str("<details><summary>Details</summary><dl>")?;
     let mut item = |heading: &str, text: &str| match text.is_empty() {
         true => Ok(()),
-        false => write!(out, "<dt>{heading}</dt><dd><bdi>{}</bdi></dd>", Text(text)),
+        false => write!(
+            out,
+            "<dt>{heading}</dt><dd><bdi>{}</bdi></dd>",
+            EscapedText(text)
+        ),
     };
     item("Not read", entry.error.as_deref().unwrap_or_default())?;
     item(
@@ -325,14 +329,14 @@ fn write_messages(out: &mut String, entry: &Entry) -> fmt::Result {
             text,
             count,
         } = message;
-        write!(out, "<li><b>{}</b> ", Text(severity))?;
+        write!(out, "<li><b>{}</b> ", EscapedText(severity))?;
         if let Some(file) = file {
-            write!(out, "<bdi>{}</bdi>, ", Text(file))?;
+            write!(out, "<bdi>{}</bdi>, ", EscapedText(file))?;
         }
         if let Some(line) = line {
             write!(out, "line {line}: ")?;
         }
-        write!(out, "<bdi>{}</bdi>", Text(text))?;
+        write!(out, "<bdi>{}</bdi>", EscapedText(text))?;
         if *count > 1 {
             write!(out, " ({count} times)")?;
         }

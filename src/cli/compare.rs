@@ -320,12 +320,12 @@ fn write_json(
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     #[derive(Serialize)]
-    struct Answer<'a> {
+    struct CompareAnswer<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
         limits_exceeded: &'a [Exceeded],
     }
-    let answer = Answer {
+    let answer = CompareAnswer {
         comparison,
         limits_exceeded: exceeded,
     };

@@ -78,10 +78,10 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let whole = |w: &str| w.parse::<u32>().ok().filter(|n| (1..=1 << 24).contains(n));
     let from = parsed(m, "from", "a number of samples", whole)?.unwrap_or(1);
     let deep = parsed(m, "reference-samples", "a number of samples", whole)?.unwrap_or(16 * most);
-    let methods: Vec<Method> = text(m, "methods")
+    let methods: Vec<ConvergenceMethod> = text(m, "methods")
         .unwrap_or("sobol,jittered,1999")
         .split(',')
-        .map(Method::parse)
+        .map(ConvergenceMethod::parse)
         .collect::<Result<_>>()?;
     let across = axis(m)?;
     let peers = text(m, "peers").map(|file| Peer::open(Path::new(file)));
@@ -171,7 +171,7 @@ const METHODS: &str = "methods are 1999, random, jittered, sobol, blue and golde
      or +FILTER: sobol+adaptive+mitchell";
 
 /// A method: the changes to a plan that a name describes.
-struct Method {
+struct ConvergenceMethod {
     name: String,
     kind: SamplerKind,
     aim: Aim,
@@ -180,7 +180,7 @@ struct Method {
     filter: Option<Filter>,
 }
 
-impl Method {
+impl ConvergenceMethod {
     fn parse(word: &str) -> Result<Self> {
         let name = word.trim().to_owned();
         let mut words = name.split('+');

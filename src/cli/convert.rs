@@ -97,14 +97,14 @@ pub(crate) fn command() -> Command {
 
 /// What a conversion writes.
 #[derive(Clone, Copy)]
-pub(super) enum Output {
+pub(super) enum ConvertedFile {
     /// The scene in the language of its file, Inventor or VRML97, as text or in binary.
     Rewritten(Format),
     /// A format of other programs.
     Exported(Target),
 }
 
-impl Output {
+impl ConvertedFile {
     /// The name of the format.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -137,7 +137,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     print_warnings(&document.sink);
     match (output, wanted) {
         (Some(output), _) => check_ending(output, &endings(wanted, &document))?,
-        (None, Output::Exported(target)) if target.has_files_beside() => {
+        (None, ConvertedFile::Exported(target)) if target.has_files_beside() => {
             let title = target.title();
             let text = format!("{title} needs files beside it, so it is not written to a pipe");
             return Err(Diagnostic::unsupported(text).with_help("name the file with `-o`"));
@@ -151,7 +151,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         keep_scene(&conversion, output, scene, &document)?;
     }
     print_all(&conversion, scene);
-    if let (Some(output), Output::Rewritten(_)) = (output, wanted) {
+    if let (Some(output), ConvertedFile::Rewritten(_)) = (output, wanted) {
         left_behind(&document, [scene, output], &BTreeSet::new())
             .iter()
             .for_each(print_diagnostic);
@@ -180,12 +180,12 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
 /// Converts a document.
 pub(super) fn converted(
     document: &Document,
-    output: Output,
+    output: ConvertedFile,
     options: &ExportOptions,
 ) -> Result<Conversion> {
     match output {
-        Output::Rewritten(format) => Ok(rewritten(document, format)),
-        Output::Exported(target) => convert(document, target, options),
+        ConvertedFile::Rewritten(format) => Ok(rewritten(document, format)),
+        ConvertedFile::Exported(target) => convert(document, target, options),
     }
 }
 
@@ -235,13 +235,16 @@ pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<Exp
 }
 
 /// Returns what to write, from the value of `--to` or the ending of the output.
-pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> Output {
+pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> ConvertedFile {
     let target = match to {
-        Some("binary") => return Output::Rewritten(Format::Binary),
+        Some("binary") => return ConvertedFile::Rewritten(Format::Binary),
         Some(name) => Target::named(name),
         None => output.and_then(Target::of_path),
     };
-    target.map_or(Output::Rewritten(Format::Ascii), Output::Exported)
+    target.map_or(
+        ConvertedFile::Rewritten(Format::Ascii),
+        ConvertedFile::Exported,
+    )
 }
 
 /// Writes a scene in a format of its own language.
@@ -333,10 +336,10 @@ pub(super) fn keep_scene(
 }
 
 /// Returns the endings of names for files that hold what is written.
-pub(super) fn endings(wanted: Output, document: &Document) -> Vec<&'static str> {
+pub(super) fn endings(wanted: ConvertedFile, document: &Document) -> Vec<&'static str> {
     match wanted {
-        Output::Rewritten(format) => document.written_endings(format).to_vec(),
-        Output::Exported(target) => target.endings().to_vec(),
+        ConvertedFile::Rewritten(format) => document.written_endings(format).to_vec(),
+        ConvertedFile::Exported(target) => target.endings().to_vec(),
     }
 }
 

@@ -9,7 +9,7 @@ use ivcam_base::files::{folder_of, write_whole};
 use ivcam_inventor::iv::{Document, Limits};
 use serde_json::{Value as Json, json};
 
-use super::convert::{self, Output};
+use super::convert::{self, ConvertedFile};
 use super::folder_mode::{
     FileProgress, create_folder, keep_files_of_others, output_folder, problem_line,
 };
@@ -33,8 +33,8 @@ const OPTIONS: [&str; 10] = [
 ];
 
 /// What the conversion of each scene needs.
-struct Batch<'m> {
-    output: Output,
+struct FolderBatch<'m> {
+    output: ConvertedFile,
     options: ExportOptions,
     search: Vec<&'m Path>,
     contain: Option<&'m Path>,
@@ -44,7 +44,7 @@ struct Batch<'m> {
 }
 
 /// A scene that was converted, or that has nothing to draw.
-struct Converted {
+struct FolderResult {
     conversion: Conversion,
     /// The warnings about the scene.
     problems: Vec<Diagnostic>,
@@ -52,7 +52,7 @@ struct Converted {
 
 /// The results of all scenes.
 #[derive(Default)]
-struct Sum {
+struct ConversionSum {
     converted: usize,
     up_to_date: usize,
     empty: usize,
@@ -84,7 +84,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         to => convert::wanted(to, None),
     };
     let (search, contain) = super::readable_folders(m);
-    let mut batch = Batch {
+    let mut batch = FolderBatch {
         output,
         options: convert::options(m, None)?,
         search,
@@ -109,12 +109,12 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     batch.options.model.compile.memory = memory.bytes();
     batch.scenes = jobs.list.iter().map(|job| job.input.clone()).collect();
     let progress = FileProgress::new(waiting.len(), false);
-    let mut sum = Sum::default();
+    let mut sum = ConversionSum::default();
     for job in &current {
         sum.up_to_date += 1;
         sum.list(job, "up to date", None, Json::Null);
     }
-    let mut done = |job: &Job, result: Result<Converted>| {
+    let mut done = |job: &Job, result: Result<FolderResult>| {
         let line = sum.add(job, result, output);
         progress.done(&job.name, line.as_deref());
     };
@@ -130,9 +130,9 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     )
 }
 
-impl Batch<'_> {
+impl FolderBatch<'_> {
     /// Converts a scene and writes its files. A scene with nothing to draw is not written.
-    fn convert(&self, job: &Job) -> Result<Converted> {
+    fn convert(&self, job: &Job) -> Result<FolderResult> {
         let document =
             Document::open_or_stdin(&job.input, &self.search, self.contain, &self.limits)?;
         let endings = convert::endings(self.output, &document);
@@ -146,7 +146,7 @@ impl Batch<'_> {
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let mut problems: Vec<Diagnostic> = problems.collect();
-        if let Output::Rewritten(_) = self.output {
+        if let ConvertedFile::Rewritten(_) = self.output {
             problems.extend(convert::left_behind(
                 &document,
                 [&job.input, &job.output],
@@ -161,16 +161,21 @@ impl Batch<'_> {
             // The bytes of many scenes may wait to be counted.
             (conversion.bytes, conversion.beside) = Default::default();
         }
-        Ok(Converted {
+        Ok(FolderResult {
             conversion,
             problems,
         })
     }
 }
 
-impl Sum {
+impl ConversionSum {
     /// Adds the result of a scene, and returns the line to print about it.
-    fn add(&mut self, job: &Job, result: Result<Converted>, output: Output) -> Option<String> {
+    fn add(
+        &mut self,
+        job: &Job,
+        result: Result<FolderResult>,
+        output: ConvertedFile,
+    ) -> Option<String> {
         let converted = match result {
             Ok(converted) => converted,
             Err(error) => {

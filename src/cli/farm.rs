@@ -8,7 +8,7 @@ use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_base::files::write_whole;
 
 use super::farm_picture::DividedPicture;
-use super::pull_focus::Film;
+use super::pull_focus::MovieFilm;
 use super::{flags, parsed, text, value};
 use crate::farm::{Division, Scheduler, Word, pieces, script};
 use crate::movie::frames_text;
@@ -80,7 +80,7 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         Some(program) => PathBuf::from(program),
         None => std::env::current_exe().map_err(|e| Diagnostic::io("this program", &e))?,
     };
-    let place = Place {
+    let place = FarmFolder {
         here: unicode(here.as_os_str())?,
         program: unicode(program.as_os_str())?,
         cores,
@@ -93,7 +93,7 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         let count = counted(picture.arguments.len(), "part");
         (division_of_picture(picture, &words, place)?, count)
     } else {
-        let film = Film::of_command(&words)?;
+        let film = MovieFilm::of_command(&words)?;
         let division = division(&film, &words, place, |frames| pieces(frames, chunk, most))?;
         (division, counted(film.frames.len(), "frame"))
     };
@@ -115,7 +115,7 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
 }
 
 /// Where and how the tasks run.
-struct Place {
+struct FarmFolder {
     /// The folder in which the command was given.
     here: String,
     /// The program on the machines of the farm.
@@ -134,9 +134,9 @@ fn create_folder(folder: &Path) -> Result<()> {
 
 /// Divides a movie into tasks.
 fn division<'f>(
-    film: &'f Film,
+    film: &'f MovieFilm,
     words: &[OsString],
-    place: Place,
+    place: FarmFolder,
     pieces: impl Fn(&'f [u32]) -> Vec<&'f [u32]>,
 ) -> Result<Division> {
     let folder = unicode(film.folder.as_os_str())?;
@@ -175,7 +175,7 @@ fn division<'f>(
 fn division_of_picture(
     picture: DividedPicture,
     words: &[OsString],
-    place: Place,
+    place: FarmFolder,
 ) -> Result<Division> {
     let folder = unicode(picture.folder.as_os_str())?;
     let file = |name: &str| format!("{folder}/{name}.ckpt");
@@ -277,8 +277,8 @@ mod tests {
         assert_eq!(rest, ["a.iv", "-o", "--", "--frames"]);
     }
 
-    fn place() -> Place {
-        Place {
+    fn place() -> FarmFolder {
+        FarmFolder {
             here: "/a b".into(),
             program: "/bin/ivcam".into(),
             cores: 2,
@@ -307,7 +307,7 @@ mod tests {
     fn the_tasks_of_a_movie_have_its_frames_and_its_length() {
         let line = "pull-focus no-such.iv --from 1 --to 2 --frames 5 -o a.png";
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
-        let film = Film::of_command(&words).unwrap();
+        let film = MovieFilm::of_command(&words).unwrap();
         let division = division(&film, &words, place(), |f| pieces(f, Some(2), 9)).unwrap();
         assert_eq!(division.arguments, ["0-1", "2-3", "4-4"]);
         let task = division.task.lines().last().unwrap();
@@ -322,7 +322,7 @@ mod tests {
         let part = words
             .iter()
             .map(|w| if w == "5" { "1-3:2".into() } else { w.clone() });
-        let part = Film::of_command(&part.collect::<Vec<_>>()).unwrap();
+        let part = MovieFilm::of_command(&part.collect::<Vec<_>>()).unwrap();
         assert_eq!(part.frames, [1, 3]);
         assert!(!part.is_whole);
     }

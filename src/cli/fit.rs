@@ -11,7 +11,7 @@ use ivcam_base::files::write_whole;
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::Plate;
 use crate::compare::camera_fit::CameraFit;
-use crate::compare::fit::Step;
+use crate::compare::fit::FitStep;
 use crate::photo::{Era, Session};
 
 /// Fits the camera, writes it to `file`, and returns the best rendering.
@@ -42,7 +42,7 @@ pub(crate) fn run(
     let clock = Instant::now();
     let bar = progress_bar(quiet);
     let mut kept = Ok(());
-    let mut report = |step: &Step<'_>| {
+    let mut report = |step: &FitStep<'_>| {
         // Every improvement is kept, so that an interrupted fit leaves its best camera.
         let text = fit.camera_text(step.values);
         kept = write_whole(file, |f| f.write_all(text.as_bytes()));

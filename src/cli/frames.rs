@@ -51,7 +51,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if m.get_flag("remove-broken") {
         frames.remove_broken()?;
     }
-    let list = Lists::of(&frames);
+    let list = FrameLists::of(&frames);
     let printed = match m.get_flag("json") {
         true => writeln!(out, "{:#}", list.json(&frames)),
         false => write!(out, "{}", list.text(&frames)),
@@ -72,7 +72,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
 
 /// The numbers of the frames in each state.
 #[derive(Default)]
-struct Lists {
+struct FrameLists {
     done: Vec<u32>,
     missing: Vec<u32>,
     /// The numbers with the reasons.
@@ -81,7 +81,7 @@ struct Lists {
     in_work: Vec<(u32, Option<(String, u32)>)>,
 }
 
-impl Lists {
+impl FrameLists {
     fn of(frames: &Frames) -> Self {
         let mut lists = Self::default();
         for (number, state) in (0..).zip(&frames.states) {

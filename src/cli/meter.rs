@@ -23,7 +23,7 @@ pub(crate) enum MeterKind {
 }
 
 /// Shows the progress of a render.
-pub(super) enum Meter {
+pub(super) enum SceneMeter {
     /// A line that is visible only on a terminal.
     Bar(indicatif::ProgressBar),
     /// One JSON object per line.
@@ -34,7 +34,7 @@ pub(super) enum Meter {
     },
 }
 
-impl Meter {
+impl SceneMeter {
     pub(super) fn new(kind: MeterKind) -> Self {
         if kind == MeterKind::Json {
             return Self::Json {

@@ -72,7 +72,7 @@ pub(crate) fn command() -> Command {
 }
 
 /// The movie that a command makes, for those who divide it.
-pub(crate) struct Film {
+pub(crate) struct MovieFilm {
     /// The frames to make.
     pub frames: Vec<u32>,
     /// Whether these are all frames of the movie.
@@ -87,7 +87,7 @@ pub(crate) struct Film {
     pub has_threads: bool,
 }
 
-impl Film {
+impl MovieFilm {
     /// Returns the movie of a command, `pull-focus` with its arguments.
     ///
     /// # Errors

@@ -16,7 +16,7 @@ use ivcam_render::render::report::{RenderReport, count, error_text, percent};
 use ivcam_render::render::{Counts, Exposure, Keeper, Task};
 
 use super::keeping::Keeping;
-use super::meter::{Meter, MeterKind};
+use super::meter::{MeterKind, SceneMeter};
 use super::outputs::{
     check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
 };
@@ -385,7 +385,7 @@ fn render_whole(
         sums,
         keepers: &keepers,
     };
-    let meter = Meter::new(options.meter);
+    let meter = SceneMeter::new(options.meter);
     let exposure = options.on_threads(|| session.expose_task(task, &|p| meter.show(p)))?;
     meter.finish(&exposure.counts, exposure.spent.seconds);
     let mut code = 0;
@@ -478,7 +478,7 @@ fn render_in_strips(
     options: &OutputOptions,
     command: &str,
 ) -> Result<(RenderReport, Counts)> {
-    let meter = Meter::new(options.meter);
+    let meter = SceneMeter::new(options.meter);
     let made = options.on_threads(|| {
         let depth = session.plan.depth;
         session.expose_in_strips(command, &|p| meter.show(p), |heading, rows| {

@@ -8,7 +8,7 @@
 
 use glam::{DMat2, DVec2};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::math::fourier::Spectrum;
+use ivcam_base::math::fourier::FourierSpectrum;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -296,7 +296,7 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
 
 /// Returns the spectrum of the gradient's direction, as a complex number of length up to 1, of a
 /// picture rotated about its center and placed in the middle of a square.
-fn directions(picture: &Plane, angle: f64) -> Spectrum {
+fn directions(picture: &Plane, angle: f64) -> FourierSpectrum {
     let turn = DVec2::new(libm::cos(angle), libm::sin(angle));
     let middle = 0.5 * SQUARE as f64;
     let turned = Plane::from_fn(SQUARE, SQUARE, |x, y| {
@@ -320,7 +320,7 @@ fn directions(picture: &Plane, angle: f64) -> Spectrum {
         let g = DVec2::new(f64::from(gx.values[i]), f64::from(gy.values[i]));
         g / (g.length() + f64::from(mean) + 1e-6)
     });
-    Spectrum::of(SQUARE, field.collect())
+    FourierSpectrum::of(SQUARE, field.collect())
 }
 
 /// Returns the local contrast: the difference of the brightness from its surroundings, over the

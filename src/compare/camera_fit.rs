@@ -16,7 +16,7 @@ use ivcam_optics::film::Resolution;
 use ivcam_render::render::Exposure;
 
 use super::align;
-use super::fit::{Fit, Fitted, Half, Step};
+use super::fit::{Fit, FitStep, Fitted, Half};
 use super::plane::{Plane, Plate};
 use crate::photo::{Optics, Plan, Session};
 
@@ -93,7 +93,7 @@ impl Clock {
 }
 
 /// The result of a camera fit: the parameters, and their rendering.
-pub(crate) struct Found {
+pub(crate) struct FoundCamera {
     pub fitted: Fitted,
     pub rendering: Plate,
 }
@@ -289,8 +289,8 @@ impl CameraFit {
         &self,
         session: &mut Session,
         target: &Plate,
-        report: &mut dyn FnMut(&Step<'_>),
-    ) -> Result<Found> {
+        report: &mut dyn FnMut(&FitStep<'_>),
+    ) -> Result<FoundCamera> {
         let size = self.plan.resolution;
         self.check_aspect(target)?;
         let count = self.count();
@@ -331,7 +331,7 @@ impl CameraFit {
         let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
-        Ok(Found { fitted, rendering })
+        Ok(FoundCamera { fitted, rendering })
     }
 
     /// Checks that the target has the rendering's aspect.

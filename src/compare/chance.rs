@@ -44,7 +44,7 @@ pub(super) struct Searched {
 }
 
 /// A field of two-dimensional vectors over the pixels of a picture.
-struct Field {
+struct NoiseField {
     width: usize,
     height: usize,
     values: Vec<DVec2>,
@@ -95,7 +95,7 @@ impl Searched {
 
 /// Returns the gradient's direction, as a vector of length up to 1, of the new picture reduced by
 /// `ratio` and of the old one on its pixels. Both are zero where the pictures do not overlap.
-fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [Field; 2] {
+fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [NoiseField; 2] {
     let old_ratio = (ratio * warp.scale()).max(1.0);
     let (new, old) = (reduced(new, ratio), reduced(old, old_ratio));
     let warp = warp.between(ratio, old_ratio);
@@ -118,7 +118,7 @@ fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [Field; 2] {
             // A gradient far below the mean is noise; 1e-6 keeps a flat picture at zero.
             values[i] = gradient(i) / (gradient(i).length() + mean + 1e-6);
         }
-        Field {
+        NoiseField {
             width,
             height,
             values,
@@ -128,8 +128,8 @@ fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [Field; 2] {
 
 /// Returns the correlation of two fields, and the number of independent observations that it is
 /// worth: one over its variance if the fields were unrelated.
-fn correlation([a, b]: &[Field; 2]) -> (f64, f64) {
-    let squares = |f: &Field| -> f64 { f.values.iter().map(|v| v.length_squared()).sum() };
+fn correlation([a, b]: &[NoiseField; 2]) -> (f64, f64) {
+    let squares = |f: &NoiseField| -> f64 { f.values.iter().map(|v| v.length_squared()).sum() };
     let (aa, bb) = (squares(a), squares(b));
     // A field shorter than this everywhere is rounding.
     if !(aa > 1e-6 && bb > 1e-6) {
@@ -142,7 +142,7 @@ fn correlation([a, b]: &[Field; 2]) -> (f64, f64) {
         .iter()
         .zip(&b.values)
         .map(|(a, b)| if covered(a, b) { DVec2::X } else { DVec2::ZERO });
-    let cover = Field {
+    let cover = NoiseField {
         values: cover.collect(),
         ..*a
     };
@@ -163,7 +163,7 @@ fn correlation([a, b]: &[Field; 2]) -> (f64, f64) {
 
 /// Returns the sums of v(p)·v(p + d)* and of v(p)·v(p + d), with vectors as complex numbers, for
 /// each lag d. Both are needed because directions of gradients prefer some axes.
-fn autocorrelation(field: &Field) -> (Vec<DVec2>, Vec<DVec2>) {
+fn autocorrelation(field: &NoiseField) -> (Vec<DVec2>, Vec<DVec2>) {
     let mut values = vec![DVec2::ZERO; SIDE * SIDE];
     for (y, row) in field.values.chunks(field.width).enumerate() {
         values[y * SIDE..y * SIDE + field.width].copy_from_slice(row);
@@ -243,7 +243,7 @@ mod tests {
         let mut field = || {
             let (x, y) = (smooth(), smooth());
             let both = x.values.iter().zip(&y.values);
-            Field {
+            NoiseField {
                 width: 48,
                 height: 32,
                 values: both

@@ -1,6 +1,6 @@
 //! Measures the distance between the edges of two pictures, independent of their shading.
 //!
-//! Edges are ridges of the local contrast, the gradient over the mean brightness around it. A
+//! EdgeMap are ridges of the local contrast, the gradient over the mean brightness around it. A
 //! darker lamp, a gradient of light or another gamma does not move them. Hysteresis thresholds and
 //! non-maximum suppression are Canny's (1986); the distance transform is Felzenszwalb and
 //! Huttenlocher's (2012).
@@ -12,7 +12,7 @@ use super::plane::{Plane, length};
 
 /// A map of the pixels that are on an edge.
 #[derive(Clone, Debug)]
-pub(crate) struct Edges {
+pub(crate) struct EdgeMap {
     pub width: usize,
     pub height: usize,
     /// Whether each pixel is on an edge, row by row.
@@ -41,7 +41,7 @@ const START: f32 = 0.05;
 /// The local contrast, per pixel, that continues an edge.
 const CONTINUE: f32 = 0.02;
 
-impl Edges {
+impl EdgeMap {
     /// Detects the edges of a picture's brightness.
     pub(crate) fn of(luma: &Plane) -> Self {
         let smooth = luma.blurred(SIGMA);
@@ -104,11 +104,11 @@ impl Edges {
 
 /// Measures the distance between two sets of edges, or returns `None` if either has no edge that
 /// counts.
-pub(crate) fn distance(a: &Edges, b: &Edges, mask: &Mask) -> Option<EdgeDistance> {
+pub(crate) fn distance(a: &EdgeMap, b: &EdgeMap, mask: &Mask) -> Option<EdgeDistance> {
     if a.count(mask) == 0 || b.count(mask) == 0 {
         return None;
     }
-    let one_way = |from: &Edges, to: &Edges| -> Vec<f64> {
+    let one_way = |from: &EdgeMap, to: &EdgeMap| -> Vec<f64> {
         let distances = to.distances();
         (0..from.on.len())
             .filter(|&i| from.on[i] && mask.counts[i])
@@ -203,7 +203,7 @@ mod tests {
     }
 
     fn between(a: &Plane, b: &Plane) -> EdgeDistance {
-        distance(&Edges::of(a), &Edges::of(b), &Mask::all(80, 60)).unwrap()
+        distance(&EdgeMap::of(a), &EdgeMap::of(b), &Mask::all(80, 60)).unwrap()
     }
 
     #[test]
@@ -230,7 +230,7 @@ mod tests {
     fn the_distance_to_an_edge_is_euclids() {
         let mut on = vec![false; 20 * 10];
         on[3 * 20 + 4] = true;
-        let edges = Edges {
+        let edges = EdgeMap {
             width: 20,
             height: 10,
             on,
@@ -244,7 +244,7 @@ mod tests {
 
     #[test]
     fn a_flat_picture_has_no_edges_to_measure() {
-        let flat = Edges::of(&Plane::from_fn(80, 60, |_, _| 0.5));
+        let flat = EdgeMap::of(&Plane::from_fn(80, 60, |_, _| 0.5));
         assert!(distance(&flat, &flat, &Mask::all(80, 60)).is_none());
     }
 }

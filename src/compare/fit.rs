@@ -55,7 +55,7 @@ const SEARCH: i32 = 6;
 const USUAL_ITERATIONS: usize = 6;
 
 /// The state of a fit after a step that improved it.
-pub(crate) struct Step<'a> {
+pub(crate) struct FitStep<'a> {
     /// The size of the rendering in pixels.
     pub size: (usize, usize),
     /// The best values so far.
@@ -164,7 +164,7 @@ impl Residuals {
 }
 
 /// A fit at one size.
-struct Level<'f, 'r> {
+struct FitLevel<'f, 'r> {
     fit: &'f Fit<'f>,
     size: (usize, usize),
     measure: Measure,
@@ -211,7 +211,7 @@ impl Fit<'_> {
     /// # Errors
     /// Fails if rendering fails.
     pub(crate) fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
-        let mut level = Level::new(self, self.sizes[0], Measure::Contrast, render);
+        let mut level = FitLevel::new(self, self.sizes[0], Measure::Contrast, render);
         let off = level.residuals(values)?;
         Ok(off.cost(&vec![1.0; off.first.len()]))
     }
@@ -235,7 +235,7 @@ impl Fit<'_> {
         &self,
         start: &[f64],
         render: &mut Renderer<'_>,
-        report: &mut dyn FnMut(&Step<'_>),
+        report: &mut dyn FnMut(&FitStep<'_>),
     ) -> Result<Fitted> {
         let count = start.len();
         let mut fitted = Fitted {
@@ -254,7 +254,7 @@ impl Fit<'_> {
             let mut report_step = |values: &[f64], cost: f64, renders: usize, finished: bool| {
                 let here = ((size.0 * size.1 * renders) as f64).min(0.95 * work[i]);
                 let here = if finished { work[i] } else { here };
-                report(&Step {
+                report(&FitStep {
                     size,
                     values,
                     cost,
@@ -262,7 +262,7 @@ impl Fit<'_> {
                     size_finished: finished,
                 });
             };
-            let mut level = Level::new(self, size, measure, render);
+            let mut level = FitLevel::new(self, size, measure, render);
             if measure == Measure::Contrast {
                 level.free.retain(|i| Some(*i) != self.blur);
             }
@@ -285,7 +285,7 @@ impl Fit<'_> {
     }
 }
 
-impl<'f, 'r> Level<'f, 'r> {
+impl<'f, 'r> FitLevel<'f, 'r> {
     fn new(
         fit: &'f Fit<'f>,
         size: (usize, usize),

@@ -13,6 +13,7 @@ use super::warp;
 
 /// The method that maps the old picture to the new one's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Registration {
     /// No change; the sizes must be equal.
     None,
@@ -259,7 +260,7 @@ fn measure(
     } else {
         mask
     };
-    let [a, b] = [new, matched].map(|p| edges::Edges::of(&p.luma()));
+    let [a, b] = [new, matched].map(|p| edges::EdgeMap::of(&p.luma()));
     Measures {
         mse,
         psnr: metric::psnr(mse),

@@ -21,6 +21,7 @@ pub struct Tone {
 
 /// The number of tone curves that are fitted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Matching {
     /// Tones are not matched.
     None,
@@ -67,7 +68,7 @@ pub(crate) fn fit(new: &Plate, old: &Plate, mask: &Mask, matching: Matching) -> 
 struct Pairs(Vec<(f64, f64)>);
 
 /// A least-squares line through pairs of levels, and its sum of squared residuals.
-struct Line {
+struct ToneLine {
     gain: f64,
     offset: f64,
     error: f64,
@@ -128,7 +129,7 @@ impl Pairs {
     }
 
     /// Returns the weighted least-squares line of new levels on oldᵞ.
-    fn line(&self, gamma: f64, weights: &[f64]) -> Line {
+    fn line(&self, gamma: f64, weights: &[f64]) -> ToneLine {
         let mut s = [0.0; 6]; // w, x, y, xx, xy, yy
         for (&(x, y), w) in self.0.iter().zip(weights) {
             let x = libm::pow(x.max(0.0), gamma);
@@ -138,7 +139,7 @@ impl Pairs {
         let [n, x, y, xx, xy, yy] = s;
         let (vx, vy, c) = (xx - x * x / n, yy - y * y / n, xy - x * y / n);
         let gain = if vx > 0.0 { c / vx } else { 0.0 };
-        Line {
+        ToneLine {
             gain,
             offset: (y - gain * x) / n,
             error: vy - gain * c,

@@ -30,7 +30,7 @@ pub struct Losses {
 
 /// A loss in a report for programs.
 #[derive(Serialize)]
-struct Entry<'a> {
+struct LossEntry<'a> {
     feature: &'a str,
     text: &'a str,
     node: &'a str,
@@ -47,7 +47,7 @@ struct Report<'a> {
     format: &'a str,
     output: &'a str,
     count: u64,
-    losses: Vec<Entry<'a>>,
+    losses: Vec<LossEntry<'a>>,
 }
 
 impl Losses {
@@ -159,8 +159,8 @@ impl Losses {
 
     /// The report for programs, as JSON.
     pub(crate) fn json(&self, scene: &str, format: &str, output: &str) -> serde_json::Value {
-        fn entry(loss: &Loss) -> Entry<'_> {
-            Entry {
+        fn entry(loss: &Loss) -> LossEntry<'_> {
+            LossEntry {
                 feature: &loss.code,
                 text: &loss.text,
                 node: &loss.place.class,

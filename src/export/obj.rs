@@ -31,7 +31,7 @@ pub(super) fn write(model: &Model, stem: &str) -> (Vec<u8>, Vec<(String, Vec<u8>
     }
     let stem = &*on_one_line(stem);
     let _ = writeln!(out, "mtllib {stem}.mtl");
-    let mut library = Library {
+    let mut library = MaterialLibrary {
         model,
         stem,
         text: String::from("# by ivcam\n"),
@@ -126,7 +126,7 @@ fn write_primitives(out: &mut String, mesh: &Mesh, is_mirrored: bool, next: Next
 }
 
 /// The library of materials.
-struct Library<'m> {
+struct MaterialLibrary<'m> {
     model: &'m Model,
     stem: &'m str,
     text: String,
@@ -136,7 +136,7 @@ struct Library<'m> {
     pictures: Vec<(String, Vec<u8>)>,
 }
 
-impl Library<'_> {
+impl MaterialLibrary<'_> {
     /// Returns the name of the material of a part, which is written at its first use, and whether
     /// the colors of the mesh are used.
     fn name(&mut self, part: Part) -> (String, bool) {

@@ -72,7 +72,7 @@ impl Ease {
 
 /// A value at a frame, with the interpolation from the key before.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Key<T> {
+pub(crate) struct EaseKey<T> {
     pub frame: f64,
     pub value: T,
     pub ease: Ease,
@@ -82,7 +82,7 @@ pub(crate) struct Key<T> {
 /// the last.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Track<T> {
-    keys: Vec<Key<T>>,
+    keys: Vec<EaseKey<T>>,
 }
 
 impl<T> Default for Track<T> {
@@ -96,7 +96,7 @@ impl<T: Copy> Track<T> {
     ///
     /// # Errors
     /// Returns the last key's frame if the new one is not after it.
-    pub(crate) fn push(&mut self, key: Key<T>) -> std::result::Result<(), f64> {
+    pub(crate) fn push(&mut self, key: EaseKey<T>) -> std::result::Result<(), f64> {
         match self.keys.last() {
             Some(last) if !(key.frame > last.frame) => Err(last.frame),
             _ => {

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
 
-use super::ease::{Ease, Key, Scale, Track};
+use super::ease::{Ease, EaseKey, Scale, Track};
 
 /// The largest number of frames of a timeline, more than two hours at 24 frames per second.
 pub(super) const MOST_FRAMES: u32 = 200_000;
@@ -76,7 +76,7 @@ impl Timeline {
         let mut this = Self::still(frames);
         for (frame, value) in [(0.0, from), (f64::from(frames - 1), to)] {
             // `push` fails only for keys out of order.
-            let _ = this.focus.push(Key { frame, value, ease });
+            let _ = this.focus.push(EaseKey { frame, value, ease });
         }
         Ok(this)
     }

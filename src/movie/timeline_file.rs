@@ -18,7 +18,7 @@ use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
 use ivcam_base::math::{LengthUnit, Meters, parse_length};
 
-use super::ease::{Ease, Key, PACES, SCALES, Scale};
+use super::ease::{Ease, EaseKey, PACES, SCALES, Scale};
 use super::timeline::{MOST_FRAMES, Timeline};
 
 impl Timeline {
@@ -27,19 +27,19 @@ impl Timeline {
     /// # Errors
     /// Fails at the first wrong line, with its location.
     pub fn read(source: &Arc<Source>) -> Result<Self> {
-        Reader::new(source).read()
+        TimelineReader::new(source).read()
     }
 }
 
 /// A word of a line with its location.
 #[derive(Clone, Copy)]
-struct Word<'a> {
+struct TimelineWord<'a> {
     text: &'a str,
     span: Span,
 }
 
 /// The state of reading a timeline file.
-struct Reader<'a> {
+struct TimelineReader<'a> {
     source: &'a Arc<Source>,
     timeline: Timeline,
     /// The frame of each key, to be checked against the number of frames.
@@ -59,7 +59,7 @@ const NAMES: [&str; 9] = [
     "time",
 ];
 
-impl<'a> Reader<'a> {
+impl<'a> TimelineReader<'a> {
     fn new(source: &'a Arc<Source>) -> Self {
         let mut timeline = Timeline::still(0);
         timeline.rate = 24.0;
@@ -105,7 +105,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a line with a setting, or with a key of a track.
-    fn line(&mut self, name: Word<'_>, values: &[Word<'_>]) -> Result<()> {
+    fn line(&mut self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<()> {
         match name.text {
             "frames" => {
                 let [frames] = self.numbers(name, values)?;
@@ -140,7 +140,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Reads a key: `TRACK FRAME VALUE… [EASE…]`.
-    fn key(&mut self, name: Word<'_>, values: &[Word<'_>]) -> Result<()> {
+    fn key(&mut self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<()> {
         if !NAMES.contains(&name.text) {
             let help = nearest(name.text, NAMES).map_or_else(
                 || format!("a line starts with {}", NAMES.join(", ")),
@@ -161,7 +161,7 @@ impl<'a> Reader<'a> {
         if frame < 0.0 {
             return Err(self.wrong(frame_word.span, "frames are counted from 0"));
         }
-        let is_ease = |w: &Word<'_>| Ease::parse(w.text).is_some();
+        let is_ease = |w: &TimelineWord<'_>| Ease::parse(w.text).is_some();
         let split = rest.iter().position(is_ease).unwrap_or(rest.len());
         let (values, eases) = rest.split_at(split);
         let ease = self.ease(name, eases)?;
@@ -169,23 +169,23 @@ impl<'a> Reader<'a> {
         match name.text {
             "focus" => {
                 let value = self.distance(name, values)?;
-                added = self.timeline.focus.push(Key { frame, value, ease });
+                added = self.timeline.focus.push(EaseKey { frame, value, ease });
             }
             "zoom" => {
                 let [value] = self.positive(name, values)?;
-                added = self.timeline.zoom.push(Key { frame, value, ease });
+                added = self.timeline.zoom.push(EaseKey { frame, value, ease });
             }
             "aperture" => {
                 let value = self.f_number(name, values)?;
-                added = self.timeline.aperture.push(Key { frame, value, ease });
+                added = self.timeline.aperture.push(EaseKey { frame, value, ease });
             }
             "time" => {
                 let [value] = self.numbers(name, values)?;
-                added = self.timeline.time.push(Key { frame, value, ease });
+                added = self.timeline.time.push(EaseKey { frame, value, ease });
             }
             "position" => {
                 let value = DVec3::from_array(self.numbers(name, values)?);
-                added = self.timeline.position.push(Key { frame, value, ease });
+                added = self.timeline.position.push(EaseKey { frame, value, ease });
             }
             "orientation" => {
                 let [x, y, z, angle] = self.numbers(name, values)?;
@@ -194,7 +194,10 @@ impl<'a> Reader<'a> {
                 };
                 let v = axis * libm::sin(0.5 * angle);
                 let value = DQuat::from_xyzw(v.x, v.y, v.z, libm::cos(0.5 * angle));
-                added = self.timeline.orientation.push(Key { frame, value, ease });
+                added = self
+                    .timeline
+                    .orientation
+                    .push(EaseKey { frame, value, ease });
             }
             _ => {}
         }
@@ -210,7 +213,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn ease(&self, name: Word<'_>, words: &[Word<'_>]) -> Result<Ease> {
+    fn ease(&self, name: TimelineWord<'_>, words: &[TimelineWord<'_>]) -> Result<Ease> {
         let mut all = String::new();
         for word in words {
             if Ease::parse(word.text).is_none() {
@@ -235,7 +238,7 @@ impl<'a> Reader<'a> {
         Ok(ease)
     }
 
-    fn distance(&self, name: Word<'_>, values: &[Word<'_>]) -> Result<f64> {
+    fn distance(&self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<f64> {
         let [word] = self.exactly(name, values)?;
         let length = parse_length(word.text, LengthUnit::Meter).map(Meters::from);
         match length {
@@ -246,7 +249,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn f_number(&self, name: Word<'_>, values: &[Word<'_>]) -> Result<f64> {
+    fn f_number(&self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<f64> {
         let [word] = self.exactly(name, values)?;
         let number = word.text.trim_start_matches("f/").parse().ok();
         number
@@ -257,7 +260,11 @@ impl<'a> Reader<'a> {
             })
     }
 
-    fn positive<const N: usize>(&self, name: Word<'_>, values: &[Word<'_>]) -> Result<[f64; N]> {
+    fn positive<const N: usize>(
+        &self,
+        name: TimelineWord<'_>,
+        values: &[TimelineWord<'_>],
+    ) -> Result<[f64; N]> {
         let numbers = self.numbers(name, values)?;
         match numbers.iter().position(|n| !(*n > 0.0)) {
             None => Ok(numbers),
@@ -265,8 +272,12 @@ impl<'a> Reader<'a> {
         }
     }
 
-    fn numbers<const N: usize>(&self, name: Word<'_>, values: &[Word<'_>]) -> Result<[f64; N]> {
-        let words: [Word<'_>; N] = self.exactly(name, values)?;
+    fn numbers<const N: usize>(
+        &self,
+        name: TimelineWord<'_>,
+        values: &[TimelineWord<'_>],
+    ) -> Result<[f64; N]> {
+        let words: [TimelineWord<'_>; N] = self.exactly(name, values)?;
         let mut numbers = [0.0; N];
         for (number, word) in numbers.iter_mut().zip(words) {
             *number = self.number(word)?;
@@ -276,9 +287,9 @@ impl<'a> Reader<'a> {
 
     fn exactly<'w, const N: usize>(
         &self,
-        name: Word<'w>,
-        values: &[Word<'w>],
-    ) -> Result<[Word<'w>; N]> {
+        name: TimelineWord<'w>,
+        values: &[TimelineWord<'w>],
+    ) -> Result<[TimelineWord<'w>; N]> {
         values.try_into().map_err(|_| {
             let span = values.get(N).map_or(name.span, |w| w.span);
             let found = values.len();
@@ -289,7 +300,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    fn number(&self, word: Word<'_>) -> Result<f64> {
+    fn number(&self, word: TimelineWord<'_>) -> Result<f64> {
         let number: Option<f64> = word.text.parse().ok();
         number
             .filter(|n| n.is_finite())
@@ -302,12 +313,12 @@ impl<'a> Reader<'a> {
 }
 
 /// Splits a line, which starts at a byte of the file, into words.
-fn words(line: &str, start: usize) -> Vec<Word<'_>> {
+fn words(line: &str, start: usize) -> Vec<TimelineWord<'_>> {
     line.split_whitespace()
         .map(|text| {
             // `text` is a slice of `line`, so the difference of addresses is its offset.
             let at = start + (text.as_ptr() as usize - line.as_ptr() as usize);
-            Word {
+            TimelineWord {
                 text,
                 span: Span::new(at, at + text.len()),
             }

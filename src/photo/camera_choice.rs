@@ -16,6 +16,7 @@ use ivcam_render::scene::{CompileOptions, snapshot};
 
 /// The camera of a plan.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum CameraChoice {
     /// The first camera in a file.
     File(PathBuf),

@@ -6,6 +6,7 @@ use ivcam_render::scene::Light;
 
 /// The plan's setting of the headlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Headlight {
     /// The environment file decides. Without one the scene's `NavigationInfo` decides, and without
     /// either the headlight is on in a VRML97 scene, and in any other if it has no light. This is
@@ -35,6 +36,7 @@ pub(crate) struct HeadlightSources {
 
 /// The setting or fact that decided about the headlight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum HeadlightCause {
     /// An option of the plan.
     Option,

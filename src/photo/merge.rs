@@ -12,7 +12,7 @@ use ivcam_render::render::Place;
 use super::checkpoint::{Checkpoint, Label};
 
 /// A part that is not in memory.
-struct Part<'p> {
+struct PicturePart<'p> {
     path: &'p Path,
     label: Label,
     place: Place,
@@ -31,15 +31,15 @@ pub(crate) fn merge(paths: &[PathBuf]) -> Result<Checkpoint> {
     for path in paths {
         let Checkpoint { label, sums } = Checkpoint::read(path)?;
         let place = sums.place;
-        parts.push(Part { path, label, place });
+        parts.push(PicturePart { path, label, place });
     }
-    let key = |part: &Part<'_>| {
+    let key = |part: &PicturePart<'_>| {
         let Place { region, first, .. } = part.place;
         (region.top, region.left, first)
     };
     check_parts(&parts)?;
     parts.sort_by_key(key);
-    let mut regions: Vec<(&Part<'_>, Checkpoint)> = Vec::new();
+    let mut regions: Vec<(&PicturePart<'_>, Checkpoint)> = Vec::new();
     for column in parts.chunk_by(|a, b| a.place.region == b.place.region) {
         check_samples(column)?;
         let mut whole = Checkpoint::read(column[0].path)?;
@@ -65,7 +65,7 @@ pub(crate) fn merge(paths: &[PathBuf]) -> Result<Checkpoint> {
 }
 
 /// Checks that all parts are finished parts of the picture of the first.
-fn check_parts(parts: &[Part<'_>]) -> Result<()> {
+fn check_parts(parts: &[PicturePart<'_>]) -> Result<()> {
     for part in parts {
         let path = part.path.display();
         let places = ["in the first", "in the second"];
@@ -89,7 +89,7 @@ fn check_parts(parts: &[Part<'_>]) -> Result<()> {
 }
 
 /// Checks that the samples of parts of one region follow each other.
-fn check_samples(parts: &[Part<'_>]) -> Result<()> {
+fn check_samples(parts: &[PicturePart<'_>]) -> Result<()> {
     for pair in parts.windows(2) {
         let [a, b] = [&pair[0], &pair[1]];
         let (end, start) = (a.place.done, b.place.first);
@@ -111,7 +111,7 @@ fn check_samples(parts: &[Part<'_>]) -> Result<()> {
 }
 
 /// Checks that regions have the same samples, do not overlap, and fill a rectangle. Returns it.
-fn check_regions(regions: &[(&Part<'_>, Checkpoint)]) -> Result<Region> {
+fn check_regions(regions: &[(&PicturePart<'_>, Checkpoint)]) -> Result<Region> {
     let place = |i: usize| &regions[i].1.sums.place;
     let name = |i: usize| regions[i].0.path.display();
     let mut whole = place(0).region;

@@ -30,7 +30,7 @@ impl Overview {
             matches!(role, Role::Camera | Role::Light)
                 || node.class_id() == Some(class::VRML97_NAVIGATION_INFO)
         };
-        let mut collector = Collector {
+        let mut collector = OverviewCollector {
             overview: Self::default(),
             leading: Leading::to(snapshot.document(), is_told),
         };
@@ -40,12 +40,12 @@ impl Overview {
 }
 
 /// Collects the facts, and skips the parts of the scene without any.
-struct Collector {
+struct OverviewCollector {
     overview: Overview,
     leading: Leading,
 }
 
-impl<'a> Visitor<'a> for Collector {
+impl<'a> Visitor<'a> for OverviewCollector {
     fn shape(&mut self, _: NodeRef<'a>, state: &State<'a>) {
         self.overview.has_light |= !state.lights.is_empty();
     }

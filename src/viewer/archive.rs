@@ -49,7 +49,7 @@ pub(crate) struct Levels {
 
 /// An archival picture mapped to the live one's pixels.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Aligned {
+pub struct AlignedArchive {
     /// It is transparent where the archival picture does not reach.
     pub(crate) levels: Levels,
     /// The position of the archival picture on the live one.
@@ -69,7 +69,7 @@ impl AlignmentJob {
     ///
     /// # Errors
     /// Fails if the pictures do not show the same scene.
-    pub(crate) fn run(&self) -> Result<Aligned> {
+    pub(crate) fn run(&self) -> Result<AlignedArchive> {
         let longer = self.live.width.max(self.live.height) as f64;
         let ratio = (longer / f64::from(ALIGNED_SIDE)).max(1.0);
         let side = |n: usize| ((n as f64 / ratio).round() as usize).max(1);
@@ -86,7 +86,7 @@ impl AlignmentJob {
             size: [width, height],
             rgba: rgba.collect(),
         };
-        Ok(Aligned {
+        Ok(AlignedArchive {
             levels,
             alignment: found.alignment,
         })
@@ -104,7 +104,7 @@ pub(crate) struct Archive {
     pub path: PathBuf,
     pub picture: Option<Arc<Raster>>,
     /// The picture on the live one's pixels, once it has been aligned.
-    pub aligned: Option<Aligned>,
+    pub aligned: Option<AlignedArchive>,
     /// Whether it is to be aligned as soon as the live picture has little noise.
     pub wants_alignment: bool,
     /// The state of the alignment, for the panel.
@@ -179,7 +179,7 @@ impl Archive {
     }
 
     /// Takes the result of an alignment, unless the picture has changed since.
-    pub(crate) fn align_done(&mut self, version: u64, aligned: Result<Aligned>) {
+    pub(crate) fn align_done(&mut self, version: u64, aligned: Result<AlignedArchive>) {
         if version != self.version {
             return;
         }

@@ -4,7 +4,7 @@
 use ivcam_optics::film::Response;
 use rayon::prelude::*;
 
-use super::live::Frame;
+use super::live::LiveFrame;
 use super::model::Marks;
 use super::view::{DepthMap, FocalSurface};
 
@@ -23,7 +23,7 @@ pub(crate) struct Histogram {
 }
 
 /// Returns a frame's levels, 8 bits of red, green and blue, as in the saved picture.
-pub(crate) fn levels(frame: &Frame, exposure: f64, response: &Response) -> Vec<u8> {
+pub(crate) fn levels(frame: &LiveFrame, exposure: f64, response: &Response) -> Vec<u8> {
     let exposure = exposure * frame.metered;
     let level = |x: f32, channel| {
         let level = response.level(f64::from(x) * exposure, channel);

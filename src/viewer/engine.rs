@@ -16,16 +16,16 @@ use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::picture::PictureFormat;
 
-use super::archive::{Aligned, AlignmentJob};
+use super::archive::{AlignedArchive, AlignmentJob};
 use super::autofocus::{Focused, focus_at};
-use super::live::{Frame, Live, Request};
+use super::live::{Live, LiveFrame, Request};
 use super::setup::Setup;
 use super::view::{DepthMap, FocalSurface};
 use crate::photo::headlight::HeadlightSources;
 use crate::photo::{Plan, Session};
 
 /// An order of the window.
-pub enum Order {
+pub enum EngineOrder {
     /// Open a scene; the old one is kept if it cannot be opened.
     Open(Box<Plan>),
     /// Focus on a place of the picture, from 0 to 1.
@@ -39,7 +39,7 @@ pub enum News {
     /// A scene cannot be opened.
     NotOpened(PathBuf, Box<Diagnostic>),
     /// A new picture of a request, which may be refined by later ones.
-    Frame(Box<Frame>),
+    Frame(Box<LiveFrame>),
     /// The distances in the picture, and the surface of sharp focus.
     Depths(Arc<DepthMap>, Option<FocalSurface>),
     /// The request cannot be shown, for example because the lens cannot focus there. The picture is
@@ -48,7 +48,7 @@ pub enum News {
     /// Autofocus has ended; `None` if there is no surface at the place.
     Focused(Option<Focused>),
     /// The archival picture that was loaded as this one has been aligned.
-    Aligned(u64, Result<Aligned>),
+    Aligned(u64, Result<AlignedArchive>),
     /// A picture was saved in a file. The text is the line that a batch run would print.
     Saved(PathBuf, String),
     /// A picture cannot be saved in a file.
@@ -72,7 +72,7 @@ pub struct Opened {
 
 #[derive(Default)]
 struct Inbox {
-    orders: VecDeque<Order>,
+    orders: VecDeque<EngineOrder>,
     /// The last request; earlier ones are replaced.
     show: Option<Request>,
     refine: bool,
@@ -80,14 +80,14 @@ struct Inbox {
 }
 
 #[derive(Default)]
-struct Shared {
+struct SharedState {
     inbox: Mutex<Inbox>,
     bell: Condvar,
     /// Whether an order waits, so that the running pass is to end.
     hurry: AtomicBool,
 }
 
-impl Shared {
+impl SharedState {
     fn lock(&self) -> MutexGuard<'_, Inbox> {
         self.inbox.lock().unwrap_or_else(|e| e.into_inner())
     }
@@ -95,7 +95,7 @@ impl Shared {
 
 /// The window's handle of the renderer's thread.
 pub struct Engine {
-    shared: Arc<Shared>,
+    shared: Arc<SharedState>,
     news: Receiver<News>,
     sender: Sender<News>,
     threads: usize,
@@ -110,9 +110,9 @@ impl Engine {
     /// Fails if threads cannot be started.
     pub fn start(threads: usize, wake: Arc<dyn Fn() + Send + Sync>) -> Result<Self> {
         let (sender, news) = channel();
-        let shared = Arc::new(Shared::default());
+        let shared = Arc::new(SharedState::default());
         shared.lock().refine = true;
-        let mut worker = Worker {
+        let mut worker = EngineWorker {
             shared: shared.clone(),
             sender: sender.clone(),
             wake: wake.clone(),
@@ -135,7 +135,7 @@ impl Engine {
     }
 
     /// Adds an order to those that wait.
-    pub fn order(&self, order: Order) {
+    pub fn order(&self, order: EngineOrder) {
         self.tell(|inbox| inbox.orders.push_back(order));
     }
 
@@ -234,8 +234,8 @@ fn panic_message(cause: &(dyn Any + Send)) -> String {
 }
 
 /// The state of the thread.
-struct Worker {
-    shared: Arc<Shared>,
+struct EngineWorker {
+    shared: Arc<SharedState>,
     sender: Sender<News>,
     wake: Arc<dyn Fn() + Send + Sync>,
     pool: rayon::ThreadPool,
@@ -245,13 +245,13 @@ struct Worker {
 }
 
 /// The next task of the thread.
-enum Task {
-    Order(Order),
+enum EngineTask {
+    Order(EngineOrder),
     Show(Box<Request>),
     Refine,
 }
 
-impl Worker {
+impl EngineWorker {
     fn run(&mut self) {
         while let Some(task) = self.next() {
             let done = catch_unwind(AssertUnwindSafe(|| self.work(task)));
@@ -270,7 +270,7 @@ impl Worker {
 
     /// Returns an order, or else the request to be shown, or else refinement. Waits if there is
     /// none.
-    fn next(&mut self) -> Option<Task> {
+    fn next(&mut self) -> Option<EngineTask> {
         let shared = self.shared.clone();
         let mut inbox = shared.lock();
         loop {
@@ -281,15 +281,15 @@ impl Worker {
                 shared
                     .hurry
                     .store(!inbox.orders.is_empty(), Ordering::Relaxed);
-                return Some(Task::Order(order));
+                return Some(EngineTask::Order(order));
             }
             shared.hurry.store(false, Ordering::Relaxed);
             if let Some(request) = inbox.show.take() {
-                return Some(Task::Show(Box::new(request)));
+                return Some(EngineTask::Show(Box::new(request)));
             }
             let shown = self.live.as_ref().is_some_and(|l| l.request().serial > 0);
             if shown && (inbox.refine || self.mapped != self.serial()) {
-                return Some(Task::Refine);
+                return Some(EngineTask::Refine);
             }
             inbox = shared.bell.wait(inbox).unwrap_or_else(|e| e.into_inner());
         }
@@ -304,18 +304,18 @@ impl Worker {
         (self.wake)();
     }
 
-    fn work(&mut self, task: Task) {
+    fn work(&mut self, task: EngineTask) {
         match task {
-            Task::Order(Order::Open(plan)) => self.open(&plan),
-            Task::Order(Order::FocusAt(x, y)) => {
+            EngineTask::Order(EngineOrder::Open(plan)) => self.open(&plan),
+            EngineTask::Order(EngineOrder::FocusAt(x, y)) => {
                 let found = match &mut self.live {
                     Some(live) => self.pool.install(|| focus_at(live, x, y)),
                     None => None,
                 };
                 self.tell(News::Focused(found));
             }
-            Task::Show(request) => self.show(*request),
-            Task::Refine => self.refine(),
+            EngineTask::Show(request) => self.show(*request),
+            EngineTask::Refine => self.refine(),
         }
     }
 

@@ -14,7 +14,7 @@ use crate::photo::{CameraChoice, camera_file};
 
 /// The probable kind of a file that was dropped or named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum DroppedKind {
     Scene,
     Camera,
     Environment,
@@ -22,7 +22,7 @@ pub(crate) enum Kind {
     Lens,
 }
 
-impl Kind {
+impl DroppedKind {
     /// Returns the kind by the name's extension; a `.dat` is a camera if it holds a camera node,
     /// otherwise a lens.
     pub(crate) fn of(path: &Path) -> Self {

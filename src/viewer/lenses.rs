@@ -2,13 +2,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use ivcam_optics::diagram::drawing::{Drawing, Item};
+use ivcam_optics::diagram::drawing::{Drawing, DrawingItem};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
 use ivcam_optics::lens::{About, Lens, shipped_names};
 
 /// A lens of the menu.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct MenuEntry {
     pub name: &'static str,
     pub title: String,
     pub kind: String,
@@ -18,13 +18,15 @@ pub(crate) struct Entry {
     pub section: Drawing,
 }
 
-impl Entry {
+impl MenuEntry {
     fn of(name: &'static str) -> Option<Self> {
         let lens = Lens::named(name).ok()?;
         let about = About::of(lens.prescription());
         let mut section = LensDiagram::of(&lens, thumbnail()).drawing();
         // Letters would be illegible at this size.
-        section.items.retain(|item| !matches!(item, Item::Text(_)));
+        section
+            .items
+            .retain(|item| !matches!(item, DrawingItem::Text(_)));
         Some(Self {
             name,
             title: about.title.unwrap_or_else(|| name.to_owned()),
@@ -64,7 +66,7 @@ fn thumbnail() -> SectionOptions {
 /// The menu, which a thread of its own prepares.
 #[derive(Clone, Default)]
 pub(crate) struct LensMenu {
-    entries: Arc<OnceLock<Vec<Entry>>>,
+    entries: Arc<OnceLock<Vec<MenuEntry>>>,
 }
 
 impl LensMenu {
@@ -73,7 +75,7 @@ impl LensMenu {
         let menu = Self::default();
         let entries = menu.entries.clone();
         std::thread::spawn(move || {
-            let _ = entries.set(shipped_names().filter_map(Entry::of).collect());
+            let _ = entries.set(shipped_names().filter_map(MenuEntry::of).collect());
             wake();
         });
         menu
@@ -86,14 +88,14 @@ impl LensMenu {
             let menu = LensMenu::default();
             let _ = menu
                 .entries
-                .set(shipped_names().filter_map(Entry::of).collect());
+                .set(shipped_names().filter_map(MenuEntry::of).collect());
             menu
         });
         MENU.clone()
     }
 
     /// Returns the lenses of the menu, or none while it is prepared.
-    pub(crate) fn entries(&self) -> &[Entry] {
+    pub(crate) fn entries(&self) -> &[MenuEntry] {
         self.entries.get().map_or(&[], Vec::as_slice)
     }
 }

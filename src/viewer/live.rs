@@ -53,7 +53,7 @@ pub struct Request {
 
 /// The picture so far, for display.
 #[derive(Clone, Debug)]
-pub struct Frame {
+pub struct LiveFrame {
     /// The serial number of the request.
     pub serial: u64,
     /// The size in pixels.
@@ -210,7 +210,7 @@ impl Live {
 
     /// Renders one more pass, or returns `None` if `proceed` returned false. Uses rayon's current
     /// pool.
-    pub(crate) fn step(&mut self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<Frame> {
+    pub(crate) fn step(&mut self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<LiveFrame> {
         self.recompile_if_still();
         if self.exposing.samples > 0 && self.exposing.divisor > 1 {
             self.exposing = Exposing::new(self.view.resolution, self.exposing.divisor / 2);
@@ -271,14 +271,14 @@ impl Live {
         }
     }
 
-    fn frame(&self) -> Frame {
+    fn frame(&self) -> LiveFrame {
         let film = &self.exposing.film;
         let means = film.pixels.iter().map(|p| p.mean.as_vec3().to_array());
         let mut pixels: Vec<[f32; 3]> = means.collect();
         if self.exposing.samples == 1 {
             fill_lost(&mut pixels, film.resolution.width as usize);
         }
-        Frame {
+        LiveFrame {
             serial: self.request.serial,
             resolution: film.resolution,
             pixels,

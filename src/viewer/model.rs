@@ -19,10 +19,10 @@ use super::archive::{AlignmentJob, Archive};
 use super::autofocus::Focused;
 use super::develop;
 use super::draft::{self, Preview};
-use super::engine::{News, Opened, Order};
+use super::engine::{EngineOrder, News, Opened};
 use super::files;
 use super::history::History;
-use super::live::{Frame, Request};
+use super::live::{LiveFrame, Request};
 use super::navigate::{self, Tool, Viewpoint};
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
@@ -67,7 +67,7 @@ pub(crate) struct Refusal {
 
 /// A kind of file that the window writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Output {
+pub(crate) enum OutputFile {
     Picture,
     Camera,
     /// The camera with its environment, as SceneViewer saves it.
@@ -75,7 +75,7 @@ pub(crate) enum Output {
 }
 
 /// The state of the window.
-pub(crate) struct Model {
+pub(crate) struct WindowModel {
     pub setup: Setup,
     pub preview: Preview,
     pub tool: Tool,
@@ -89,7 +89,7 @@ pub(crate) struct Model {
     /// The scenes opened so far, for the menu.
     pub scenes: Vec<PathBuf>,
     /// The last frame of the renderer.
-    pub frame: Option<Frame>,
+    pub frame: Option<LiveFrame>,
     /// The pixels of the place where the picture is shown; `None` before the first layout.
     pub view_size: Option<Resolution>,
     /// The bounding box of the scene as `viewAll` sees it, in meters.
@@ -121,7 +121,7 @@ pub(crate) struct Model {
     /// The name typed for a camera or environment to write.
     pub written: String,
     /// The existing file that a write would replace, until the user answers.
-    pub replacing: Option<(Output, PathBuf)>,
+    pub replacing: Option<(OutputFile, PathBuf)>,
     /// The pictures that are being saved.
     pub saving: Vec<PathBuf>,
     /// The sources that determine the headlight where the plan does not.
@@ -133,13 +133,13 @@ pub(crate) struct Model {
     /// Whether a mouse button is held.
     pub held: bool,
     pub flight: Option<Flight>,
-    orders: Vec<Order>,
+    orders: Vec<EngineOrder>,
     saves: Vec<(Setup, PathBuf)>,
     request: Option<(Setup, Preview, Option<Resolution>)>,
     serial: u64,
 }
 
-impl Model {
+impl WindowModel {
     /// Returns the state of a window on a plan, before its scene is opened.
     pub(crate) fn new(plan: Plan) -> Self {
         let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
@@ -243,23 +243,23 @@ impl Model {
     fn order_open(&mut self, plan: Plan) {
         self.opening = true;
         self.status = format!("opening {}", file_name(&plan.scene));
-        self.orders.push(Order::Open(Box::new(plan)));
+        self.orders.push(EngineOrder::Open(Box::new(plan)));
     }
 
     /// Opens a file of any kind that was dropped on the window or named.
     pub(crate) fn take_file(&mut self, path: &Path) {
-        let taken = match files::Kind::of(path) {
-            files::Kind::Scene => {
+        let taken = match files::DroppedKind::of(path) {
+            files::DroppedKind::Scene => {
                 self.open_scene(path);
                 Ok(())
             }
-            files::Kind::Camera => self.read_camera(path),
-            files::Kind::Environment => {
+            files::DroppedKind::Camera => self.read_camera(path),
+            files::DroppedKind::Environment => {
                 self.read_environment(path);
                 Ok(())
             }
-            files::Kind::Picture => self.archive.load(path),
-            files::Kind::Lens => {
+            files::DroppedKind::Picture => self.archive.load(path),
+            files::DroppedKind::Lens => {
                 let name = path.to_string_lossy().into_owned();
                 ivcam_optics::lens::Lens::open(&name)
                     .map(|_| self.edit("lens", |s| s.choose_lens(&name)))
@@ -299,7 +299,7 @@ impl Model {
             self.propose_name();
         }
         let path = PathBuf::from(self.output.trim());
-        self.write(Output::Picture, &path);
+        self.write(OutputFile::Picture, &path);
     }
 
     fn propose_name(&mut self) {
@@ -310,7 +310,7 @@ impl Model {
     }
 
     /// Writes a file, after the user has agreed to replace an existing one.
-    pub(crate) fn write(&mut self, output: Output, path: &Path) {
+    pub(crate) fn write(&mut self, output: OutputFile, path: &Path) {
         if path.exists() || self.saving.iter().any(|p| p == path) {
             self.replacing = Some((output, path.to_owned()));
         } else {
@@ -330,16 +330,16 @@ impl Model {
         }
     }
 
-    fn write_now(&mut self, output: Output, path: &Path) {
+    fn write_now(&mut self, output: OutputFile, path: &Path) {
         let text = match output {
-            Output::Picture => {
+            OutputFile::Picture => {
                 self.status = format!("making {}", path.display());
                 self.saving.push(path.to_owned());
                 self.saves.push((self.setup.clone(), path.to_owned()));
                 return;
             }
-            Output::Camera => Ok(files::camera_text(&self.setup)),
-            Output::Environment => {
+            OutputFile::Camera => Ok(files::camera_text(&self.setup)),
+            OutputFile::Environment => {
                 let lit = self.headlight.resolve(self.setup.plan.headlight).on;
                 files::environment_text(&self.setup, lit)
             }
@@ -375,7 +375,7 @@ impl Model {
     }
 
     /// Returns the orders for the renderer.
-    pub(crate) fn orders(&mut self) -> Vec<Order> {
+    pub(crate) fn orders(&mut self) -> Vec<EngineOrder> {
         std::mem::take(&mut self.orders)
     }
 
@@ -481,7 +481,7 @@ impl Model {
 
     /// Focuses on a place of the picture, from 0 to 1, as soon as the renderer can.
     pub(crate) fn focus_at(&mut self, x: f64, y: f64) {
-        self.orders.push(Order::FocusAt(x, y));
+        self.orders.push(EngineOrder::FocusAt(x, y));
     }
 
     fn focus_found(&mut self, found: Option<Focused>) {

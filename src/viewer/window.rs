@@ -5,7 +5,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 
 use super::engine::Engine;
 use super::lenses::LensMenu;
-use super::model::Model;
+use super::model::WindowModel;
 use super::panels::{Window, waker};
 use crate::photo::Plan;
 
@@ -35,7 +35,7 @@ pub(crate) fn run(
     let start = move |cc: &eframe::CreationContext<'_>| {
         let wake = waker(&cc.egui_ctx);
         let engine = Engine::start(threads, wake.clone())?;
-        let mut model = Model::new(plan);
+        let mut model = WindowModel::new(plan);
         if let Some(output) = output {
             model.output = output;
         }

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use ivcam::photo::{Era, Plan};
 use ivcam::viewer::draft::Preview;
-use ivcam::viewer::engine::{Engine, News, Order};
-use ivcam::viewer::live::{Frame, Request};
+use ivcam::viewer::engine::{Engine, EngineOrder, News};
+use ivcam::viewer::live::{LiveFrame, Request};
 use ivcam::viewer::setup::Setup;
 use ivcam_base::math::Mm;
 use ivcam_optics::film::Resolution;
@@ -46,7 +46,7 @@ impl Bench {
     }
 
     fn open(&self, plan: Plan) -> Option<Setup> {
-        self.engine.order(Order::Open(Box::new(plan)));
+        self.engine.order(EngineOrder::Open(Box::new(plan)));
         let until = Instant::now() + Duration::from_secs(300);
         self.wait(until, |news| match news {
             News::Opened(opened) => Some(Some(opened.setup)),
@@ -59,7 +59,7 @@ impl Bench {
     }
 
     /// Returns the first frame of a setup that meets a condition.
-    fn frame(&mut self, setup: &Setup, wanted: impl Fn(&Frame) -> bool) -> Option<Frame> {
+    fn frame(&mut self, setup: &Setup, wanted: impl Fn(&LiveFrame) -> bool) -> Option<LiveFrame> {
         self.serial += 1;
         let serial = self.serial;
         self.engine.show(Request {
@@ -70,7 +70,9 @@ impl Bench {
             at: Instant::now(),
         });
         self.wait(Instant::now() + PATIENCE, |news| match news {
-            News::Frame(frame) if frame.serial == serial && wanted(&frame) => Some(Some(*frame)),
+            News::Frame(frame) if frame.serial == serial && wanted(&frame) => {
+                Some(Some(*frame))
+            }
             News::Refused(_, error) => {
                 eprintln!("{error}");
                 Some(None)
@@ -84,7 +86,7 @@ impl Bench {
         &mut self,
         setup: &mut Setup,
         change: impl Fn(&mut Setup, usize),
-    ) -> Option<(f64, Frame)> {
+    ) -> Option<(f64, LiveFrame)> {
         let mut frames = Vec::new();
         for i in 0..TIMES {
             change(setup, i);

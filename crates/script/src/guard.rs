@@ -17,7 +17,7 @@ use boa_engine::ast::visitor::{VisitWith, Visitor};
 use boa_engine::interner::Interner;
 use boa_engine::parser::Parser;
 
-use super::places::Text;
+use super::places::ProgramText;
 
 /// The name of the function that measures a string.
 pub(super) const GROW: &str = "$ivcam$grow";
@@ -46,7 +46,7 @@ pub(super) fn guarded(program: &str) -> Result<String, String> {
     let parsed = parsed.map_err(|error| error.to_string())?;
     let mut finder = Finder {
         interner: &interner,
-        text: Text::new(&text),
+        text: ProgramText::new(&text),
         spans: Vec::new(),
     };
     if let ControlFlow::Break(message) = parsed.visit_with(&mut finder) {
@@ -113,7 +113,7 @@ fn nesting(text: &str) -> Result<(), String> {
 /// Finds the expressions that make strings.
 struct Finder<'a> {
     interner: &'a Interner,
-    text: Text,
+    text: ProgramText,
     spans: Vec<Range<usize>>,
 }
 
@@ -177,7 +177,7 @@ fn is_number(node: &Expression) -> bool {
 }
 
 /// Puts each expression into a call.
-fn wrapped(text: &Text, spans: &[Range<usize>]) -> String {
+fn wrapped(text: &ProgramText, spans: &[Range<usize>]) -> String {
     let mut openings: Vec<usize> = spans.iter().map(|s| s.start).collect();
     let mut closings: Vec<usize> = spans.iter().map(|s| s.end).collect();
     openings.sort_unstable();

@@ -32,7 +32,7 @@ const MAX_STACK: usize = 100_000;
 
 /// Why a call ended early.
 #[derive(Debug)]
-pub(super) enum Failure {
+pub(super) enum ScriptFailure {
     /// The script made an error, which ends only this call.
     Error(String),
     /// A limit was reached, which ends the script.
@@ -102,8 +102,8 @@ impl Machine {
         program: &str,
         seed: u32,
         frame: f64,
-    ) -> Result<Self, Failure> {
-        let program = guarded(program).map_err(Failure::Error)?;
+    ) -> Result<Self, ScriptFailure> {
+        let program = guarded(program).map_err(ScriptFailure::Error)?;
         let (interface, values) = interface(host);
         let meter = host.meter.clone();
         let context = ContextBuilder::new()
@@ -150,12 +150,12 @@ impl Machine {
 
     /// Calls a function of the script, if it has it. Returns the values of the outputs that the
     /// script assigned.
-    pub(super) fn call(&mut self, name: &str) -> (Outputs, Option<Failure>) {
+    pub(super) fn call(&mut self, name: &str) -> (Outputs, Option<ScriptFailure>) {
         self.run("call", &[js_string!(name).into()])
     }
 
     /// Delivers an event to the function of its name.
-    pub(super) fn receive(&mut self, event: &Event, time: f64) -> (Outputs, Option<Failure>) {
+    pub(super) fn receive(&mut self, event: &Event, time: f64) -> (Outputs, Option<ScriptFailure>) {
         let kind = script_input(&self.interface, &event.input);
         let value = kind.and_then(|kind| Some((kind, to_type(&event.value, kind)?)));
         let Some((kind, value)) = value else {
@@ -181,12 +181,12 @@ impl Machine {
     }
 
     /// Calls a function of the prelude, and then collects the outputs.
-    fn run(&mut self, name: &str, given: &[JsValue]) -> (Outputs, Option<Failure>) {
+    fn run(&mut self, name: &str, given: &[JsValue]) -> (Outputs, Option<ScriptFailure>) {
         let before = self.context.instructions_remaining();
         let called = self.method(name, given);
         let mut problem = called.err().map(|e| failure(&e, &self.meter));
         let mut outputs = Vec::new();
-        if !matches!(problem, Some(Failure::Limit(_))) {
+        if !matches!(problem, Some(ScriptFailure::Limit(_))) {
             match self.collect() {
                 Ok(collected) => outputs = collected,
                 Err(error) => problem = problem.or(Some(failure(&error, &self.meter))),
@@ -195,7 +195,7 @@ impl Machine {
         let used = before.saturating_sub(self.context.instructions_remaining());
         self.meter.executed(used);
         if problem.is_none() && self.meter.instructions() == 0 {
-            problem = Some(Failure::Limit(too_many_instructions()));
+            problem = Some(ScriptFailure::Limit(too_many_instructions()));
         }
         (outputs, problem)
     }
@@ -284,20 +284,20 @@ fn fields(interface: &[Interface], values: &[Option<Value>], context: &mut Conte
 }
 
 /// Returns what an error of the engine means.
-fn failure(error: &JsError, meter: &Meter) -> Failure {
+fn failure(error: &JsError, meter: &Meter) -> ScriptFailure {
     if let Some(limit) = meter.take_reached() {
-        return Failure::Limit(limit);
+        return ScriptFailure::Limit(limit);
     }
     match error.as_engine() {
-        Some(EngineError::NoInstructionsRemain) => Failure::Limit(too_many_instructions()),
+        Some(EngineError::NoInstructionsRemain) => ScriptFailure::Limit(too_many_instructions()),
         Some(EngineError::RuntimeLimit(RuntimeLimitError::Recursion)) => {
             let limit = format!("its functions call each other more than {MAX_RECURSION} deep");
-            Failure::Limit(limit)
+            ScriptFailure::Limit(limit)
         }
         Some(EngineError::RuntimeLimit(_)) => {
-            Failure::Limit(format!("it uses more than {MAX_STACK} values at once"))
+            ScriptFailure::Limit(format!("it uses more than {MAX_STACK} values at once"))
         }
-        Some(EngineError::Panic(_)) => Failure::Limit("the engine failed".into()),
+        Some(EngineError::Panic(_)) => ScriptFailure::Limit("the engine failed".into()),
         None => {
             // The engine's own text adds places in the prelude.
             let text = match error.as_native() {
@@ -305,7 +305,7 @@ fn failure(error: &JsError, meter: &Meter) -> Failure {
                 None => error.to_string(),
             };
             let line = text.lines().next().unwrap_or_default();
-            Failure::Error(line.chars().take(200).collect())
+            ScriptFailure::Error(line.chars().take(200).collect())
         }
     }
 }

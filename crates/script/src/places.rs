@@ -10,13 +10,13 @@ use boa_engine::ast::expression::operator::update::{UpdateOp, UpdateTarget};
 use boa_engine::ast::{Position, Spanned};
 
 /// A program with the places of its lines. Places are indices of characters.
-pub(super) struct Text {
+pub(super) struct ProgramText {
     pub chars: Vec<char>,
     /// The place where each line begins.
     lines: Vec<usize>,
 }
 
-impl Text {
+impl ProgramText {
     pub(super) fn new(text: &str) -> Self {
         let chars: Vec<char> = text.chars().collect();
         let after = chars.iter().enumerate().filter(|(_, c)| **c == '\n');

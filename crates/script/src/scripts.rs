@@ -9,7 +9,7 @@ use ivcam_inventor::iv::{NodeId, NodeRef, Value};
 use ivcam_inventor::snapshot::events::{self, Event, Scripts, Source, World};
 
 use super::host::Host;
-use super::machine::{Failure, Machine, Outputs};
+use super::machine::{Machine, Outputs, ScriptFailure};
 use super::meter::Meter;
 
 /// The largest number of scripts in a scene. Each needs about 250 kB. Tests reach the limit sooner.
@@ -115,7 +115,7 @@ impl RunningScripts {
     }
 
     /// Sends what a script assigned, and reports its failure.
-    fn finish(&mut self, id: NodeId, (outputs, failure): (Outputs, Option<Failure>)) {
+    fn finish(&mut self, id: NodeId, (outputs, failure): (Outputs, Option<ScriptFailure>)) {
         for (name, value) in outputs {
             self.world.borrow_mut().send(id, &name, &value);
         }
@@ -125,13 +125,13 @@ impl RunningScripts {
     }
 
     /// Reports a failure. A script that reached a limit does not run again.
-    fn report(&mut self, id: NodeId, what: &str, failure: Failure) {
+    fn report(&mut self, id: NodeId, what: &str, failure: ScriptFailure) {
         let world = &mut *self.world.borrow_mut();
         match failure {
-            Failure::Error(reason) => {
+            ScriptFailure::Error(reason) => {
                 world.warn(id, format!("{what}: {reason}"));
             }
-            Failure::Limit(reason) => {
+            ScriptFailure::Limit(reason) => {
                 self.machines.remove(&id);
                 world.warn(id, format!("{what}: {reason}")).kind = ErrorKind::Limit;
             }

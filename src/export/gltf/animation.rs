@@ -5,7 +5,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use ivcam_render::scene::model::{Feature, Model, Motion, Pose};
 
 use super::buffer::Buffer;
-use super::nodes::Nodes;
+use super::nodes::NodeList;
 use super::schema::{Animation, AnimationSampler, Channel, ChannelTarget, Index};
 use crate::export::losses::Losses;
 use crate::export::trs::Trs;
@@ -14,11 +14,11 @@ use crate::export::trs::Trs;
 /// quaternion, and of a scale.
 const ERROR: f64 = 1e-5;
 
-/// Writes a motion. Nodes that shear while they move stand still, which `losses` receives.
+/// Writes a motion. NodeList that shear while they move stand still, which `losses` receives.
 pub(super) fn animate(
     model: &Model,
     motion: &Motion,
-    nodes: &mut Nodes,
+    nodes: &mut NodeList,
     buffer: &mut Buffer,
     losses: &mut Losses,
 ) -> Option<Animation> {
@@ -26,7 +26,7 @@ pub(super) fn animate(
         return None;
     }
     let size = model.bounds().map_or(1.0, |(a, b)| (b - a).length());
-    let mut writer = Writer {
+    let mut writer = AnimationWriter {
         times: &motion.times,
         size,
         buffer,
@@ -81,14 +81,14 @@ fn tracks(matrices: &[Option<DAffine3>]) -> Option<Tracks> {
 }
 
 /// Writes channels.
-struct Writer<'a> {
+struct AnimationWriter<'a> {
     times: &'a [f64],
     size: f64,
     buffer: &'a mut Buffer,
     animation: Animation,
 }
 
-impl Writer<'_> {
+impl AnimationWriter<'_> {
     /// Writes the motion of a node.
     fn node(&mut self, node: Index, tracks: &Tracks) {
         let translations: Vec<[f64; 3]> =

@@ -17,12 +17,12 @@ use crate::export::losses::Losses;
 
 /// The center and the radius of a sphere around a scene.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Around {
+pub(super) struct LightBounds {
     pub center: DVec3,
     pub radius: f64,
 }
 
-impl Around {
+impl LightBounds {
     /// The sphere around a box; around nothing it is the unit sphere.
     pub(super) fn of(bounds: Option<(DVec3, DVec3)>) -> Self {
         bounds.map_or(
@@ -39,7 +39,7 @@ impl Around {
 }
 
 /// Returns the entry of a light, and adds what it cannot say.
-pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value {
+pub(super) fn light(light: &Light, around: LightBounds, losses: &mut Losses) -> Value {
     let linear = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
     let name = &light.name;
     if light.shape == LightShape::Directional {
@@ -81,7 +81,7 @@ pub(super) fn light(light: &Light, around: Around, losses: &mut Losses) -> Value
 
 /// Returns the entry of a camera. Its clipping planes enclose the scene, because Inventor's viewers
 /// choose them so, whatever the file says.
-pub(super) fn camera(camera: &model::Camera, around: Around) -> Camera {
+pub(super) fn camera(camera: &model::Camera, around: LightBounds) -> Camera {
     let pose = &camera.pose;
     let depth = (around.center - pose.position).dot(pose.direction());
     let zfar = (depth + 1.01 * around.radius).max(2.0 * around.radius);

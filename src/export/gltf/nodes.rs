@@ -3,7 +3,7 @@
 use super::schema::{Index, Node};
 
 /// The nodes of a file, with those of the model, of its lights and of its cameras.
-pub(super) struct Nodes {
+pub(super) struct NodeList {
     pub list: Vec<Node>,
     /// The node of each node of the model.
     pub of_model: Vec<Index>,

@@ -8,8 +8,8 @@ use serde_json::{Map, Value, json};
 use super::animation::animate;
 use super::assets::Assets;
 use super::container::{Packing, pack};
-use super::lights::{self, Around};
-use super::nodes::Nodes;
+use super::lights::{self, LightBounds};
+use super::nodes::NodeList;
 use super::schema::{Index, Node, Root, Scene};
 use crate::export::losses::Losses;
 use crate::export::trs::{Trs, split};
@@ -25,7 +25,7 @@ pub(in crate::export) fn write(
     losses: &mut Losses,
 ) -> Result<Vec<u8>> {
     let mut assets = Assets::default();
-    let around = Around::of(model.bounds());
+    let around = LightBounds::of(model.bounds());
     let mut root = Root {
         scenes: vec![Scene { nodes: vec![0] }],
         ..Root::default()
@@ -55,7 +55,7 @@ pub(in crate::export) fn write(
 }
 
 /// Makes the nodes of the model's tree.
-fn nodes(model: &Model, assets: &mut Assets) -> Nodes {
+fn nodes(model: &Model, assets: &mut Assets) -> NodeList {
     let mut list: Vec<Node> = Vec::with_capacity(model.nodes.len());
     let mut of_model: Vec<Index> = Vec::with_capacity(model.nodes.len());
     // The node that children are attached to: the inner one if the matrix shears.
@@ -105,7 +105,7 @@ fn nodes(model: &Model, assets: &mut Assets) -> Nodes {
         let offset = json!(model.offset.to_array());
         list[0].extras = Map::from_iter([("offset".to_owned(), offset)]);
     }
-    Nodes {
+    NodeList {
         list,
         of_model,
         of_lights: Vec::new(),
@@ -143,7 +143,7 @@ fn below_root(list: &mut Vec<Node>, mut node: Node, position: DVec3, rotation: D
 }
 
 /// Adds the cameras.
-fn add_cameras(model: &Model, around: Around, root: &mut Root, nodes: &mut Nodes) {
+fn add_cameras(model: &Model, around: LightBounds, root: &mut Root, nodes: &mut NodeList) {
     for camera in &model.cameras {
         let node = Node {
             name: camera.name.clone(),
@@ -158,7 +158,12 @@ fn add_cameras(model: &Model, around: Around, root: &mut Root, nodes: &mut Nodes
 }
 
 /// Adds the lights, and returns their entries.
-fn add_lights(model: &Model, around: Around, nodes: &mut Nodes, losses: &mut Losses) -> Vec<Value> {
+fn add_lights(
+    model: &Model,
+    around: LightBounds,
+    nodes: &mut NodeList,
+    losses: &mut Losses,
+) -> Vec<Value> {
     let mut entries = Vec::new();
     for light in &model.lights {
         let number = json!({ "light": entries.len() });

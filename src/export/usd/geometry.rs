@@ -3,7 +3,7 @@
 use glam::{Affine2, DAffine3};
 use ivcam_render::scene::model::{Mesh, Primitives};
 
-use super::text::{Text, numbers, tuple, tuples};
+use super::text::{UsdText, numbers, tuple, tuples};
 use crate::export::appearance::texture_point;
 use crate::export::color::linear;
 
@@ -21,7 +21,7 @@ pub(super) fn schema(mesh: &Mesh) -> &'static str {
 
 /// Writes the properties of a mesh, with texture coordinates after a matrix. `size` is that of the
 /// scene.
-pub(super) fn write(out: &mut Text, mesh: &Mesh, matrix: Affine2, size: f64) {
+pub(super) fn write(out: &mut UsdText, mesh: &Mesh, matrix: Affine2, size: f64) {
     match &mesh.primitives {
         Primitives::Triangles(list) => {
             out.line("uniform token subdivisionScheme = \"none\"");
@@ -52,7 +52,7 @@ pub(super) fn write(out: &mut Text, mesh: &Mesh, matrix: Affine2, size: f64) {
     }
 }
 
-fn widths(out: &mut Text, size: f64) {
+fn widths(out: &mut UsdText, size: f64) {
     let width = (WIDTH * size) as f32;
     out.line(format_args!(
         "float[] widths = [{width}] (\n        interpolation = \"constant\"\n    )"
@@ -60,7 +60,7 @@ fn widths(out: &mut Text, size: f64) {
 }
 
 /// Writes the lists of vertices: all in order, or those of `corners`.
-fn lists(out: &mut Text, mesh: &Mesh, corners: Option<&[usize]>, matrix: Affine2) {
+fn lists(out: &mut UsdText, mesh: &Mesh, corners: Option<&[usize]>, matrix: Affine2) {
     let all: Vec<usize> = (0..mesh.positions.len()).collect();
     let corners = corners.unwrap_or(&all);
     if let Some((min, max)) = mesh.bounds(&DAffine3::IDENTITY) {

@@ -4,7 +4,7 @@ use glam::{DAffine3, DQuat, DVec3};
 use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{self, Feature, Light, LightShape, Motion, Pose};
 
-use super::text::{Text, matrix, tuple};
+use super::text::{UsdText, matrix, tuple};
 use crate::export::color::{illuminance, linear3};
 use crate::export::losses::Losses;
 
@@ -12,7 +12,7 @@ use crate::export::losses::Losses;
 pub(super) const CODES_PER_SECOND: f64 = 30.0;
 
 /// Writes a transform that may move.
-pub(super) fn transform(out: &mut Text, still: &DAffine3, samples: &[(f64, DAffine3)]) {
+pub(super) fn transform(out: &mut UsdText, still: &DAffine3, samples: &[(f64, DAffine3)]) {
     if samples.is_empty() && *still == DAffine3::IDENTITY {
         return;
     }
@@ -44,7 +44,7 @@ fn samples(motion: &Motion, poses: Option<&Vec<Pose>>) -> Vec<(f64, DAffine3)> {
 /// Writes a light. One of intensity 1 lights a white surface that faces it to white. `center` is
 /// that of the scene and `size` its size.
 pub(super) fn light(
-    out: &mut Text,
+    out: &mut UsdText,
     (name, light, number): (&str, &Light, usize),
     motion: &Motion,
     (center, size): (DVec3, f64),
@@ -107,7 +107,7 @@ pub(super) fn light(
 
 /// Writes a camera, with clipping planes around the scene.
 pub(super) fn camera(
-    out: &mut Text,
+    out: &mut UsdText,
     (name, camera, number): (&str, &model::Camera, usize),
     motion: &Motion,
     (center, size): (DVec3, f64),

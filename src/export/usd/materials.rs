@@ -1,11 +1,11 @@
-//! Materials as `UsdPreviewSurface`, with the mapping that glTF has.
+//! UsdMaterials as `UsdPreviewSurface`, with the mapping that glTF has.
 
 use std::collections::HashMap;
 
 use glam::Vec3;
 use ivcam_render::scene::model::{Material, Model, Part};
 
-use super::text::{Text, asset, tuple};
+use super::text::{UsdText, asset, tuple};
 use crate::export::appearance::Appearance;
 use crate::export::color::linear3;
 use crate::export::highlight::{reflectance, roughness};
@@ -14,31 +14,31 @@ use crate::export::target::Target;
 
 /// How a shape uses a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct Use {
+struct UsdTextureUse {
     material: usize,
     is_colorful: bool,
     is_transparent: bool,
 }
 
 /// The materials of a stage, and the pictures beside it.
-pub(super) struct Materials<'m> {
+pub(super) struct UsdMaterials<'m> {
     model: &'m Model,
     /// The beginning of the names of pictures, without control characters.
     stem: String,
-    known: HashMap<Use, String>,
+    known: HashMap<UsdTextureUse, String>,
     /// The text of the materials.
-    pub text: Text,
+    pub text: UsdText,
     /// The pictures with their names.
     pub pictures: Vec<(String, Vec<u8>)>,
 }
 
-impl<'m> Materials<'m> {
+impl<'m> UsdMaterials<'m> {
     pub(super) fn new(model: &'m Model, stem: &str) -> Self {
         Self {
             model,
             stem: stem.chars().filter(|c| !c.is_control()).collect(),
             known: HashMap::new(),
-            text: Text::inside(2),
+            text: UsdText::inside(2),
             pictures: Vec::new(),
         }
     }
@@ -46,7 +46,7 @@ impl<'m> Materials<'m> {
     /// Returns the path of the material of a part, which is written at its first use.
     pub(super) fn path(&mut self, part: Part) -> String {
         let mesh = &self.model.meshes[part.mesh];
-        let used = Use {
+        let used = UsdTextureUse {
             material: part.material,
             is_colorful: !mesh.colors.is_empty(),
             is_transparent: mesh.colors.iter().any(|c| c[3] < 1.0),
@@ -54,7 +54,7 @@ impl<'m> Materials<'m> {
         if let Some(path) = self.known.get(&used) {
             return path.clone();
         }
-        let path = format!("/Scene/Materials/Material_{}", self.known.len() + 1);
+        let path = format!("/Scene/UsdMaterials/Material_{}", self.known.len() + 1);
         self.known.insert(used, path.clone());
         self.write(&path, used);
         path
@@ -72,7 +72,7 @@ impl<'m> Materials<'m> {
     }
 
     /// Writes a material.
-    fn write(&mut self, path: &str, used: Use) {
+    fn write(&mut self, path: &str, used: UsdTextureUse) {
         let material = &self.model.materials[used.material];
         let texture = material.texture.as_ref();
         let image = texture.map(|t| &self.model.images[t.image]);
@@ -100,7 +100,13 @@ impl<'m> Materials<'m> {
     }
 
     /// Writes the shader of the surface.
-    fn surface(&mut self, path: &str, material: &Material, look: &Appearance<'_>, used: Use) {
+    fn surface(
+        &mut self,
+        path: &str,
+        material: &Material,
+        look: &Appearance<'_>,
+        used: UsdTextureUse,
+    ) {
         let reads_colors = used.is_colorful && look.keeps_colors;
         let input = if look.unlit {
             "emissiveColor"

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::{Affine2, DAffine3, DVec3};
 use ivcam_render::scene::model::{Model, Motion, Part};
 
-use super::materials::Materials;
-use super::text::{Text, quoted};
+use super::materials::UsdMaterials;
+use super::text::{UsdText, quoted};
 use super::{geometry, lights};
 use crate::export::losses::Losses;
 use crate::export::names::Names;
@@ -27,8 +27,8 @@ pub(in crate::export) fn write(
     let mut stage = Stage {
         model,
         motion,
-        out: Text::default(),
-        materials: Materials::new(model, stem),
+        out: UsdText::default(),
+        materials: UsdMaterials::new(model, stem),
         classes: shared(model),
         size,
     };
@@ -91,8 +91,8 @@ fn texture_matrix(model: &Model, part: Part) -> Affine2 {
 struct Stage<'m> {
     model: &'m Model,
     motion: &'m Motion,
-    out: Text,
-    materials: Materials<'m>,
+    out: UsdText,
+    materials: UsdMaterials<'m>,
     /// The names of classes by mesh and texture matrix.
     classes: HashMap<(usize, [u32; 6]), String>,
     /// The size of the scene.

@@ -1,4 +1,4 @@
-//! Text of USD: lines with indents, tuples and lists.
+//! UsdText of USD: lines with indents, tuples and lists.
 
 use std::fmt::{Display, Write};
 
@@ -8,12 +8,12 @@ use crate::export::indent::indent;
 
 /// A text that is indented by the depth of its blocks.
 #[derive(Debug, Default)]
-pub(super) struct Text {
+pub(super) struct UsdText {
     pub text: String,
     depth: usize,
 }
 
-impl Text {
+impl UsdText {
     /// A text inside some blocks.
     pub(super) fn inside(depth: usize) -> Self {
         Self {

@@ -54,7 +54,7 @@ pub(in crate::export) struct Graph {
 }
 
 /// The state of the conversion.
-struct Builder<'m> {
+struct GraphBuilder<'m> {
     model: &'m Model,
     options: GraphOptions<'m>,
     losses: &'m mut Losses,
@@ -63,7 +63,7 @@ struct Builder<'m> {
     /// The shapes of parts that were used.
     shapes: HashMap<Part, NodeId>,
     /// The appearances of materials, by material and kind of geometry.
-    appearances: HashMap<(usize, Kind), NodeId>,
+    appearances: HashMap<(usize, GraphKind), NodeId>,
     /// The geometry of meshes, with whether they are seen from both sides, whether their colors are
     /// kept, and the texture's matrix.
     geometry: HashMap<(usize, bool, bool), NodeId>,
@@ -75,7 +75,7 @@ struct Builder<'m> {
 
 /// What an appearance depends on beside the material.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
-struct Kind {
+struct GraphKind {
     /// Whether the mesh has colors.
     is_colorful: bool,
     /// Whether the mesh is lines or points, which are not lit.
@@ -88,7 +88,7 @@ pub(in crate::export) fn graph(
     options: GraphOptions<'_>,
     losses: &mut Losses,
 ) -> Graph {
-    let mut builder = Builder {
+    let mut builder = GraphBuilder {
         model,
         options,
         losses,
@@ -107,7 +107,7 @@ pub(in crate::export) fn graph(
     builder.graph
 }
 
-impl Builder<'_> {
+impl GraphBuilder<'_> {
     /// Adds a node with some fields of a class of VRML97. Fields with their defaults are left out.
     fn node(&mut self, class: &str, fields: Vec<(&str, Value)>) -> NodeId {
         let class = by_name(class, Dialect::VRML97).expect("a class of VRML97");
@@ -277,7 +277,7 @@ impl Builder<'_> {
         }
         let model = self.model;
         let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
-        let kind = Kind {
+        let kind = GraphKind {
             is_colorful: !mesh.colors.is_empty(),
             is_thin: !matches!(mesh.primitives, Primitives::Triangles(_)),
         };
@@ -314,7 +314,7 @@ impl Builder<'_> {
         &mut self,
         material: &Material,
         look: &Appearance<'_>,
-        kind: Kind,
+        kind: GraphKind,
         (mesh, place): (&Mesh, &Place),
     ) -> NodeId {
         let mut fields = Vec::new();

@@ -31,7 +31,7 @@ pub(in crate::export) enum Textures<'t> {
 
 /// The class of a node, as X3D writes it.
 #[derive(Clone, Copy)]
-enum Element<'d> {
+enum XmlElement<'d> {
     /// A node of VRML97 that X3D has too, also a `Script` without declared fields.
     Known(&'static str),
     /// A `Script` with declared fields.
@@ -41,7 +41,7 @@ enum Element<'d> {
 }
 
 /// Something that remains to be written. The next task is last on the stack.
-enum Task<'d> {
+enum XmlTask<'d> {
     /// A node, in a field of the node around it.
     Node {
         id: NodeId,
@@ -58,7 +58,7 @@ enum Task<'d> {
 }
 
 /// The state of the writer.
-struct Writer<'d, 'l> {
+struct XmlWriter<'d, 'l> {
     document: &'d Document,
     textures: Textures<'l>,
     losses: &'l mut Losses,
@@ -86,7 +86,7 @@ pub(in crate::export) fn write_xml(
     losses: &mut Losses,
 ) -> Vec<u8> {
     let within = document.protos_by_body();
-    let mut writer = Writer {
+    let mut writer = XmlWriter {
         shared: shared(document, &within),
         document,
         textures,
@@ -195,7 +195,7 @@ fn access_type(access: Access) -> &'static str {
     }
 }
 
-impl<'d> Writer<'d, '_> {
+impl<'d> XmlWriter<'d, '_> {
     fn document(&mut self) {
         self.line("<?xml version='1.0' encoding='UTF-8'?>");
         self.line(
@@ -282,7 +282,7 @@ impl<'d> Writer<'d, '_> {
         if !proto.interface.is_empty() {
             self.begin("<ProtoInterface>");
             let items = proto.interface.iter();
-            let mut tasks: Vec<Task<'d>> = items
+            let mut tasks: Vec<XmlTask<'d>> = items
                 .flat_map(|item| self.declared_field(proto.defaults, item))
                 .collect();
             tasks.reverse();
@@ -328,13 +328,13 @@ impl<'d> Writer<'d, '_> {
     }
 
     /// Carries out tasks and those that they create.
-    fn run(&mut self, mut tasks: Vec<Task<'d>>) {
+    fn run(&mut self, mut tasks: Vec<XmlTask<'d>>) {
         while let Some(task) = tasks.pop() {
             match task {
-                Task::Line(text) => self.line(&text),
-                Task::Begin(text) => self.begin(&text),
-                Task::End(element) => self.end(element),
-                Task::Node {
+                XmlTask::Line(text) => self.line(&text),
+                XmlTask::Begin(text) => self.begin(&text),
+                XmlTask::End(element) => self.end(element),
+                XmlTask::Node {
                     id,
                     field,
                     textured,
@@ -352,20 +352,20 @@ impl<'d> Writer<'d, '_> {
     }
 
     /// Returns how X3D writes a node, or `None` if it does not have the class.
-    fn element(&self, id: NodeId) -> Option<Element<'d>> {
+    fn element(&self, id: NodeId) -> Option<XmlElement<'d>> {
         match self.document.nodes[id.0 as usize].class {
             ClassRef::Known(class) => {
                 let class = class.get();
                 let known = class.is_vrml97() && is_in_x3d(class.name);
-                known.then_some(Element::Known(class.name))
+                known.then_some(XmlElement::Known(class.name))
             }
             ClassRef::Extension(i) if self.document.protos.of_extension(i).is_some() => {
-                Some(Element::Instance(i))
+                Some(XmlElement::Instance(i))
             }
             ClassRef::Extension(i) => {
                 let extension = &self.document.extensions[i as usize];
                 let is_script = extension.is_a.iter().any(|name| **name == *"Script");
-                is_script.then_some(Element::Script(&extension.interface))
+                is_script.then_some(XmlElement::Script(&extension.interface))
             }
         }
     }
@@ -379,7 +379,7 @@ impl<'d> Writer<'d, '_> {
     }
 
     /// Writes a node, or its use if it is written already. Its children become tasks.
-    fn node(&mut self, id: NodeId, field: &'d str, textured: bool, tasks: &mut Vec<Task<'d>>) {
+    fn node(&mut self, id: NodeId, field: &'d str, textured: bool, tasks: &mut Vec<XmlTask<'d>>) {
         let Some(element) = self.element(id) else {
             let (code, text) = match self.document.nodes[id.0 as usize].class {
                 ClassRef::Known(_) => ("x3d-class", "X3D has no such node with these fields"),
@@ -391,12 +391,12 @@ impl<'d> Writer<'d, '_> {
             return;
         };
         let (tag, usual) = match element {
-            Element::Known(class) => (class, default_field(class)),
-            Element::Script(_) => ("Script", "children"),
-            Element::Instance(_) => ("ProtoInstance", "children"),
+            XmlElement::Known(class) => (class, default_field(class)),
+            XmlElement::Script(_) => ("Script", "children"),
+            XmlElement::Instance(_) => ("ProtoInstance", "children"),
         };
         let mut head = format!("<{tag}");
-        if let Element::Instance(extension) = element {
+        if let XmlElement::Instance(extension) = element {
             head += &format!(" name='{}'", self.proto_names[&extension]);
         }
         let before = self.written.get(&id).copied();
@@ -425,7 +425,7 @@ impl<'d> Writer<'d, '_> {
             self.line(&format!("{head}/>"));
         } else {
             self.begin(&format!("{head}>"));
-            tasks.push(Task::End(tag));
+            tasks.push(XmlTask::End(tag));
             tasks.extend(inner.into_iter().rev());
         }
     }
@@ -471,11 +471,11 @@ impl<'d> Writer<'d, '_> {
     }
 
     /// Returns the attributes of a node for the fields that hold no nodes.
-    fn attributes(&self, id: NodeId, element: Element<'d>, textured: bool) -> String {
+    fn attributes(&self, id: NodeId, element: XmlElement<'d>, textured: bool) -> String {
         let interface = match element {
-            Element::Known(_) => &[],
-            Element::Script(interface) => interface,
-            Element::Instance(_) => return String::new(),
+            XmlElement::Known(_) => &[],
+            XmlElement::Script(interface) => interface,
+            XmlElement::Instance(_) => return String::new(),
         };
         let is_white = textured && self.class_name(id) == "Material";
         let mut out = String::new();
@@ -501,27 +501,27 @@ impl<'d> Writer<'d, '_> {
 
     /// Returns what is between the tags of a node: links, declared fields, and the nodes of its
     /// fields, in the order in which they are written.
-    fn inner(&self, id: NodeId, element: Element<'d>) -> Vec<Task<'d>> {
+    fn inner(&self, id: NodeId, element: XmlElement<'d>) -> Vec<XmlTask<'d>> {
         let node_data = &self.document.nodes[id.0 as usize];
         let mut inner = Vec::new();
         let mut held = Vec::new();
         let textured = self.has_colored_texture(id);
         match element {
-            Element::Known(_) => {}
-            Element::Script(interface) => {
+            XmlElement::Known(_) => {}
+            XmlElement::Script(interface) => {
                 for item in interface {
                     inner.extend(self.declared_field(id, item));
                 }
             }
-            Element::Instance(_) => {
+            XmlElement::Instance(_) => {
                 for entry in &node_data.fields {
                     inner.extend(self.instance_field(id, entry));
                 }
             }
         }
-        if !matches!(element, Element::Instance(_)) {
+        if !matches!(element, XmlElement::Instance(_)) {
             let interface = match element {
-                Element::Script(interface) => interface,
+                XmlElement::Script(interface) => interface,
                 _ => &[],
             };
             for entry in &node_data.fields {
@@ -530,7 +530,7 @@ impl<'d> Writer<'d, '_> {
                     continue;
                 }
                 let field = field_name(self.class_name(id), name);
-                held.extend(nodes_of(&entry.value).iter().map(|&id| Task::Node {
+                held.extend(nodes_of(&entry.value).iter().map(|&id| XmlTask::Node {
                     id,
                     field,
                     textured,
@@ -539,22 +539,22 @@ impl<'d> Writer<'d, '_> {
             held.extend(node_data.children.iter().map(|&id| node(id, "children")));
         }
         if let Some(links) = self.links.get(&id) {
-            inner.push(Task::Begin("<IS>".to_owned()));
+            inner.push(XmlTask::Begin("<IS>".to_owned()));
             for (name, interface) in links {
                 let name = escaped(field_name(self.class_name(id), name));
                 let of = escaped(interface);
-                inner.push(Task::Line(format!(
+                inner.push(XmlTask::Line(format!(
                     "<connect nodeField='{name}' protoField='{of}'/>"
                 )));
             }
-            inner.push(Task::End("IS"));
+            inner.push(XmlTask::End("IS"));
         }
         inner.extend(held);
         inner
     }
 
     /// Returns the declaration of a field of a script or prototype, with its value.
-    fn declared_field(&self, id: NodeId, item: &Interface) -> Vec<Task<'d>> {
+    fn declared_field(&self, id: NodeId, item: &Interface) -> Vec<XmlTask<'d>> {
         let links = self.links.get(&id).into_iter().flatten();
         let is_linked = links.into_iter().any(|(name, _)| **name == *item.name);
         let fields = self.document.nodes[id.0 as usize].fields.iter();
@@ -567,26 +567,26 @@ impl<'d> Writer<'d, '_> {
             Some(value) if !nodes_of(value).is_empty() => {
                 held_by(head + ">", nodes_of(value), "field")
             }
-            Some(Value::Node(_) | Value::Nodes(_)) | None => vec![Task::Line(head + "/>")],
+            Some(Value::Node(_) | Value::Nodes(_)) | None => vec![XmlTask::Line(head + "/>")],
             Some(value) => {
                 let text = attribute(value, item.kind);
-                vec![Task::Line(format!("{head} value='{text}'/>"))]
+                vec![XmlTask::Line(format!("{head} value='{text}'/>"))]
             }
         }
     }
 
     /// Returns the value of a field of an instance of a prototype.
-    fn instance_field(&self, id: NodeId, entry: &'d FieldEntry) -> Vec<Task<'d>> {
+    fn instance_field(&self, id: NodeId, entry: &'d FieldEntry) -> Vec<XmlTask<'d>> {
         let (name, kind) = self.described(id, entry);
         let head = format!("<fieldValue name='{}'", escaped(name));
         match &entry.value {
             value if !nodes_of(value).is_empty() => {
                 held_by(head + ">", nodes_of(value), "fieldValue")
             }
-            Value::Node(_) | Value::Nodes(_) => vec![Task::Line(head + "/>")],
+            Value::Node(_) | Value::Nodes(_) => vec![XmlTask::Line(head + "/>")],
             value => {
                 let text = attribute(value, kind);
-                vec![Task::Line(format!("{head} value='{text}'/>"))]
+                vec![XmlTask::Line(format!("{head} value='{text}'/>"))]
             }
         }
     }
@@ -611,8 +611,8 @@ impl<'d> Writer<'d, '_> {
 }
 
 /// Returns the task for a node in a field.
-fn node(id: NodeId, field: &str) -> Task<'_> {
-    Task::Node {
+fn node(id: NodeId, field: &str) -> XmlTask<'_> {
+    XmlTask::Node {
         id,
         field,
         textured: false,
@@ -620,10 +620,10 @@ fn node(id: NodeId, field: &str) -> Task<'_> {
 }
 
 /// Returns an element with nodes. The nodes of declared fields have no field of their own.
-fn held_by<'d>(head: String, nodes: &[NodeId], element: &'static str) -> Vec<Task<'d>> {
-    let mut tasks = vec![Task::Begin(head)];
+fn held_by<'d>(head: String, nodes: &[NodeId], element: &'static str) -> Vec<XmlTask<'d>> {
+    let mut tasks = vec![XmlTask::Begin(head)];
     tasks.extend(nodes.iter().map(|&id| node(id, "children")));
-    tasks.push(Task::End(element));
+    tasks.push(XmlTask::End(element));
     tasks
 }
 

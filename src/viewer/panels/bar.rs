@@ -6,13 +6,13 @@ use ivcam_render::render::report::account::count;
 
 use super::fold::Fold;
 use crate::viewer::draft::Preview;
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 use crate::viewer::navigate::Tool;
 
 /// The width in points below which the status line leaves out speed and losses.
 const WIDE: f32 = 720.0;
 
-pub(super) fn top(ui: &mut Ui, model: &mut Model, fold: &mut Fold) {
+pub(super) fn top(ui: &mut Ui, model: &mut WindowModel, fold: &mut Fold) {
     ui.horizontal_wrapped(|ui| {
         scenes(ui, model);
         ui.separator();
@@ -50,7 +50,7 @@ pub(super) fn top(ui: &mut Ui, model: &mut Model, fold: &mut Fold) {
     });
 }
 
-fn scenes(ui: &mut Ui, model: &mut Model) {
+fn scenes(ui: &mut Ui, model: &mut WindowModel) {
     let name = |path: &std::path::Path| {
         path.file_name()
             .map_or_else(|| "no scene".into(), |n| n.to_string_lossy().into_owned())
@@ -72,7 +72,7 @@ fn scenes(ui: &mut Ui, model: &mut Model) {
     }
 }
 
-pub(super) fn status(ui: &mut Ui, model: &mut Model) {
+pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
     ui.horizontal(|ui| {
         ui.checkbox(&mut model.refine, "Refine")
             .on_hover_text("continue to refine the picture");

@@ -7,8 +7,8 @@ use ivcam_optics::lens::FocusMethod;
 
 use super::{Kit, drawing};
 use crate::photo::Optics;
-use crate::viewer::lenses::Entry;
-use crate::viewer::model::Model;
+use crate::viewer::lenses::MenuEntry;
+use crate::viewer::model::WindowModel;
 
 /// Film formats: the name, and width and height in millimeters.
 pub(super) const FILMS: [(&str, f64, f64); 10] = [
@@ -24,7 +24,7 @@ pub(super) const FILMS: [(&str, f64, f64); 10] = [
     ("4x5 in", 121.0, 97.0),
 ];
 
-pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn menu(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.heading("Camera");
     film(ui, model);
     ui.separator();
@@ -75,7 +75,7 @@ pub(super) fn menu(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
 }
 
 /// Shows one lens; a click chooses it.
-fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> Response {
+fn row(ui: &mut Ui, entry: &MenuEntry, chosen: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 46.0), Sense::click());
     response
         .widget_info(|| WidgetInfo::selected(WidgetType::RadioButton, true, chosen, entry.name));
@@ -114,7 +114,7 @@ fn row(ui: &mut Ui, entry: &Entry, chosen: bool) -> Response {
     response.on_hover_text(facts)
 }
 
-fn film(ui: &mut Ui, model: &mut Model) {
+fn film(ui: &mut Ui, model: &mut WindowModel) {
     let now = model.setup.plan.film;
     let name = FILMS
         .iter()
@@ -143,7 +143,7 @@ fn film(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Shows the lens's size: the paper's zoom, or a focal length.
-pub(super) fn zoom(ui: &mut Ui, model: &mut Model) {
+pub(super) fn zoom(ui: &mut Ui, model: &mut WindowModel) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
     };
@@ -177,7 +177,7 @@ pub(super) fn zoom(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Shows the movements of a view camera.
-pub(super) fn movements(ui: &mut Ui, model: &mut Model) {
+pub(super) fn movements(ui: &mut Ui, model: &mut WindowModel) {
     let mut next = model.setup.clone();
     let moved = &mut next.plan.movements;
     egui::CollapsingHeader::new("Movements").show(ui, |ui| {

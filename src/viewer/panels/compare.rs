@@ -3,11 +3,11 @@
 use egui::{Color32, Painter, Rect, Stroke, TextureHandle, Ui, pos2, vec2};
 
 use crate::viewer::archive::{Archive, ArchiveMode, Levels};
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 use super::Kit;
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model) {
+pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {
     ui.heading("Comparison");
     let archive = &mut model.archive;
     if archive.picture.is_none() {
@@ -48,7 +48,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Draws the old picture over the live one.
-pub(super) fn paint(painter: &Painter, rect: Rect, model: &Model, kit: &mut Kit) {
+pub(super) fn paint(painter: &Painter, rect: Rect, model: &WindowModel, kit: &mut Kit) {
     let archive = &model.archive;
     let Some(texture) = texture(painter, archive, kit) else {
         return;

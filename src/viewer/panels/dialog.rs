@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use egui::{Align2, Context, Vec2};
 use egui_file::FileDialog;
 
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 /// What the chosen file is for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,7 +26,7 @@ pub(super) struct Dialog {
 
 impl Dialog {
     /// Shows a dialog in the folder of the name typed so far, or else of the scene.
-    pub(super) fn open(purpose: Purpose, model: &Model) -> Self {
+    pub(super) fn open(purpose: Purpose, model: &WindowModel) -> Self {
         let typed = match purpose {
             Purpose::Open => &model.file,
             Purpose::Picture => &model.output,
@@ -57,7 +57,7 @@ impl Dialog {
     }
 
     /// Shows the dialog and acts on the chosen file. Returns whether the dialog stays open.
-    pub(super) fn show(&mut self, ctx: &Context, model: &mut Model) -> bool {
+    pub(super) fn show(&mut self, ctx: &Context, model: &mut WindowModel) -> bool {
         if self.files.show(ctx).selected()
             && let Some(path) = self.files.path()
         {

@@ -2,7 +2,7 @@
 
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
-use ivcam_optics::diagram::drawing::{Anchor, Drawing, Ink, Output, Path, Text};
+use ivcam_optics::diagram::drawing::{Anchor, Drawing, DrawingOutput, Ink, Path, Text};
 
 /// Draws into a rectangle at the largest size that fits.
 pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
@@ -12,7 +12,7 @@ pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool
     );
     let scale = (rect.width() / w).min(rect.height() / h);
     let corner = rect.center() - 0.5 * scale * egui::vec2(w, h);
-    drawing.draw(&mut Screen {
+    drawing.draw(&mut DrawingScreen {
         painter,
         corner,
         scale,
@@ -21,14 +21,14 @@ pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool
 }
 
 /// A part of the window that a drawing fills.
-struct Screen<'a> {
+struct DrawingScreen<'a> {
     painter: &'a Painter,
     corner: Pos2,
     scale: f32,
     dark: bool,
 }
 
-impl Screen<'_> {
+impl DrawingScreen<'_> {
     fn place(&self, [x, y]: [f64; 2]) -> Pos2 {
         pos2(
             self.corner.x + self.scale * x as f32,
@@ -37,7 +37,7 @@ impl Screen<'_> {
     }
 }
 
-impl Output for Screen<'_> {
+impl DrawingOutput for DrawingScreen<'_> {
     fn path(&mut self, path: &Path) {
         let points: Vec<Pos2> = path.points.iter().map(|p| self.place(*p)).collect();
         if let (true, Ink::Glass(dense)) = (path.closed, path.ink) {

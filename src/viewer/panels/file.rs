@@ -7,9 +7,9 @@ use ivcam_optics::film::{FilmFormat, Resolution};
 
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, rule};
-use crate::viewer::model::{Model, Output};
+use crate::viewer::model::{OutputFile, WindowModel};
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.horizontal(|ui| {
         ui.heading("Save");
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
@@ -62,7 +62,7 @@ fn height_for(width: u32, film: FilmFormat) -> u32 {
     (height.round() as u32).max(1)
 }
 
-fn size_as_shown(ui: &mut Ui, model: &mut Model) {
+fn size_as_shown(ui: &mut Ui, model: &mut WindowModel) {
     let button = ui
         .button("Size as shown")
         .on_hover_text("the saved picture gets as many pixels as the one in the window");
@@ -79,7 +79,7 @@ fn size_as_shown(ui: &mut Ui, model: &mut Model) {
     }
 }
 
-fn copy_command(ui: &mut Ui, model: &mut Model) {
+fn copy_command(ui: &mut Ui, model: &mut WindowModel) {
     if ui
         .button("Copy command")
         .on_hover_text("the command that makes this picture without a window")
@@ -91,7 +91,7 @@ fn copy_command(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Shows the button that opens the file dialog.
-fn browse(ui: &mut Ui, model: &Model, kit: &mut Kit, purpose: Purpose) {
+fn browse(ui: &mut Ui, model: &WindowModel, kit: &mut Kit, purpose: Purpose) {
     let help = match purpose {
         Purpose::Open => "choose a file to open (Ctrl+O)",
         Purpose::Picture => "choose the name of the picture",
@@ -104,7 +104,7 @@ fn browse(ui: &mut Ui, model: &Model, kit: &mut Kit, purpose: Purpose) {
     }
 }
 
-fn read(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+fn read(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(&mut model.file)
             .hint_text("open: scene, camera, picture, …")
@@ -144,7 +144,7 @@ fn read(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
     });
 }
 
-fn write(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+fn write(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.horizontal(|ui| {
         let field = egui::TextEdit::singleline(&mut model.written)
             .hint_text("write: a new .dat or .env")
@@ -164,19 +164,19 @@ fn write(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
                 .clicked()
         };
         if button("Write camera", "a camera file, for --camera and -camread") {
-            model.write(Output::Camera, &path);
+            model.write(OutputFile::Camera, &path);
         }
         if button(
             "Write environment",
             "camera, environment and headlight, as SceneViewer saves them",
         ) {
-            model.write(Output::Environment, &path);
+            model.write(OutputFile::Environment, &path);
         }
     });
 }
 
 /// Asks before a file is replaced.
-pub(super) fn confirm(ctx: &Context, model: &mut Model) {
+pub(super) fn confirm(ctx: &Context, model: &mut WindowModel) {
     let Some((_, path)) = &model.replacing else {
         return;
     };

@@ -7,9 +7,9 @@ use ivcam_render::shade::Shading;
 use super::{Kit, rule};
 use crate::photo::Headlight;
 use crate::viewer::develop::{BINS, Histogram};
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &Kit) {
+pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
     let mut next = model.setup.clone();
     let plan = &mut next.plan;
     ui.horizontal(|ui| {

@@ -4,9 +4,9 @@ use egui::{Color32, RichText, Ui};
 use ivcam_base::diag::{Diagnostic, Severity, counted};
 
 use super::settings::meters;
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model) {
+pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {
     refusal(ui, model);
     if model.messages.is_empty() {
         return;
@@ -54,7 +54,7 @@ fn line(message: &Diagnostic) -> RichText {
 }
 
 /// Shows that the lens cannot focus there, with the nearest distance at which it can.
-fn refusal(ui: &mut Ui, model: &mut Model) {
+fn refusal(ui: &mut Ui, model: &mut WindowModel) {
     let Some(refusal) = model.refusal.clone() else {
         return;
     };

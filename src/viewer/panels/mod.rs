@@ -1,4 +1,4 @@
-//! The panels of the window. Each shows the [`Model`] and changes it; they do not use each other.
+//! The panels of the window. Each shows the [`WindowModel`] and changes it; they do not use each other.
 
 mod bar;
 mod camera;
@@ -22,7 +22,7 @@ use ivcam_base::diag::Sink;
 
 use super::engine::Engine;
 use super::lenses::LensMenu;
-use super::model::Model;
+use super::model::WindowModel;
 use super::navigate::Tool;
 use crate::photo::LensChoice;
 
@@ -68,14 +68,14 @@ impl Kit {
 
 /// The window with its model, renderer and panels.
 pub(crate) struct Window {
-    pub model: Model,
+    pub model: WindowModel,
     pub engine: Engine,
     kit: Kit,
 }
 
 impl Window {
     /// Returns the window of a model and a renderer.
-    pub(crate) fn new(model: Model, engine: Engine, lenses: LensMenu) -> Self {
+    pub(crate) fn new(model: WindowModel, engine: Engine, lenses: LensMenu) -> Self {
         let kit = Kit {
             lenses,
             picture: None,
@@ -176,7 +176,7 @@ impl Window {
 }
 
 /// Returns the height of the lens section: what the picture leaves of the room, within limits.
-fn section_height(ctx: &Context, model: &Model) -> f32 {
+fn section_height(ctx: &Context, model: &WindowModel) -> f32 {
     let room = ctx.available_rect();
     let film = model.setup.plan.film;
     let margin = 16.0;
@@ -191,7 +191,7 @@ fn rule(ui: &mut egui::Ui) {
 }
 
 /// Opens files dropped on the window: scenes, cameras, environments, pictures, lenses.
-fn dropped(ctx: &Context, model: &mut Model) {
+fn dropped(ctx: &Context, model: &mut WindowModel) {
     let files = ctx.input(|i| i.raw.dropped_files.clone());
     for path in files.into_iter().filter_map(|f| f.path) {
         model.take_file(&path);
@@ -199,7 +199,7 @@ fn dropped(ctx: &Context, model: &mut Model) {
 }
 
 /// Handles keys that work at any position of the cursor, unless a text is being typed.
-fn keys(ctx: &Context, model: &mut Model, kit: &mut Kit) {
+fn keys(ctx: &Context, model: &mut WindowModel, kit: &mut Kit) {
     let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
     if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y)
     {

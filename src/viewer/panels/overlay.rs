@@ -2,11 +2,11 @@
 
 use egui::{Color32, Painter, Rect, Stroke, Ui, pos2, vec2};
 
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 use super::rule;
 
-pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
+pub(super) fn choices(ui: &mut Ui, model: &mut WindowModel) {
     ui.heading("Overlays");
     let marks = &mut model.marks;
     ui.horizontal(|ui| {
@@ -29,7 +29,7 @@ pub(super) fn choices(ui: &mut Ui, model: &mut Model) {
 }
 
 /// Draws the lines over the picture.
-pub(super) fn lines(painter: &Painter, rect: Rect, model: &Model) {
+pub(super) fn lines(painter: &Painter, rect: Rect, model: &WindowModel) {
     let pen = Stroke::new(1.0, Color32::from_white_alpha(90));
     if model.marks.thirds {
         parts(painter, rect, 3, pen);
@@ -57,7 +57,7 @@ fn parts(painter: &Painter, rect: Rect, count: usize, pen: Stroke) {
 
 /// Draws the scaled region of the paper: a frame in the focus plane, one tenth of the scene across.
 /// Surfaces in front of it hide it.
-fn region(painter: &Painter, rect: Rect, model: &Model) {
+fn region(painter: &Painter, rect: Rect, model: &WindowModel) {
     let distance = model.setup.focus();
     if !distance.is_finite() {
         return;
@@ -91,7 +91,7 @@ fn region(painter: &Painter, rect: Rect, model: &Model) {
 
 /// The visibility of the focus plane behind nearer surfaces.
 struct PlaneVisibility<'a> {
-    model: &'a Model,
+    model: &'a WindowModel,
     rect: Rect,
     distance: f64,
 }

@@ -10,7 +10,7 @@ use ivcam_optics::film::{Resolution, Response as FilmResponse};
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, compare, overlay};
 use crate::viewer::develop::{Marking, histogram, levels, mark};
-use crate::viewer::model::{Marks, Model};
+use crate::viewer::model::{Marks, WindowModel};
 use crate::viewer::navigate::Tool;
 
 /// The inputs that the texture on screen was made of.
@@ -26,7 +26,7 @@ pub(super) struct Shown {
     depths: usize,
 }
 
-pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     let room = ui.available_rect_before_wrap();
     let film = model.setup.plan.film;
     let aspect = (film.width / film.height) as f32;
@@ -50,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
 }
 
 /// Shows a button that opens a scene, where there is no picture yet.
-fn invite(ui: &mut Ui, rect: Rect, model: &Model, kit: &mut Kit) {
+fn invite(ui: &mut Ui, rect: Rect, model: &WindowModel, kit: &mut Kit) {
     let text = RichText::new("Open a scene …").size(18.0);
     let button = Rect::from_center_size(rect.center(), vec2(170.0, 36.0));
     if ui.put(button, Button::new(text)).clicked() {
@@ -79,7 +79,7 @@ fn place(room: Rect, aspect: f32, pixels_per_point: f32) -> (Rect, Resolution) {
 }
 
 /// Updates the texture if the picture or its marks have changed.
-fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
+fn refresh(ctx: &Context, model: &WindowModel, kit: &mut Kit) {
     let Some(frame) = &model.frame else { return };
     let plan = &model.setup.plan;
     let shown = Shown {
@@ -121,7 +121,7 @@ fn refresh(ctx: &Context, model: &Model, kit: &mut Kit) {
     kit.shown = Some(shown);
 }
 
-fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut Model) {
+fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut WindowModel) {
     let place = |at: egui::Pos2| {
         let t = (at - rect.min) / rect.size();
         (f64::from(t.x), f64::from(t.y))
@@ -158,7 +158,7 @@ fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut Model) {
 }
 
 /// Moves the camera by a drag, in fractions of the picture's height, y up.
-fn dragged(model: &mut Model, tool: Tool, by: DVec2) {
+fn dragged(model: &mut WindowModel, tool: Tool, by: DVec2) {
     let viewpoint = model.viewpoint();
     let angle = model.height_angle();
     let pose = match tool {
@@ -176,7 +176,7 @@ fn dragged(model: &mut Model, tool: Tool, by: DVec2) {
 }
 
 /// Moves the camera by the mouse wheel, or turns the focus wheel if Ctrl or Shift is held.
-fn scrolled(ui: &Ui, model: &mut Model) {
+fn scrolled(ui: &Ui, model: &mut WindowModel) {
     let (scroll, focus, seconds) = ui.input(|i| {
         let by = i.smooth_scroll_delta.y + i.smooth_scroll_delta.x;
         let pinch = 300.0 * (i.zoom_delta() - 1.0);
@@ -205,7 +205,11 @@ fn scrolled(ui: &Ui, model: &mut Model) {
 }
 
 /// Moves the camera without changing its own focal distance.
-fn keep_focus(model: &mut Model, control: &'static str, pose: &ivcam_inventor::pose::CameraPose) {
+fn keep_focus(
+    model: &mut WindowModel,
+    control: &'static str,
+    pose: &ivcam_inventor::pose::CameraPose,
+) {
     let focus = model.setup.focus();
     model.go(control, pose);
     if model.setup.plan.focus.is_none() {
@@ -214,7 +218,7 @@ fn keep_focus(model: &mut Model, control: &'static str, pose: &ivcam_inventor::p
 }
 
 /// Handles the keys of flying: a tenth of the scene per second, faster with Shift.
-pub(super) fn fly(ctx: &Context, model: &mut Model) {
+pub(super) fn fly(ctx: &Context, model: &mut WindowModel) {
     if model.tool != Tool::Fly {
         return;
     }

@@ -9,7 +9,7 @@ use ivcam_render::camera::LensCamera;
 
 use super::drawing;
 use super::settings::meters;
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 /// The number of samples of the pixel that are drawn.
 const RAYS: u32 = 24;
@@ -24,7 +24,7 @@ pub(super) struct Section {
     passed: usize,
 }
 
-pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
+pub(super) fn show(ui: &mut Ui, model: &WindowModel, section: &mut Section) {
     let Some(frame) = &model.frame else { return };
     let Some(camera) = frame.view.lens_camera() else {
         ui.weak("no lens: a pinhole");
@@ -49,7 +49,13 @@ pub(super) fn show(ui: &mut Ui, model: &Model, section: &mut Section) {
 }
 
 /// Shows the lens, and what the rays of the pixel meet; in two lines if the panel is narrow.
-fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], passed: usize) {
+fn caption(
+    ui: &mut Ui,
+    model: &WindowModel,
+    camera: &LensCamera,
+    [px, py]: [u32; 2],
+    passed: usize,
+) {
     let optics = camera.lens.first_order();
     let f = camera
         .lens
@@ -76,7 +82,7 @@ fn caption(ui: &mut Ui, model: &Model, camera: &LensCamera, [px, py]: [u32; 2], 
 /// of rays that pass through the lens.
 fn draw(
     camera: &LensCamera,
-    model: &Model,
+    model: &WindowModel,
     [px, py]: [u32; 2],
     number: u64,
     [width, height]: [f32; 2],

@@ -4,7 +4,7 @@ use egui::{Grid, Ui};
 use ivcam_optics::lens::Iris;
 
 use super::{Kit, Turn, camera, rule, wheel};
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 use crate::viewer::sharpness::{self, DepthOfField};
 
 /// The full f-stops, from f/1.
@@ -23,7 +23,7 @@ pub(super) fn meters(distance: f64) -> String {
     }
 }
 
-pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn focus(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     let heading = ui.heading(format!("Focus {}", meters(model.setup.focus())));
     let (_, turn) = wheel(ui, "Focus wheel", &mut kit.wheel);
     if turn != Turn::default() && turn.radians != 0.0 {
@@ -57,7 +57,7 @@ pub(super) fn focus(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
 
 /// Shows the result of autofocus in one line, which is reserved while it is empty, so that nothing
 /// below moves.
-fn autofocus(ui: &mut Ui, model: &Model) {
+fn autofocus(ui: &mut Ui, model: &WindowModel) {
     // A result is out of date when the focus has been changed by other means.
     let current = model
         .focused
@@ -82,7 +82,7 @@ fn autofocus(ui: &mut Ui, model: &Model) {
 
 /// Shows the depth of field. The rows exist before the first picture, so that nothing below them
 /// moves.
-fn depth_of_field(ui: &mut Ui, model: &Model) {
+fn depth_of_field(ui: &mut Ui, model: &WindowModel) {
     if model.setup.lens().is_none() {
         return;
     }
@@ -108,7 +108,7 @@ fn depth_of_field(ui: &mut Ui, model: &Model) {
         });
 }
 
-pub(super) fn aperture(ui: &mut Ui, model: &mut Model, kit: &mut Kit) {
+pub(super) fn aperture(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     let Some(lens) = model.setup.lens().cloned() else {
         return;
     };

@@ -18,8 +18,8 @@ use crate::photo::{Era, LensChoice, Optics, Plan};
 use crate::viewer::draft::Preview;
 use crate::viewer::engine::Engine;
 use crate::viewer::lenses::LensMenu;
-use crate::viewer::live::{Frame, Live, Request};
-use crate::viewer::model::Model;
+use crate::viewer::live::{Live, LiveFrame, Request};
+use crate::viewer::model::WindowModel;
 use crate::viewer::panels::Window;
 use crate::viewer::setup::Setup;
 
@@ -106,18 +106,18 @@ impl Bench {
 
     /// Opens a window that is tall enough for every control to be visible.
     pub(super) fn new(scratch: Scratch, plan: Plan) -> Self {
-        Self::sized(scratch, Model::new(plan), [1360.0, 1500.0])
+        Self::sized(scratch, WindowModel::new(plan), [1360.0, 1500.0])
     }
 
     /// Opens a window of a size in points on the scene.
     pub(super) fn of_size(name: &str, size: [f32; 2]) -> Self {
         let scratch = Scratch::new(name);
-        let model = Model::new(scratch.plan());
+        let model = WindowModel::new(scratch.plan());
         Self::sized(scratch, model, size)
     }
 
     /// Opens a window of a size in points on a model.
-    pub(super) fn sized(scratch: Scratch, model: Model, size: [f32; 2]) -> Self {
+    pub(super) fn sized(scratch: Scratch, model: WindowModel, size: [f32; 2]) -> Self {
         let breaks = Arc::new(AtomicBool::new(false));
         let wake = breaks.clone();
         let wake = move || assert!(!wake.swap(false, Ordering::Relaxed), "as ordered");
@@ -137,7 +137,7 @@ impl Bench {
         }
     }
 
-    pub(super) fn model(&self) -> &Model {
+    pub(super) fn model(&self) -> &WindowModel {
         &self.harness.state().model
     }
 
@@ -145,7 +145,7 @@ impl Bench {
         &self.model().setup
     }
 
-    pub(super) fn until(&mut self, what: &str, there: impl Fn(&Model) -> bool) {
+    pub(super) fn until(&mut self, what: &str, there: impl Fn(&WindowModel) -> bool) {
         let start = Instant::now();
         loop {
             self.harness.step();
@@ -236,7 +236,7 @@ impl Bench {
         self.harness.run_steps(4);
     }
 
-    pub(super) fn change(&mut self, change: impl FnOnce(&mut Model)) {
+    pub(super) fn change(&mut self, change: impl FnOnce(&mut WindowModel)) {
         change(&mut self.harness.state_mut().model);
         self.harness.step();
     }
@@ -263,7 +263,7 @@ pub(super) fn window_plan(words: &str, era: Era) -> Plan {
 }
 
 /// Exposes a plan's live picture, at the plan's resolution, to a number of samples.
-pub(super) fn exposed(plan: &Plan, samples: u32) -> (Live, Frame) {
+pub(super) fn exposed(plan: &Plan, samples: u32) -> (Live, LiveFrame) {
     let mut live = Live::open(plan).unwrap();
     let request = Request {
         setup: live.setup().clone(),
@@ -287,7 +287,7 @@ pub(super) fn still(scratch: Scratch) -> Bench {
     let (live, mut frame) = exposed(&scratch.plan(), 4);
     let setup = live.setup().clone();
     frame.rate = 1e6;
-    let mut model = Model::new(Plan::of_era(Era::Modern, ""));
+    let mut model = WindowModel::new(Plan::of_era(Era::Modern, ""));
     model.setup = setup;
     model.headlight = live.session().headlight_sources;
     model.depths = Some(Arc::new(frame.view.depths(&|| true).unwrap()));

@@ -11,7 +11,7 @@ use ivcam_render::shade::Shading;
 use super::bench::{Bench, lens_of};
 use crate::photo::{Headlight, Optics};
 use crate::viewer::draft::Preview;
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 use crate::viewer::navigate::Tool;
 
 #[test]
@@ -19,7 +19,7 @@ fn every_lens_is_in_the_menu_and_a_click_selects_it() {
     let mut bench = Bench::open("lens");
     bench.click("biotar");
     assert_eq!(bench.setup().lens().unwrap().name, "biotar");
-    let shown = |m: &Model| {
+    let shown = |m: &WindowModel| {
         m.frame
             .as_ref()
             .unwrap()
@@ -112,7 +112,7 @@ fn stops_and_blades_change_the_hole_and_the_depth_of_field() {
             }
         })
     });
-    let hexagon = |m: &Model| {
+    let hexagon = |m: &WindowModel| {
         m.frame
             .as_ref()
             .unwrap()
@@ -137,7 +137,7 @@ fn the_focal_length_and_the_blades_are_those_of_the_fields() {
     bench.harness.run_steps(3);
     bench.put(Role::SpinButton, "Focal length", 35.0);
     assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
-    let shown = |m: &Model| {
+    let shown = |m: &WindowModel| {
         let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
         // The value is half of 35 mm, because the zoom still scales it.
         lens.is_some_and(|c| (c.lens.first_order().efl() - 17.5).abs() < 1e-9)
@@ -162,7 +162,7 @@ fn the_focus_and_its_method_are_those_of_the_field_and_the_menu() {
     bench.click("moves to focus");
     bench.click("lens");
     assert_eq!(bench.setup().lens().unwrap().method, FocusMethod::Lens);
-    let shown = |m: &Model| {
+    let shown = |m: &WindowModel| {
         let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
         lens.is_some_and(|c| (c.focus.method, c.focus.distance) == (FocusMethod::Lens, 1750.0))
     };

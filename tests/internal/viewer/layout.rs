@@ -10,7 +10,7 @@ use super::bench::{Bench, Scratch, difference_from, still};
 use super::raster;
 use crate::photo::{Era, LensChoice, Optics, Plan};
 use crate::viewer::autofocus::Focused;
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 /// The picture has one pixel for each pixel of the screen, in windows of every size.
 #[test]
@@ -74,7 +74,7 @@ fn the_chosen_lens_is_highlighted_and_scrolled_into_view() {
         let scratch = Scratch::new("in-view");
         let mut plan = scratch.plan();
         plan.optics = Optics::Lens(LensChoice::named(name));
-        let mut bench = Bench::sized(scratch, Model::new(plan), [800.0, 600.0]);
+        let mut bench = Bench::sized(scratch, WindowModel::new(plan), [800.0, 600.0]);
         bench.harness.run_steps(20);
         let row = bench.harness.get_by_label(name).rect();
         assert!(row.top() > 60.0 && row.bottom() < 590.0, "{name}: {row:?}");
@@ -146,10 +146,10 @@ fn shots() {
         let mut lens = LensChoice::named("wide-angle");
         lens.efl = Some(Mm(20.0));
         plan.optics = Optics::Lens(lens);
-        let mut bench = Bench::sized(scratch, Model::new(plan), size);
+        let mut bench = Bench::sized(scratch, WindowModel::new(plan), size);
         bench.until("a frame", |m| m.frame.is_some());
         let start = Instant::now();
-        let ready = |m: &Model| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
+        let ready = |m: &WindowModel| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
         while !ready(bench.model()) && start.elapsed() < Duration::from_secs(90) {
             bench.harness.step();
             std::thread::sleep(Duration::from_millis(50));
@@ -238,7 +238,7 @@ fn the_places_of_the_driving_script_are_those_of_the_window() {
     let scratch = Scratch::new("places");
     let mut plan = scratch.plan();
     plan.optics = Optics::Lens(LensChoice::named("wide-angle"));
-    let mut bench = Bench::sized(scratch, Model::new(plan), [1360.0, 860.0]);
+    let mut bench = Bench::sized(scratch, WindowModel::new(plan), [1360.0, 860.0]);
     bench.until("a frame", |m| m.frame.is_some());
     bench.harness.run_steps(20);
     let labels = [

@@ -6,7 +6,7 @@ use egui::{Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
 use crate::photo::{Era, Plan};
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 
 use super::bench::{Bench, SCENE, Scratch};
 
@@ -150,7 +150,7 @@ fn a_panic_in_the_renderer_takes_neither_window_nor_settings() {
 #[test]
 fn a_window_without_a_scene_offers_to_open_one() {
     let scratch = Scratch::new("without");
-    let model = Model::new(Plan::of_era(Era::Modern, ""));
+    let model = WindowModel::new(Plan::of_era(Era::Modern, ""));
     let mut bench = Bench::sized(scratch, model, [1360.0, 860.0]);
     bench.click("Open a scene …");
     assert!(bench.harness.query_by_label("Open file").is_some());

@@ -12,7 +12,7 @@ use ivcam_optics::sampling::SamplerKind;
 
 use super::bench::{Bench, SCENE, Scratch, batch, exposed, lens_of, window_plan};
 use crate::photo::{Era, Headlight, Plan};
-use crate::viewer::model::Model;
+use crate::viewer::model::WindowModel;
 use crate::viewer::setup::Setup;
 
 /// Returns the picture in the window, at the size of the saved one.
@@ -40,10 +40,10 @@ fn save_what_is_seen(era: Era) {
     let scene = scratch.path("scene.iv").display().to_string();
     let words = format!("--lens double-gauss --focus 3 --size 96x64 {scene}");
     // The window is small, so that its picture has few pixels.
-    let model = Model::new(window_plan(&words, era));
+    let model = WindowModel::new(window_plan(&words, era));
     let mut bench = Bench::sized(scratch, model, [660.0, 900.0]);
     assert_eq!(bench.setup().plan.era, era);
-    let ready = |m: &Model| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
+    let ready = |m: &WindowModel| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
     bench.until("a picture", ready);
     let first = seen(&bench);
     bench.drag_picture([0.5, 0.5], [0.56, 0.5], PointerButton::Secondary);
@@ -177,7 +177,7 @@ fn a_command_line_describes_its_plan_exactly() {
 #[test]
 fn a_proposed_name_is_one_that_no_file_has() {
     let name = format!("ivcam-made-up-{}", std::process::id());
-    let mut model = Model::new(Plan::of_era(Era::Modern, format!("rooms/{name}.iv")));
+    let mut model = WindowModel::new(Plan::of_era(Era::Modern, format!("rooms/{name}.iv")));
     assert_eq!(model.output, format!("{name}.png"));
     for end in [".png", "-2.png", "-3.png"] {
         model.save_picture();

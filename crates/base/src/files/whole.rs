@@ -20,10 +20,10 @@ const TRIES: usize = 8;
 struct Writable {
     /// The file that is replaced. A symbolic link is kept, and this is the file that it points to.
     target: PathBuf,
-    kind: Kind,
+    kind: TargetKind,
 }
 
-enum Kind {
+enum TargetKind {
     /// A temporary file, which becomes the target.
     Temporary(Temporary),
     /// A pipe or a device such as `/dev/null`, which is written to and stays what it is.
@@ -43,10 +43,10 @@ impl Writable {
         let target = linked.flatten().unwrap_or_else(|| path.to_path_buf());
         let kind = if is_stream(&target) {
             let stream = OpenOptions::new().write(true).open(&target);
-            stream.map(Kind::Stream)
+            stream.map(TargetKind::Stream)
         } else {
             remove_leftovers(&target);
-            Temporary::beside(&target).map(Kind::Temporary)
+            Temporary::beside(&target).map(TargetKind::Temporary)
         };
         let kind = kind.map_err(|e| Diagnostic::io(path.display(), &e))?;
         Ok(Self { target, kind })
@@ -56,11 +56,11 @@ impl Writable {
     fn write(self, write: impl FnOnce(&mut dyn Write) -> std::io::Result<()>) -> Result<()> {
         let Self { target, kind } = self;
         let attempt = || match kind {
-            Kind::Stream(mut stream) => {
+            TargetKind::Stream(mut stream) => {
                 write(&mut stream)?;
                 stream.flush()
             }
-            Kind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
+            TargetKind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
         };
         attempt().map_err(|e| Diagnostic::io(target.display(), &e))
     }
@@ -122,12 +122,12 @@ pub fn write_whole_seekable(
 ) -> Result<()> {
     let Writable { target, kind } = Writable::new(path)?;
     let attempt = || match kind {
-        Kind::Stream(mut stream) => {
+        TargetKind::Stream(mut stream) => {
             let mut bytes = Cursor::new(Vec::new());
             write(&mut bytes)?;
             stream.write_all(bytes.get_ref())
         }
-        Kind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
+        TargetKind::Temporary(temporary) => temporary.write(&target, |to| write(to)),
     };
     attempt().map_err(|e| Diagnostic::io(target.display(), &e))
 }

@@ -4,12 +4,12 @@ use glam::DVec2;
 
 /// The Fourier transform of a square field whose side is a power of two.
 #[derive(Clone)]
-pub struct Spectrum {
+pub struct FourierSpectrum {
     side: usize,
     values: Vec<DVec2>,
 }
 
-impl Spectrum {
+impl FourierSpectrum {
     /// Transforms a square field, row by row.
     pub fn of(side: usize, mut values: Vec<DVec2>) -> Self {
         debug_assert!(side.is_power_of_two() && values.len() == side * side);
@@ -104,7 +104,7 @@ mod tests {
             |x: usize, y: usize| DVec2::new(((x * 7 + y * 13) * (x + 3 * y) % 17) as f64, 0.0);
         let field = |dx: usize, dy: usize| {
             let at = |i: usize| value((i % side + dx) % side, (i / side + dy) % side);
-            Spectrum::of(side, (0..side * side).map(at).collect())
+            FourierSpectrum::of(side, (0..side * side).map(at).collect())
         };
         // The second shows at p what the first shows at p + (5, -3).
         let (shift, _) = field(0, 0).best_shift(&field(5, side - 3));
@@ -117,7 +117,7 @@ mod tests {
             let angle = std::f64::consts::TAU * 3.0 * (i % 16) as f64 / 16.0;
             DVec2::new(libm::cos(angle), libm::sin(angle))
         };
-        let spectrum = Spectrum::of(16, (0..256).map(wave).collect());
+        let spectrum = FourierSpectrum::of(16, (0..256).map(wave).collect());
         for (i, v) in spectrum.values.iter().enumerate() {
             let expected = if i == 3 { 256.0 } else { 0.0 };
             assert!((v.length() - expected).abs() < 1e-9);

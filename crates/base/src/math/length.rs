@@ -32,6 +32,7 @@ impl From<Mm> for Meters {
 
 /// A unit of length in text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum LengthUnit {
     /// `mm`.
     Millimeter,

@@ -11,6 +11,7 @@ const DEFAULT_SHARE: f64 = 0.5;
 
 /// How much memory a scene, with its textures and its film, may use.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum MemoryLimit {
     /// Half of the memory that the machine, or the container, has.
     #[default]

@@ -40,6 +40,7 @@ pub enum Treatment {
 
 /// The effect of a node of a class on traversal: the last word of a class line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Role {
     /// No effect. Sensors, engines, information and hints to a graphics library have this role.
     Kept,

@@ -2,7 +2,7 @@
 
 use glam::{Mat4, Vec2, Vec3};
 
-use super::frame::Frame;
+use super::frame::WalkFrame;
 use super::property;
 use super::role::{self, Role};
 use super::state::{
@@ -20,7 +20,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// Begins a `Shape`; [`Walk::geometry`] follows.
     pub(super) fn appearance(&mut self, node: NodeRef<'a>) {
         self.keep_state();
-        self.stack.push(Frame::Geometry { shape: node });
+        self.stack.push(WalkFrame::Geometry { shape: node });
         self.state.language = Language::Vrml97;
     }
 

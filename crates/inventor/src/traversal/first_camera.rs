@@ -12,7 +12,7 @@ use crate::snapshot::Snapshot;
 /// Returns the first camera in the order of traversal.
 pub fn first_camera(snapshot: &Snapshot<'_>, options: &WalkOptions) -> Option<CameraPose> {
     let is_camera = |node: NodeRef<'_>| role(node) == Role::Camera;
-    let mut search = Search {
+    let mut search = CameraSearch {
         found: None,
         leading: Leading::to(snapshot.document(), is_camera),
     };
@@ -21,12 +21,12 @@ pub fn first_camera(snapshot: &Snapshot<'_>, options: &WalkOptions) -> Option<Ca
 }
 
 /// Finds a camera, and skips the parts of the scene without one.
-struct Search {
+struct CameraSearch {
     found: Option<CameraPose>,
     leading: Leading,
 }
 
-impl<'a> Visitor<'a> for Search {
+impl<'a> Visitor<'a> for CameraSearch {
     fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
 
     fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {

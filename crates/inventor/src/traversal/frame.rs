@@ -10,7 +10,7 @@ use super::steps::Step;
 use crate::iv::{NodeId, NodeRef};
 
 /// A step of a walk.
-pub(super) enum Frame<'a> {
+pub(super) enum WalkFrame<'a> {
     /// Visits a node of the document.
     Visit(NodeId),
     /// Visits a node with default values, which a kit makes.
@@ -28,7 +28,7 @@ pub(super) enum Frame<'a> {
     /// Does some steps inside a separator that a kit makes.
     Scope {
         /// The steps, in order.
-        inner: Vec<Frame<'a>>,
+        inner: Vec<WalkFrame<'a>>,
         /// Whether only the matrix is restored at the end.
         matrix_only: bool,
     },

@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use ivcam_base::diag::Diagnostic;
 
 use super::copies::{Copies, Grid};
-use super::frame::Frame;
+use super::frame::WalkFrame;
 use super::state::Language;
 use super::visitor::{Repeated, Visitor};
 use super::walk::Walk;
@@ -32,7 +32,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// Visits one child of a list, if it exists.
     fn pick(&mut self, list: &'a [NodeId], index: usize) {
         if let Some(&id) = list.get(index) {
-            self.stack.push(Frame::Visit(id));
+            self.stack.push(WalkFrame::Visit(id));
         }
     }
 
@@ -52,7 +52,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
         self.state.switch = which;
         match which {
-            -3 => self.stack.push(Frame::List { list, next: 0 }),
+            -3 => self.stack.push(WalkFrame::List { list, next: 0 }),
             0.. => self.pick(list, which as usize),
             _ => {}
         }
@@ -65,7 +65,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     pub(super) fn blinker(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
-            self.stack.push(Frame::List { list, next: 0 });
+            self.stack.push(WalkFrame::List { list, next: 0 });
             return;
         }
         let stated = node.get(blinker::WHICH_CHILD);
@@ -103,7 +103,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             .stack
             .iter()
             .filter_map(|frame| match frame {
-                Frame::Leave(id) if *id != node.id => Some(*id),
+                WalkFrame::Leave(id) if *id != node.id => Some(*id),
                 _ => None,
             })
             .collect();
@@ -150,7 +150,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     /// Walks a node's children once for each copy, in order.
     fn copies(&mut self, node: NodeRef<'a>, copies: Copies<'a>) {
-        self.stack.push(Frame::Copies {
+        self.stack.push(WalkFrame::Copies {
             node,
             copies,
             next: 0,
@@ -167,7 +167,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let Some(matrix) = copies.get(number) else {
             return;
         };
-        self.stack.push(Frame::Copies {
+        self.stack.push(WalkFrame::Copies {
             node,
             copies,
             next: number + 1,
@@ -199,7 +199,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     pub(super) fn lod(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
-            self.stack.push(Frame::List { list, next: 0 });
+            self.stack.push(WalkFrame::List { list, next: 0 });
             return;
         }
         let ranges = node.get(lod::RANGE);
@@ -233,7 +233,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     pub(super) fn level_of_detail(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
-            self.stack.push(Frame::List { list, next: 0 });
+            self.stack.push(WalkFrame::List { list, next: 0 });
             return;
         }
         let last = list.len().saturating_sub(1);

@@ -2,18 +2,18 @@
 
 use std::sync::OnceLock;
 
-use super::frame::Frame;
+use super::frame::WalkFrame;
 use crate::grammar::{self, Part, Role};
 use crate::iv::{Document, Node, NodeId, NodeRef};
 
 /// Pushes the kit's parts on the stack, with the first part on top.
-pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<Frame<'a>>) {
+pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<WalkFrame<'a>>) {
     let Some(class) = kit.known_class() else {
         return;
     };
     let mut plan = Vec::new();
     for &child in &kit.data().children {
-        plan.push(Frame::Visit(child));
+        plan.push(WalkFrame::Visit(child));
     }
     parts_below("this", kit, class.parts, 0, &mut plan);
     stack.extend(plan.into_iter().rev());
@@ -26,7 +26,7 @@ fn parts_below<'a>(
     kit: NodeRef<'a>,
     parts: &'static [Part],
     depth: usize,
-    plan: &mut Vec<Frame<'a>>,
+    plan: &mut Vec<WalkFrame<'a>>,
 ) {
     if depth > 16 {
         return;
@@ -39,11 +39,11 @@ fn parts_below<'a>(
         if parts.iter().any(|p| p.parent == part.name) {
             inner(part, stated, kit, parts, depth, plan);
         } else if let Some(&id) = stated.first() {
-            plan.push(Frame::Visit(id));
+            plan.push(WalkFrame::Visit(id));
         } else if part.made
             && let Some(node) = default_node(part.class)
         {
-            plan.push(Frame::VisitDefault(node));
+            plan.push(WalkFrame::VisitDefault(node));
         }
     }
 }
@@ -55,7 +55,7 @@ fn inner<'a>(
     kit: NodeRef<'a>,
     parts: &'static [Part],
     depth: usize,
-    plan: &mut Vec<Frame<'a>>,
+    plan: &mut Vec<WalkFrame<'a>>,
 ) {
     let class = stated
         .first()
@@ -68,11 +68,11 @@ fn inner<'a>(
     let mut scope = Vec::new();
     if let Some(&id) = stated.first() {
         let children = &kit.document.node(id).data().children;
-        scope.extend(children.iter().map(|&c| Frame::Visit(c)));
+        scope.extend(children.iter().map(|&c| WalkFrame::Visit(c)));
     }
     parts_below(part.name, kit, parts, depth + 1, &mut scope);
     match role {
-        Role::Separator | Role::TransformSeparator => plan.push(Frame::Scope {
+        Role::Separator | Role::TransformSeparator => plan.push(WalkFrame::Scope {
             inner: scope,
             matrix_only: role == Role::TransformSeparator,
         }),

@@ -11,11 +11,11 @@ use super::state::LightElement;
 /// A list of lights. A copy shares all of them.
 #[derive(Clone, Default)]
 pub struct LightList {
-    last: Option<Arc<Link>>,
+    last: Option<Arc<ListLink>>,
 }
 
 /// A light, and the list before it.
-struct Link {
+struct ListLink {
     light: LightElement,
     before: LightList,
 }
@@ -29,7 +29,7 @@ impl LightList {
     /// Adds a light at the end.
     pub fn push(&mut self, light: LightElement) {
         let before = std::mem::take(self);
-        self.last = Some(Arc::new(Link { light, before }));
+        self.last = Some(Arc::new(ListLink { light, before }));
     }
 
     /// Returns the last light and the list before it.

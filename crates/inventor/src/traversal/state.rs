@@ -329,6 +329,7 @@ impl Drawing {
 
 /// The law by which fog grows with distance. `shade` has the formulas.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum FogKind {
     /// There is no fog.
     None,

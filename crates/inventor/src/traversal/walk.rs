@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use ivcam_base::diag::Diagnostic;
 
-use super::frame::Frame;
+use super::frame::WalkFrame;
 use super::kit;
 use super::lights;
 use super::property::{self, Reach};
@@ -27,7 +27,7 @@ pub(super) struct Walk<'a, 'v, V> {
     pub(super) visitor: &'v mut V,
     pub(super) state: State<'a>,
     /// The steps still to be done, the next one last.
-    pub(super) stack: Vec<Frame<'a>>,
+    pub(super) stack: Vec<WalkFrame<'a>>,
     /// For each node, whether it is on the path from the root to the current node.
     on_path: &'v mut [bool],
     /// The number of nodes visited so far.
@@ -63,7 +63,7 @@ pub fn walk_list<'a, V: Visitor<'a>>(
 ) {
     let mut scratch = Scratch::new(snapshot.document());
     let mut walk = Walk::new(snapshot, state, options, visitor, &mut scratch);
-    walk.stack.push(Frame::List { list, next: 0 });
+    walk.stack.push(WalkFrame::List { list, next: 0 });
     walk.light_group(list);
     walk.run();
 }
@@ -79,7 +79,7 @@ pub fn walk_part<'a, V: Visitor<'a>>(
 ) {
     let mut walk = Walk::new(snapshot, state, options, visitor, scratch);
     match part {
-        Repeated::Node(node) => walk.stack.push(Frame::Visit(node.id)),
+        Repeated::Node(node) => walk.stack.push(WalkFrame::Visit(node.id)),
         Repeated::Copy(node) | Repeated::Grid(node, _) => walk.children(node),
     }
     walk.run();
@@ -145,7 +145,7 @@ impl<'a, 'v, V: Visitor<'a>> Walk<'a, 'v, V> {
             }
         }
         for frame in self.stack.drain(..) {
-            if let Frame::Leave(id) = frame {
+            if let WalkFrame::Leave(id) = frame {
                 self.on_path[id.0 as usize] = false;
             }
         }
@@ -153,33 +153,33 @@ impl<'a, 'v, V: Visitor<'a>> Walk<'a, 'v, V> {
 }
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
-    fn step(&mut self, frame: Frame<'a>) {
+    fn step(&mut self, frame: WalkFrame<'a>) {
         match frame {
-            Frame::Visit(id) => self.visit(self.document.node(id)),
-            Frame::VisitDefault(node) => self.visit(node),
-            Frame::List { list, next } => {
+            WalkFrame::Visit(id) => self.visit(self.document.node(id)),
+            WalkFrame::VisitDefault(node) => self.visit(node),
+            WalkFrame::List { list, next } => {
                 if let Some(&id) = list.get(next) {
-                    self.stack.push(Frame::List {
+                    self.stack.push(WalkFrame::List {
                         list,
                         next: next + 1,
                     });
                     self.visit(self.document.node(id));
                 }
             }
-            Frame::Leave(id) => {
+            WalkFrame::Leave(id) => {
                 self.on_path[id.0 as usize] = false;
                 self.visitor.leave();
             }
-            Frame::Restore(state) => self.state = *state,
-            Frame::Close(state) => {
+            WalkFrame::Restore(state) => self.state = *state,
+            WalkFrame::Close(state) => {
                 self.state = *state;
                 self.visitor.close();
             }
-            Frame::RestoreMatrix(matrix, steps) => {
+            WalkFrame::RestoreMatrix(matrix, steps) => {
                 self.state.world_from_object = matrix;
                 self.state.steps = steps;
             }
-            Frame::Scope { inner, matrix_only } => {
+            WalkFrame::Scope { inner, matrix_only } => {
                 if matrix_only {
                     self.keep_matrix();
                 } else {
@@ -187,13 +187,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 }
                 self.stack.extend(inner.into_iter().rev());
             }
-            Frame::Copies {
+            WalkFrame::Copies {
                 node,
                 copies,
                 next,
                 visits,
             } => self.copy(node, copies, next, visits),
-            Frame::Geometry { shape } => self.geometry(shape),
+            WalkFrame::Geometry { shape } => self.geometry(shape),
         }
     }
 
@@ -244,7 +244,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             return;
         }
         self.on_path[index] = true;
-        self.stack.push(Frame::Leave(node.id));
+        self.stack.push(WalkFrame::Leave(node.id));
         self.visitor.enter(node, &self.state);
         match role {
             Role::Group => self.children(node),
@@ -254,7 +254,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                         self.keep_state();
                     }
                     self.light_group(list);
-                    self.stack.push(Frame::List { list, next: 0 });
+                    self.stack.push(WalkFrame::List { list, next: 0 });
                 }
             }
             Role::Separator => {
@@ -288,7 +288,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::LevelOfDetail => self.level_of_detail(node),
             Role::AppearanceAndGeometry => self.appearance(node),
             Role::Kit => kit::plan(node, &mut self.stack),
-            Role::ListPart => self.stack.push(Frame::List {
+            Role::ListPart => self.stack.push(WalkFrame::List {
                 list: node.get_nodes(node_kit_list_part::CONTAINER_NODE),
                 next: 0,
             }),
@@ -299,20 +299,21 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// Restores the state after the steps that are pushed next.
     pub(super) fn keep_state(&mut self) {
         self.stack
-            .push(Frame::Restore(Box::new(self.state.clone())));
+            .push(WalkFrame::Restore(Box::new(self.state.clone())));
     }
 
     /// Restores the matrix after the steps that are pushed next.
     fn keep_matrix(&mut self) {
         let matrix = self.state.world_from_object;
         self.stack
-            .push(Frame::RestoreMatrix(matrix, self.state.steps.clone()));
+            .push(WalkFrame::RestoreMatrix(matrix, self.state.steps.clone()));
     }
 
     /// Begins a separator, which ends after the steps that are pushed next.
     pub(super) fn open_separator(&mut self) {
         self.visitor.open(&self.state);
-        self.stack.push(Frame::Close(Box::new(self.state.clone())));
+        self.stack
+            .push(WalkFrame::Close(Box::new(self.state.clone())));
     }
 
     /// Walks a node's children.
@@ -326,10 +327,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             let list = node.get_nodes(field);
             if !list.is_empty() {
                 self.light_group(list);
-                self.stack.push(Frame::List { list, next: 0 });
+                self.stack.push(WalkFrame::List { list, next: 0 });
             }
         }
-        self.stack.push(Frame::List {
+        self.stack.push(WalkFrame::List {
             list: &node.data().children,
             next: 0,
         });

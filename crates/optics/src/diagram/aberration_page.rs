@@ -7,7 +7,7 @@ use crate::lens::analysis::aberrations::through_focus::SPOTS;
 use crate::lens::{FieldRow, LensSheet};
 
 use super::chart::{Chart, Series};
-use super::drawing::{Anchor, Drawing, Ink, Item};
+use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
 use super::numbers::{round_number, tidy};
 use super::page::{GUTTER, MARGIN, WIDTH};
 
@@ -258,7 +258,7 @@ fn focus_spots(page: &mut Drawing, points: &[&PointAberrations], top: f64) -> f6
                 .step_by(every)
                 .filter(|p| p.abs().max_element() < half);
             let places = inside.map(|p| [center[0] + scale * p.x, center[1] - scale * p.y]);
-            page.items.push(Item::Dots {
+            page.items.push(DrawingItem::Dots {
                 places: places.collect(),
                 radius: 0.5,
                 ink: Ink::Curve(0),

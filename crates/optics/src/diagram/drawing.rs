@@ -1,7 +1,7 @@
 //! A drawing as a list of strokes and texts with a meaning (glass, a ray of the second field, the
 //! axis).
 //!
-//! Each output, a file format or a window, defines how they look: see [`Output`]. Positions are x
+//! Each output, a file format or a window, defines how they look: see [`DrawingOutput`]. Positions are x
 //! to the right and y down, in the units of the drawing.
 
 /// The meaning of a stroke or a text.
@@ -85,7 +85,7 @@ pub struct Text {
 
 /// A piece of a drawing.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Item {
+pub enum DrawingItem {
     /// A line through points.
     Path(Path),
     /// A filled circle.
@@ -120,7 +120,7 @@ pub enum Item {
 }
 
 /// A target for drawings, which defines how every ink looks.
-pub trait Output {
+pub trait DrawingOutput {
     /// Draws a line through points.
     fn path(&mut self, path: &Path);
     /// Draws a filled circle about a center, with a radius in units of the drawing.
@@ -141,16 +141,16 @@ pub struct Drawing {
     /// The height in units of the drawing.
     pub height: f64,
     /// The pieces in the order in which they are drawn.
-    pub items: Vec<Item>,
+    pub items: Vec<DrawingItem>,
 }
 
-impl Item {
+impl DrawingItem {
     fn shift(&mut self, [x, y]: [f64; 2]) {
         let places = match self {
-            Item::Path(path) => path.points.as_mut_slice(),
-            Item::Dots { places, .. } => places.as_mut_slice(),
-            Item::Text(text) => std::slice::from_mut(&mut text.at),
-            Item::Dot { at, .. } | Item::Cross { at, .. } => std::slice::from_mut(at),
+            DrawingItem::Path(path) => path.points.as_mut_slice(),
+            DrawingItem::Dots { places, .. } => places.as_mut_slice(),
+            DrawingItem::Text(text) => std::slice::from_mut(&mut text.at),
+            DrawingItem::Dot { at, .. } | DrawingItem::Cross { at, .. } => std::slice::from_mut(at),
         };
         for place in places {
             *place = [place[0] + x, place[1] + y];
@@ -169,18 +169,18 @@ impl Drawing {
     }
 
     /// Draws all items, in their order.
-    pub fn draw(&self, output: &mut dyn Output) {
+    pub fn draw(&self, output: &mut dyn DrawingOutput) {
         for item in &self.items {
             match item {
-                Item::Path(path) => output.path(path),
-                Item::Dot { at, radius, ink } => output.dot(*at, *radius, *ink),
-                Item::Dots {
+                DrawingItem::Path(path) => output.path(path),
+                DrawingItem::Dot { at, radius, ink } => output.dot(*at, *radius, *ink),
+                DrawingItem::Dots {
                     places,
                     radius,
                     ink,
                 } => output.dots(places, *radius, *ink),
-                Item::Cross { at, size, ink } => output.cross(*at, *size, *ink),
-                Item::Text(text) => output.text(text),
+                DrawingItem::Cross { at, size, ink } => output.cross(*at, *size, *ink),
+                DrawingItem::Text(text) => output.text(text),
             }
         }
     }
@@ -197,7 +197,7 @@ impl Drawing {
 
     /// Adds a path that may be dashed.
     pub(crate) fn curve(&mut self, points: Vec<[f64; 2]>, ink: Ink, dashed: bool) {
-        self.items.push(Item::Path(Path {
+        self.items.push(DrawingItem::Path(Path {
             points,
             closed: false,
             ink,
@@ -207,7 +207,7 @@ impl Drawing {
 
     /// Adds a closed path.
     pub(crate) fn shape(&mut self, points: Vec<[f64; 2]>, ink: Ink) {
-        self.items.push(Item::Path(Path {
+        self.items.push(DrawingItem::Path(Path {
             points,
             closed: true,
             ink,
@@ -256,7 +256,7 @@ impl Drawing {
         (lettering, ink): (Lettering, Ink),
         words: impl Into<String>,
     ) {
-        self.items.push(Item::Text(Text {
+        self.items.push(DrawingItem::Text(Text {
             at,
             anchor,
             size,

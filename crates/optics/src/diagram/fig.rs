@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
+use super::drawing::{Anchor, Drawing, DrawingOutput, Ink, Lettering, Path, Text};
 
 /// Width of the drawing in xfig units: 25 cm.
 const WIDTH: f64 = 25.0 / 2.54 * 1200.0;
@@ -116,7 +116,7 @@ impl Fig {
     }
 }
 
-impl Output for Fig {
+impl DrawingOutput for Fig {
     fn path(&mut self, path: &Path) {
         let look = look(path.ink, path.dashed);
         self.polyline(&look, &path.points, path.closed);

@@ -4,7 +4,7 @@ use ivcam_base::files::escaped;
 
 use super::aberration_page;
 use super::chart::{Chart, Series};
-use super::drawing::{Anchor, Drawing, Ink, Item};
+use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
 use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
 use crate::lens::analysis::aberrations::report::Aberrations;
@@ -608,7 +608,7 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
             let places = inside
                 .map(|p| [center[0] + scale * p.x, center[1] - scale * p.y])
                 .collect();
-            page.items.push(Item::Dots {
+            page.items.push(DrawingItem::Dots {
                 places,
                 radius: 0.6,
                 ink: Ink::Curve(*curve),

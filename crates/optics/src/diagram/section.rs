@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::{Lens, LensRay, Prescription, RayPath, SheetSetting, Surface, Toward};
 
-use super::drawing::{Anchor, Drawing, Ink, Item};
+use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
 use super::numbers::{round_number, tidy};
 
 /// The options of a section.
@@ -68,7 +68,7 @@ impl SectionOptions {
 #[derive(Clone, Debug)]
 pub struct LensDiagram {
     /// Strokes in millimeters, z to the right and y up.
-    strokes: Vec<Stroke>,
+    strokes: Vec<SectionStroke>,
     signs: Vec<Sign>,
     /// The entries of the legend, with the style of their lines.
     legend: Vec<(String, Ink)>,
@@ -77,7 +77,7 @@ pub struct LensDiagram {
 
 /// A line or a filled outline.
 #[derive(Clone, Debug)]
-struct Stroke {
+struct SectionStroke {
     points: Vec<DVec2>,
     closed: bool,
     ink: Ink,
@@ -129,7 +129,7 @@ impl LensDiagram {
 
     /// Adds the path of a ray, given in lens space as (z, height). A lost ray ends in a cross.
     pub fn add_path(&mut self, points: Vec<DVec2>, ink: Ink, lost: bool) {
-        self.strokes.push(Stroke {
+        self.strokes.push(SectionStroke {
             points,
             closed: false,
             ink,
@@ -150,7 +150,7 @@ impl LensDiagram {
     }
 
     fn stroke(&mut self, points: Vec<DVec2>, ink: Ink) {
-        self.strokes.push(Stroke {
+        self.strokes.push(SectionStroke {
             points,
             closed: false,
             ink,
@@ -196,7 +196,7 @@ impl LensDiagram {
                 None => ((n - 1.45) / 0.12).clamp(0.0, 3.0) as u8,
             };
             let points = element(front, rear);
-            self.strokes.push(Stroke {
+            self.strokes.push(SectionStroke {
                 points,
                 closed: true,
                 ink: Ink::Glass(dense),
@@ -295,7 +295,7 @@ impl LensDiagram {
                 }
                 self.stroke(points, Ink::Ray(number));
             }
-            Err(loss) if loss.surface > 0 => self.strokes.push(Stroke {
+            Err(loss) if loss.surface > 0 => self.strokes.push(SectionStroke {
                 points,
                 closed: false,
                 ink: Ink::Lost(number),
@@ -377,7 +377,7 @@ impl LensDiagram {
                 drawing.path(points, stroke.ink);
             }
             if let (true, Some(at)) = (stroke.ends_lost, end) {
-                drawing.items.push(Item::Cross {
+                drawing.items.push(DrawingItem::Cross {
                     at,
                     size: 2.2,
                     ink: stroke.ink,
@@ -387,7 +387,7 @@ impl LensDiagram {
         for sign in &self.signs {
             let [x, y] = place(&sign.at);
             if sign.dot {
-                drawing.items.push(Item::Dot {
+                drawing.items.push(DrawingItem::Dot {
                     at: [x, y],
                     radius: 2.0,
                     ink: Ink::Mark,

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use ivcam_base::files::escaped;
 
-use super::drawing::{Anchor, Drawing, Ink, Lettering, Output, Path, Text};
+use super::drawing::{Anchor, Drawing, DrawingOutput, Ink, Lettering, Path, Text};
 
 /// The colors can be distinguished by people who confuse red and green (after Okabe and Ito).
 const STYLE: &str = "
@@ -66,7 +66,7 @@ impl Svg {
     }
 }
 
-impl Output for Svg {
+impl DrawingOutput for Svg {
     fn path(&mut self, path: &Path) {
         let mut d = String::new();
         for (i, [x, y]) in path.points.iter().enumerate() {

@@ -25,6 +25,7 @@ impl ErrorEstimate {
 
 /// Why the error of a picture is unknown.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum ErrorUnknown {
     /// The film has not been measured.
     NotMeasured,

@@ -14,6 +14,7 @@ use ivcam_base::files::{MAX_TEXT, read_file};
 
 /// A map from exposure to a level between 0 and 1.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Response {
     /// The level is the exposure, clipped at 1, as in the paper. It suits Inventor's colors, which
     /// are display values.

@@ -13,6 +13,7 @@ const STEEPEST: f64 = 1.5;
 
 /// A camera model. All are functions of the angle alone; tangential coefficients are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Model {
     /// Brown and Conrady: r = f t (1 + k1 t² + k2 t⁴ + k3 t⁶), t being the angle's tangent.
     Brown,

@@ -21,8 +21,8 @@ const FULL_FRAME: f64 = 21.633_307_652_783_937;
 /// The distance in meters that Lensfun's database has for infinity.
 const FAR: f64 = 1000.0;
 
-/// Distortion in Lensfun's form, with its residual.
-struct Distortion {
+/// LensfunDistortion in Lensfun's form, with its residual.
+struct LensfunDistortion {
     /// The type of the lens: what the undistorted radius is proportional to.
     projection: &'static str,
     /// The attributes of the model.
@@ -106,7 +106,7 @@ pub fn lensfun(view: &View<'_>, tolerance: f64) -> Result<String> {
 }
 
 /// The models of distortion: those of the tangent first, and the even polynomial before Hugin's.
-fn distortions(view: &View<'_>) -> Vec<Distortion> {
+fn distortions(view: &View<'_>) -> Vec<LensfunDistortion> {
     let unit = 0.5 * view.frame.film.min_element();
     let pixels = unit * view.frame.density();
     let samples = view.samples();
@@ -130,7 +130,7 @@ fn distortions(view: &View<'_>) -> Vec<Distortion> {
                 .map(|(x, y)| (distorted(*x) - y).abs() * pixels);
             let off: Vec<f64> = off.collect();
             let square: f64 = off.iter().map(|o| o * o).sum();
-            Distortion {
+            LensfunDistortion {
                 projection,
                 attributes,
                 rms: (square / off.len() as f64).sqrt(),

@@ -1,6 +1,6 @@
 //! A lens as an OpenTrackIO sample (SMPTE RIS OSVP), in JSON.
 //!
-//! Distortion is that of OpenLensIO: ε_u = R(r) ε_d, with the distorted point ε_d on the sensor in
+//! OpenTrackIoDistortion is that of OpenLensIO: ε_u = R(r) ε_d, with the distorted point ε_d on the sensor in
 //! millimeters, r its distance from the middle, and R(r) = (1 + k1 r² + k3 r⁴ + k5 r⁶)/
 //! (1 + k2 r² + k4 r⁴ + k6 r⁶). The undistorted point is the tangent of the angle times the focal
 //! length of the pinhole.
@@ -15,8 +15,8 @@ use crate::lens_export::view::{Sample, View};
 /// The greatest angle for which the undistorted point is on a plane of finite size.
 const STEEPEST: f64 = 1.5;
 
-/// Distortion as R(r) and the inverse of the pinhole's focal length.
-struct Distortion {
+/// OpenTrackIoDistortion as R(r) and the inverse of the pinhole's focal length.
+struct OpenTrackIoDistortion {
     /// The slope of the angle's tangent over the radius at the axis, per millimeter.
     slope: f64,
     /// The numerator's coefficients, then the denominator's.
@@ -34,7 +34,7 @@ struct Distortion {
 ///
 /// Returns an error if no coefficients leave at most `tolerance` pixels of the undistorted picture.
 pub fn opentrackio(view: &View<'_>, tolerance: f64) -> Result<String> {
-    let Distortion { slope, k, rms, max } = distortion(view, tolerance)?;
+    let OpenTrackIoDistortion { slope, k, rms, max } = distortion(view, tolerance)?;
     // OpenLensIO's coefficients alternate between numerator and denominator.
     let term = |i: usize| k.get(i).copied().unwrap_or(0.0);
     let radial = [term(0), term(3), term(1), term(4), term(2), term(5)];
@@ -84,7 +84,7 @@ pub fn opentrackio(view: &View<'_>, tolerance: f64) -> Result<String> {
 }
 
 /// The polynomial, or else the ratio of two, whose residual is within the tolerance.
-fn distortion(view: &View<'_>, tolerance: f64) -> Result<Distortion> {
+fn distortion(view: &View<'_>, tolerance: f64) -> Result<OpenTrackIoDistortion> {
     let refuse = |why: String| {
         let name = view.lens.name();
         Diagnostic::error(format!(
@@ -106,7 +106,7 @@ fn distortion(view: &View<'_>, tolerance: f64) -> Result<Distortion> {
             |(r, t): &(f64, f64)| ((slope * r * ratio(&k, r * r) - t) / slope * density).abs();
         let off: Vec<f64> = points.iter().map(off).collect();
         let square: f64 = off.iter().map(|o| o * o).sum();
-        Distortion {
+        OpenTrackIoDistortion {
             slope,
             k,
             rms: (square / points.len() as f64).sqrt(),

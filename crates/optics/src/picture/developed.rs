@@ -25,6 +25,7 @@ pub struct Picture {
 
 /// Bits per channel in an integer format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Depth {
     /// 8 bits.
     Eight,
@@ -34,6 +35,7 @@ pub enum Depth {
 
 /// A format that pictures are written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum PictureFormat {
     /// PNG, 8 or 16 bits per channel.
     Png,

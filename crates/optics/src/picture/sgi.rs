@@ -18,7 +18,7 @@ pub(super) const MAGIC: [u8; 2] = [0x01, 0xda];
 const HEADER: usize = 512;
 
 /// The fields of the header.
-struct Header {
+struct SgiHeader {
     /// Whether rows are run-length encoded.
     coded: bool,
     bytes_per_sample: usize,
@@ -114,7 +114,7 @@ pub(super) fn write(picture: &Picture, depth: Depth, to: &mut dyn Write) -> std:
 }
 
 /// Reads and checks the header.
-fn header(bytes: &[u8]) -> Result<Header> {
+fn header(bytes: &[u8]) -> Result<SgiHeader> {
     if bytes.len() < HEADER {
         return Err(cut_short());
     }
@@ -124,7 +124,7 @@ fn header(bytes: &[u8]) -> Result<Header> {
     }
     let short = |at: usize| usize::from(u16::from_be_bytes([bytes[at], bytes[at + 1]]));
     let dimension = short(4);
-    let header = Header {
+    let header = SgiHeader {
         coded: bytes[2] == 1,
         bytes_per_sample: usize::from(bytes[3]),
         width: short(6),
@@ -147,7 +147,7 @@ fn header(bytes: &[u8]) -> Result<Header> {
 }
 
 /// Reads one row; rows are numbered over all channels in file order.
-fn read_row(bytes: &[u8], header: &Header, index: usize, row: &mut [u16]) -> Result<()> {
+fn read_row(bytes: &[u8], header: &SgiHeader, index: usize, row: &mut [u16]) -> Result<()> {
     let size = header.bytes_per_sample;
     if !header.coded {
         let start = HEADER + index * header.width * size;

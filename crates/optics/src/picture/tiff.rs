@@ -17,14 +17,14 @@ const EXIF_TEXT: usize = 30_000;
 const HEADER: &[u8] = b"MM\0*\0\0\0\x08";
 
 /// An entry of a directory. Its values are in the file's order of bytes.
-struct Entry {
+struct TagEntry {
     tag: u16,
     kind: u16,
     count: u32,
     values: Vec<u8>,
 }
 
-impl Entry {
+impl TagEntry {
     fn text(tag: u16, text: &str) -> Self {
         let mut values = text.as_bytes().to_vec();
         values.push(0);
@@ -73,7 +73,7 @@ impl Entry {
 }
 
 /// Returns the bytes of a header and a directory. Values longer than four bytes follow it.
-fn directory(mut entries: Vec<Entry>) -> Vec<u8> {
+fn directory(mut entries: Vec<TagEntry>) -> Vec<u8> {
     entries.sort_by_key(|entry| entry.tag);
     let mut out = HEADER.to_vec();
     out.extend((entries.len() as u16).to_be_bytes());
@@ -101,10 +101,10 @@ fn directory(mut entries: Vec<Entry>) -> Vec<u8> {
 }
 
 /// Returns the entries of a provenance's command and program, of texts up to a length.
-fn texts(provenance: &IndexMap<String, String>, longest: usize) -> Vec<Entry> {
+fn texts(provenance: &IndexMap<String, String>, longest: usize) -> Vec<TagEntry> {
     let text = |(tag, key)| {
         let text = provenance.get(key).filter(|t| t.len() <= longest);
-        text.map(|text| Entry::text(tag, text))
+        text.map(|text| TagEntry::text(tag, text))
     };
     let entries = [(0x010e, "Command"), (0x0131, "Software")];
     entries.into_iter().filter_map(text).collect()
@@ -144,18 +144,18 @@ pub(super) fn write_rows(
     let head = |strip: u32| {
         let mut entries = texts(&heading.provenance, usize::MAX);
         entries.extend([
-            Entry::size(0x0100, size.width),
-            Entry::size(0x0101, size.height),
-            Entry::shorts(0x0102, &[bits; 3]),
-            Entry::shorts(0x0103, &[1]), // no compression
-            Entry::shorts(0x0106, &[2]), // red, green, blue
-            Entry::long(0x0111, strip),
-            Entry::shorts(0x0115, &[3]), // samples per pixel
-            Entry::size(0x0116, size.height),
-            Entry::long(0x0117, bytes as u32),
-            Entry::rational(0x011a, [72, 1]),
-            Entry::rational(0x011b, [72, 1]),
-            Entry::shorts(0x0128, &[2]), // the resolution is per inch
+            TagEntry::size(0x0100, size.width),
+            TagEntry::size(0x0101, size.height),
+            TagEntry::shorts(0x0102, &[bits; 3]),
+            TagEntry::shorts(0x0103, &[1]), // no compression
+            TagEntry::shorts(0x0106, &[2]), // red, green, blue
+            TagEntry::long(0x0111, strip),
+            TagEntry::shorts(0x0115, &[3]), // samples per pixel
+            TagEntry::size(0x0116, size.height),
+            TagEntry::long(0x0117, bytes as u32),
+            TagEntry::rational(0x011a, [72, 1]),
+            TagEntry::rational(0x011b, [72, 1]),
+            TagEntry::shorts(0x0128, &[2]), // the resolution is per inch
         ]);
         let mut head = directory(entries);
         head.resize(head.len().next_multiple_of(2), 0);

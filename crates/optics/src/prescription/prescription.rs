@@ -65,6 +65,7 @@ pub struct FocusGroup {
 
 /// The shape of the hole in the stop.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Iris {
     /// A circle.
     #[default]

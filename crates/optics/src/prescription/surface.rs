@@ -87,6 +87,7 @@ pub const MAX_POWER: usize = 20;
 
 /// The kind of a surface, apart from its curvature.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Shape {
     /// A sphere, or a plane if the curvature is 0.
     Sphere,

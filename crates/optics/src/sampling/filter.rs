@@ -5,6 +5,7 @@
 
 /// A separable pixel filter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Filter {
     /// A constant over the pixel. This is the default, and what the 1999 program uses.
     #[default]

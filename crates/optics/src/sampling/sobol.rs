@@ -174,7 +174,7 @@ impl PendingPoints {
             let now = first..(first + LANES).min(count);
             let seeds = [0, 1, 2, 3].map(|d| &self.seeds[d][now.clone()]);
             let to = filled + now.start..filled + now.end;
-            dispatch(Draw {
+            dispatch(SobolDraw {
                 places: &self.places[now],
                 seeds,
                 out: [
@@ -210,13 +210,13 @@ const fn row() -> [[u32; LANES]; 4] {
 }
 
 /// The kernel that computes [`Sobol::point`] for at most [`LANES`] points.
-struct Draw<'a> {
+struct SobolDraw<'a> {
     places: &'a [u32],
     seeds: [&'a [u32]; 4],
     out: [&'a mut [f64]; 4],
 }
 
-impl SimdKernel for Draw<'_> {
+impl SimdKernel for SobolDraw<'_> {
     type Output = ();
 
     #[inline(always)]

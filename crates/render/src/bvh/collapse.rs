@@ -10,7 +10,7 @@ use ivcam_base::memory::release_free_blocks;
 use super::binary::BinaryBvh;
 use super::block::{BLOCK, Block};
 use super::chunks::LARGE;
-use super::nodes::{Bvh, Child, Node, WIDTH};
+use super::nodes::{Bvh, Child, WIDTH, WideNode};
 
 impl Bvh {
     /// Collapses a binary tree. `triangle` returns a primitive's corners, or `None` if it is not a
@@ -106,7 +106,7 @@ impl Bvh {
 
     fn new_node(&mut self) -> u32 {
         let (low, high) = ([f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]);
-        self.nodes.push(Node {
+        self.nodes.push(WideNode {
             planes: [low, low, low, high, high, high],
             children: [Child::ROOT; WIDTH],
         });
@@ -148,9 +148,9 @@ impl Bvh {
 /// one less than the number of boxes for its first child, or [`Plan::FEWER`] if `n` − 1 boxes cost
 /// no more. The bits for `n` = 1 say how the node is opened as a wide node of its own.
 #[derive(Clone, Copy)]
-struct Plan(u32);
+struct CollapsePlan(u32);
 
-impl Plan {
+impl CollapsePlan {
     const LEAF: u32 = 1 << 31;
     /// The node is a leaf of the binary tree.
     const WHOLE: u32 = 1 << 30;
@@ -184,8 +184,8 @@ struct Cost {
 
 /// Plans every binary node, and returns the plans and the root's cost. Testing the boxes of a node
 /// and the triangles of a block are taken to cost the same, because they take about the same time.
-fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
-    let mut plans = vec![Plan(0); binary.nodes.len()];
+fn plans(binary: &BinaryBvh) -> (Vec<CollapsePlan>, Cost) {
+    let mut plans = vec![CollapsePlan(0); binary.nodes.len()];
     // In reverse, this order visits the first child, then the second, then the node.
     let mut order = Vec::with_capacity(binary.nodes.len());
     let mut ahead = vec![0];
@@ -208,7 +208,7 @@ fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
             },
             (_, before) => {
                 costs.extend(before);
-                plan.0 = Plan::LEAF | Plan::WHOLE;
+                plan.0 = CollapsePlan::LEAF | CollapsePlan::WHOLE;
                 Cost {
                     primitives: node.count,
                     boxes: [area * node.count.div_ceil(BLOCK as u32) as f32; WIDTH],
@@ -225,7 +225,7 @@ fn plans(binary: &BinaryBvh) -> (Vec<Plan>, Cost) {
 }
 
 /// Plans an inner node from the costs of its children, and returns its cost.
-fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
+fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut CollapsePlan) -> Cost {
     let primitives = first.primitives.saturating_add(second.primitives);
     let mut boxes = [0.0; WIDTH];
     let mut splits = [0; WIDTH];
@@ -242,13 +242,13 @@ fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
     plan.set(1, splits[WIDTH - 1]);
     boxes[0] = area + boxes[WIDTH - 1];
     if primitives <= BLOCK as u32 {
-        plan.0 = Plan::LEAF;
+        plan.0 = CollapsePlan::LEAF;
         boxes[0] = area;
     }
     for n in 1..WIDTH {
         if boxes[n - 1] <= boxes[n] {
             boxes[n] = boxes[n - 1];
-            splits[n] = Plan::FEWER;
+            splits[n] = CollapsePlan::FEWER;
         }
         plan.set(n + 1, splits[n]);
     }
@@ -257,7 +257,12 @@ fn inner(area: f32, first: &Cost, second: &Cost, plan: &mut Plan) -> Cost {
 
 /// Finds the descendants, at most eight, that become the boxes of a wide node, and returns their
 /// number.
-fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WIDTH]) -> usize {
+fn gather(
+    binary: &BinaryBvh,
+    plans: &[CollapsePlan],
+    from: u32,
+    children: &mut [u32; WIDTH],
+) -> usize {
     let plan = plans[from as usize];
     if plan.is_leaf() {
         children[0] = from;
@@ -273,7 +278,7 @@ fn gather(binary: &BinaryBvh, plans: &[Plan], from: u32, children: &mut [u32; WI
         left -= 1;
         let (at, mut boxes) = ahead[left];
         let plan = plans[at as usize];
-        while boxes > 1 && !plan.is_whole() && plan.of(boxes) == Plan::FEWER {
+        while boxes > 1 && !plan.is_whole() && plan.of(boxes) == CollapsePlan::FEWER {
             boxes -= 1;
         }
         if boxes == 1 || plan.is_whole() {

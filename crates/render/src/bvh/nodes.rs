@@ -8,7 +8,7 @@ pub(super) const WIDTH: usize = 8;
 /// Eight boxes and what is in them.
 #[derive(Clone, Debug)]
 #[repr(C, align(32))]
-pub(super) struct Node {
+pub(super) struct WideNode {
     /// The smallest x, y and z of every box, then the largest. An empty box has a smallest
     /// coordinate that is greater than the largest one, so no ray enters it.
     pub planes: [[f32; WIDTH]; 6],
@@ -42,7 +42,7 @@ impl Child {
 /// A tree of boxes around primitives.
 #[derive(Clone, Debug, Default)]
 pub struct Bvh {
-    pub(super) nodes: Vec<Node>,
+    pub(super) nodes: Vec<WideNode>,
     pub(super) blocks: Vec<Block>,
     /// The largest number of boxes that can be on a traversal stack at once.
     pub(super) stack_size: usize,

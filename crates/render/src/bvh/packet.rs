@@ -65,13 +65,13 @@ impl RayPacket {
 
     /// Calls `work` with packets in which all rays have the same direction octant, and with the
     /// rays of octants that have few.
-    fn by_octant(&self, mut work: impl FnMut(Part<'_>)) {
+    fn by_octant(&self, mut work: impl FnMut(OctantPart<'_>)) {
         if self.mask == 0 {
             return;
         }
         let (octants, is_one) = dispatch(Octants(self));
         if is_one {
-            return work(Part::Packet(self, Origin::SameLanes));
+            return work(OctantPart::Packet(self, Origin::SameLanes));
         }
         let mut lanes_of = [0u32; OCTANTS];
         let mut present = 0u32;
@@ -86,7 +86,7 @@ impl RayPacket {
             if same.count_ones() <= FEW_OF_OCTANT {
                 let axes = axes(self.ray(first).direction);
                 for lane in bits(same) {
-                    work(Part::Ray(
+                    work(OctantPart::Ray(
                         lane,
                         &PreparedRay::with_axes(&self.ray(lane), axes),
                     ));
@@ -99,13 +99,13 @@ impl RayPacket {
                 lanes[count] = lane as u8;
                 count += 1;
             }
-            work(Part::Packet(&part, Origin::Lanes(&lanes[..count])));
+            work(OctantPart::Packet(&part, Origin::Lanes(&lanes[..count])));
         }
     }
 }
 
 /// A part of a packet.
-enum Part<'a> {
+enum OctantPart<'a> {
     /// Rays with the same direction octant.
     Packet(&'a RayPacket, Origin<'a>),
     /// The ray of a lane.
@@ -279,13 +279,13 @@ impl Bvh {
         let mut unsure = 0;
         let mut packet = PreparedPacket::empty();
         rays.by_octant(|part| match part {
-            Part::Packet(part, origin) => {
+            OctantPart::Packet(part, origin) => {
                 packet.load(part);
                 self.walk_packet::<TO_LIGHT>(&mut packet, primitives);
                 hits.take::<TO_LIGHT>(&packet.hits, origin);
                 unsure |= origin.spread(packet.unsure);
             }
-            Part::Ray(lane, ray) => {
+            OctantPart::Ray(lane, ray) => {
                 let mut nearest = NearestHit::before(rays.t_max[lane]);
                 self.walk_alone::<TO_LIGHT>(Child::ROOT, ray, &mut nearest, primitives);
                 hits.set(lane, nearest.hit());

@@ -9,7 +9,7 @@ use ivcam_base::math::lanes::{LANES, RaysInLanes, VectorKernel, Vectors, bits, d
 
 use super::block::{BLOCK, Block};
 use super::hit::Primitives;
-use super::nodes::{Bvh, Child, Node, WIDTH};
+use super::nodes::{Bvh, Child, WIDTH, WideNode};
 use super::prepared_packet::{CLOSE, Interval, PreparedPacket};
 use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
@@ -19,7 +19,7 @@ const FEW: u32 = 3;
 
 /// A box that some rays of a packet still have to visit.
 #[derive(Clone, Copy)]
-struct StackEntry {
+struct PacketStackEntry {
     /// The distance of the nearest entry of any ray, or less.
     near: f32,
     child: Child,
@@ -27,7 +27,7 @@ struct StackEntry {
     lanes: u32,
 }
 
-impl StackEntry {
+impl PacketStackEntry {
     /// Whether this box is visited before another one: the nearer one first, or with `TO_LIGHT` the
     /// one that more rays enter, in which more of them may end.
     #[inline(always)]
@@ -40,13 +40,13 @@ impl StackEntry {
 }
 
 /// Traces the rays of a packet: see [`Bvh::walk_packet`].
-struct Walk<'a, P, const TO_LIGHT: bool> {
+struct PacketWalk<'a, P, const TO_LIGHT: bool> {
     tree: &'a Bvh,
     packet: &'a mut PreparedPacket,
     primitives: &'a P,
 }
 
-impl<P: Primitives, const TO_LIGHT: bool> VectorKernel for Walk<'_, P, TO_LIGHT> {
+impl<P: Primitives, const TO_LIGHT: bool> VectorKernel for PacketWalk<'_, P, TO_LIGHT> {
     type Output = ();
 
     #[inline(always)]
@@ -54,7 +54,7 @@ impl<P: Primitives, const TO_LIGHT: bool> VectorKernel for Walk<'_, P, TO_LIGHT>
         let (tree, packet, primitives) = (self.tree, self.packet, self.primitives);
         let mut storage = StackStorage::new();
         let mut stack = storage.stack(tree.stack_size);
-        let mut current = StackEntry {
+        let mut current = PacketStackEntry {
             near: 0.0,
             child: Child::ROOT,
             lanes: packet.live,
@@ -118,7 +118,7 @@ impl Bvh {
         if packet.live == 0 {
             return;
         }
-        dispatch_vectors(Walk::<_, TO_LIGHT> {
+        dispatch_vectors(PacketWalk::<_, TO_LIGHT> {
             tree: self,
             packet,
             primitives,
@@ -157,7 +157,7 @@ impl PreparedPacket {
     /// to each. The interval contains all rays. Rounding is monotonic, so no ray enters nearer or
     /// leaves farther than the interval's ends.
     #[inline(always)]
-    fn candidates<E: Vectors>(&self, e: E, node: &Node, limit: f32) -> (u32, [f32; WIDTH]) {
+    fn candidates<E: Vectors>(&self, e: E, node: &WideNode, limit: f32) -> (u32, [f32; WIDTH]) {
         const { assert!(E::LANES == WIDTH) }
         let (mut n, mut f) = (e.splat(0.0), e.splat(f32::INFINITY));
         for axis in 0..3 {
@@ -177,7 +177,7 @@ impl PreparedPacket {
 
     /// A bit mask of the rays, out of `lanes`, that enter box `i` of a node.
     #[inline(always)]
-    fn enter_box<V: Vectors>(&self, v: V, node: &Node, i: usize, lanes: u32) -> u32 {
+    fn enter_box<V: Vectors>(&self, v: V, node: &WideNode, i: usize, lanes: u32) -> u32 {
         let mut entering = 0;
         for first in (0..LANES).step_by(V::LANES) {
             entering |= self.enter_from(v, node, i, first) << first;
@@ -187,7 +187,7 @@ impl PreparedPacket {
 
     /// A bit mask of the rays of a vector that enter box `i` of a node.
     #[inline(always)]
-    fn enter_from<V: Vectors>(&self, v: V, node: &Node, i: usize, first: usize) -> u32 {
+    fn enter_from<V: Vectors>(&self, v: V, node: &WideNode, i: usize, first: usize) -> u32 {
         let (mut n, mut f) = (v.splat(0.0), v.load(&self.hits.t, first));
         for axis in 0..3 {
             let inverse = v.load(&self.inverse[axis], first);
@@ -213,13 +213,13 @@ impl PreparedPacket {
     fn enter<V: Vectors, E: Vectors, const TO_LIGHT: bool>(
         &self,
         (v, eight): (V, E),
-        node: &Node,
+        node: &WideNode,
         limit: f32,
-        current: &mut StackEntry,
-        stack: &mut TraversalStack<'_, StackEntry>,
+        current: &mut PacketStackEntry,
+        stack: &mut TraversalStack<'_, PacketStackEntry>,
     ) -> bool {
         let (candidates, near) = self.candidates(eight, node, limit);
-        let mut first: Option<StackEntry> = None;
+        let mut first: Option<PacketStackEntry> = None;
         // Sorted by insertion, the last one first.
         let mut sorted = [*current; WIDTH];
         let mut count = 0;
@@ -235,7 +235,7 @@ impl PreparedPacket {
             if lanes == 0 {
                 continue;
             }
-            let new = StackEntry {
+            let new = PacketStackEntry {
                 near: near[i],
                 child: node.children[i],
                 lanes,

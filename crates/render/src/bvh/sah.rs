@@ -47,7 +47,7 @@ impl Item {
 
 /// Bounds of the items of a part.
 #[derive(Clone, Copy)]
-struct Extent {
+struct CostExtent {
     low: Vec4,
     high: Vec4,
     /// The smallest [`Item::middle`].
@@ -56,7 +56,7 @@ struct Extent {
     last: Vec4,
 }
 
-impl Extent {
+impl CostExtent {
     const NONE: Self = Self {
         low: Vec4::INFINITY,
         high: Vec4::NEG_INFINITY,
@@ -98,7 +98,7 @@ pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     }
     // Below this depth parts are cut in half, so that no branch becomes much deeper.
     let deep = 2 * items.len().max(1).ilog2() + 8;
-    let mut ahead = vec![(0, 0, Extent::of(items))];
+    let mut ahead = vec![(0, 0, CostExtent::of(items))];
     while let Some((at, depth, extent)) = ahead.pop() {
         let Above::Part(range) = &above[at] else {
             continue;
@@ -120,7 +120,7 @@ pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
     above
 }
 
-fn is_one_box(items: &[Item], extent: &Extent) -> bool {
+fn is_one_box(items: &[Item], extent: &CostExtent) -> bool {
     let first = items[0].around();
     extent.first.truncate() == extent.last.truncate() && items.iter().all(|i| i.around() == first)
 }
@@ -161,13 +161,13 @@ impl Bin {
 }
 
 /// The mapping from an item to its bin along each axis.
-struct Places {
+struct SplitPlaces {
     first: Vec4,
     scale: Vec4,
 }
 
-impl Places {
-    fn of(extent: &Extent) -> Self {
+impl SplitPlaces {
+    fn of(extent: &CostExtent) -> Self {
         let size = extent.last - extent.first;
         // If all centers are equal on an axis, all items are in the first bin.
         let scale = size.to_array().map(|size| match size > 0.0 {
@@ -194,8 +194,8 @@ impl Places {
 /// count is smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*).
 /// It cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items
 /// in the first part and the bounds of both parts; neither is empty.
-fn cut(items: &mut [Item], extent: &Extent, in_halves: bool) -> (usize, [Extent; 2]) {
-    let places = Places::of(extent);
+fn cut(items: &mut [Item], extent: &CostExtent, in_halves: bool) -> (usize, [CostExtent; 2]) {
+    let places = SplitPlaces::of(extent);
     let best = if in_halves {
         None
     } else {
@@ -205,10 +205,13 @@ fn cut(items: &mut [Item], extent: &Extent, in_halves: bool) -> (usize, [Extent;
         let left = items.len() / 2;
         return (
             left,
-            [Extent::of(&items[..left]), Extent::of(&items[left..])],
+            [
+                CostExtent::of(&items[..left]),
+                CostExtent::of(&items[left..]),
+            ],
         );
     };
-    let mut extents = [Extent::NONE; 2];
+    let mut extents = [CostExtent::NONE; 2];
     let mut left = 0;
     // A branch would be mispredicted. Instead every item is exchanged with the first one of the
     // second part, and the first part grows by it or not.
@@ -224,7 +227,7 @@ fn cut(items: &mut [Item], extent: &Extent, in_halves: bool) -> (usize, [Extent;
 }
 
 /// The best axis, and the bin before which to cut.
-fn best(items: &[Item], places: &Places) -> Option<(usize, usize)> {
+fn best(items: &[Item], places: &SplitPlaces) -> Option<(usize, usize)> {
     let mut bins = [[Bin::EMPTY; BINS]; 3];
     for item in items {
         let [low, high] = item.corners();

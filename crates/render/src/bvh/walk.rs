@@ -10,7 +10,7 @@ use ivcam_base::math::lanes::bits;
 use ivcam_base::math::simd::{Width, distinct, load_8, store_8};
 
 use super::block::{Block, BlockHits, BlockTest};
-use super::nodes::{Bvh, Child, Node, WIDTH};
+use super::nodes::{Bvh, Child, WIDTH, WideNode};
 use super::stack::{StackStorage, TraversalStack};
 use super::triangle::PreparedRay;
 
@@ -54,7 +54,7 @@ impl Slabs {
     /// entry distances in `near`.
     #[inline(always)]
     #[allow(clippy::needless_range_loop)] // the same index into eight arrays, kept for lanes
-    fn enters(&self, node: &Node, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
+    fn enters(&self, node: &WideNode, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
         let mut mask = 0;
         for i in 0..WIDTH {
             let first = |axis: usize| {
@@ -108,7 +108,7 @@ impl TraversalStack<'_, StackEntry> {
     /// time. Among three or more boxes branches would be mispredicted too often, so they are
     /// sorted.
     #[inline(always)]
-    fn nearest(&mut self, node: &Node, mask: u32, near: &[f32; WIDTH]) -> Option<Child> {
+    fn nearest(&mut self, node: &WideNode, mask: u32, near: &[f32; WIDTH]) -> Option<Child> {
         let rest = mask & mask.wrapping_sub(1);
         let a = mask.trailing_zeros() as usize % WIDTH;
         if rest == 0 {
@@ -135,7 +135,7 @@ impl TraversalStack<'_, StackEntry> {
 
     /// Returns one of the entered boxes, if any, and pushes the others.
     #[inline(always)]
-    fn any(&mut self, node: &Node, mask: u32) -> Option<Child> {
+    fn any(&mut self, node: &WideNode, mask: u32) -> Option<Child> {
         if mask == 0 {
             return None;
         }
@@ -146,7 +146,7 @@ impl TraversalStack<'_, StackEntry> {
     }
 }
 
-impl Node {
+impl WideNode {
     /// Returns a child by a jump to one of eight instructions, so that the processor continues with
     /// the child that it predicts. With `i` as an index it would wait for the tests of the boxes,
     /// and a ray would take 10 to 20% more time.
@@ -196,7 +196,7 @@ macro_rules! walk_by {
             let far_from = all(-last + last.abs() * f32::EPSILON);
             let (inverse, wider) = (all(slabs.inverse), all(slabs.wider));
             let least = _mm256_set1_ps(slabs.t_min);
-            let enters = |node: &Node, limit: f32, near: &mut [f32; WIDTH]| {
+            let enters = |node: &WideNode, limit: f32, near: &mut [f32; WIDTH]| {
                 let plane = |plane: usize| load_8(&node.planes[plane]);
                 let first =
                     |a: usize| _mm256_fmadd_ps(plane(slabs.near[a]), inverse[a], near_from[a]);
@@ -312,7 +312,7 @@ impl Bvh {
         visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         let slabs = Slabs::new(ray, padding, t_min);
-        let enters = |n: &Node, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, t, near);
+        let enters = |n: &WideNode, t: f32, near: &mut [f32; WIDTH]| slabs.enters(n, t, near);
         self.walk_with::<SORTED>(start, ray, (t_min, t_max), enters, visit);
     }
 
@@ -331,7 +331,7 @@ impl Bvh {
         start: Child,
         ray: &PreparedRay,
         (t_min, mut t_max): (f32, f32),
-        enters: impl Fn(&Node, f32, &mut [f32; WIDTH]) -> u32,
+        enters: impl Fn(&WideNode, f32, &mut [f32; WIDTH]) -> u32,
         mut visit: impl FnMut(&Block, &BlockHits, f32) -> f32,
     ) {
         let test = BlockTest::new(ray, t_min);

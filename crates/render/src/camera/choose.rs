@@ -5,7 +5,7 @@ use ivcam_optics::spectrum::{HERO, MAIN, OTHERS};
 
 /// The choice of a ray at random.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Chosen {
+pub(super) struct ChosenCamera {
     /// The probability with which the ray is traced.
     pub probability: f64,
     /// A random number in [0, 1] that is independent of the choice.

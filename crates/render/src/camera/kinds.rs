@@ -19,6 +19,7 @@ use super::spectral::SpectralCorrections;
 
 /// A camera of any kind.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub enum Camera {
     /// A camera without an aperture.
     Pinhole(Pinhole),

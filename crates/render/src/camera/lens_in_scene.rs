@@ -44,7 +44,7 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
             ))
         })?;
         let rim = surface.semi_diameter.min(barrel);
-        profiles.push(Profile { z, radius, rim });
+        profiles.push(SolidProfile { z, radius, rim });
         z += surface.thickness;
     }
     let mut out = opening(lens.name());
@@ -66,7 +66,7 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
 }
 
 /// The cross-section of a surface, in millimeters.
-struct Profile {
+struct SolidProfile {
     /// The z of the vertex.
     z: f64,
     /// The signed radius of curvature; 0 for a plane.
@@ -75,7 +75,7 @@ struct Profile {
     rim: f64,
 }
 
-impl Profile {
+impl SolidProfile {
     /// The distance from the axis at which the sphere ends: that of its equator; infinite for a
     /// plane.
     fn equator(&self) -> f64 {

@@ -22,7 +22,7 @@ use ivcam_optics::sampling::Samples;
 use ivcam_optics::spectrum::{HERO, MAIN, OTHERS, SETS};
 
 use super::aim::film_point;
-use super::choose::{Choices, Choosing, Chosen};
+use super::choose::{Choices, Choosing, ChosenCamera};
 use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ColorFactor, ExitRays};
@@ -213,7 +213,7 @@ struct OtherRays {
     samples: Lanes<u32>,
     /// A bit mask of the rays whose main ray of this aim was lost. They correct none.
     alone: u32,
-    /// The choices of the other rays: [`Chosen`].
+    /// The choices of the other rays: [`ChosenCamera`].
     probability: Lane,
     uniform: Lane,
     /// The factor of the weights: the open share, if that is known.
@@ -223,7 +223,12 @@ struct OtherRays {
 impl OtherRays {
     /// Appends the ray to the aim of a lane.
     #[inline(always)]
-    fn push(&mut self, aimed: &AimedSample, (aims, from): (&Aims, usize), chosen: Option<Chosen>) {
+    fn push(
+        &mut self,
+        aimed: &AimedSample,
+        (aims, from): (&Aims, usize),
+        chosen: Option<ChosenCamera>,
+    ) {
         let lane = self.film.count;
         self.film.count += 1;
         [self.film.film[0][lane], self.film.film[1][lane]] = aimed.film;
@@ -381,7 +386,7 @@ impl SetTracing<'_> {
         dispatch(Choosing(&mut choices));
         for line in OTHERS {
             for lane in bits(choices.chosen[line] & main.rays.mask) {
-                let chosen = Chosen {
+                let chosen = ChosenCamera {
                     probability: choices.probability[line][lane],
                     uniform: choices.uniform[line][lane],
                 };
@@ -396,7 +401,7 @@ impl SetTracing<'_> {
         line: usize,
         aimed: &AimedSample,
         aim: (&Aims, usize),
-        chosen: Option<Chosen>,
+        chosen: Option<ChosenCamera>,
     ) {
         let (packets, used) = &mut self.others[line];
         if *used == 0 || packets[*used - 1].film.count == LANES {

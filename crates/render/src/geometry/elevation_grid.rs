@@ -74,7 +74,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
     if let Some(i) = points.iter().position(|p| !p.is_finite()) {
         return Err(format!("height {i} is not finite"));
     }
-    let patch = Patch {
+    let patch = GridPatch {
         points,
         columns: nx,
     };
@@ -82,7 +82,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
 }
 
 /// Makes the mesh of a grid of points.
-fn mesh_of(patch: &Patch, node: &ElevationGrid<'_>) -> Mesh {
+fn mesh_of(patch: &GridPatch, node: &ElevationGrid<'_>) -> Mesh {
     let nx = patch.columns;
     let nz = patch.rows();
     let normals = patch.normals();
@@ -137,12 +137,12 @@ fn newell(points: &[DVec3]) -> DVec3 {
 }
 
 /// A grid of points, row by row, with a quadrilateral between each four of them.
-struct Patch {
+struct GridPatch {
     points: Vec<DVec3>,
     columns: usize,
 }
 
-impl Patch {
+impl GridPatch {
     fn rows(&self) -> usize {
         self.points.len() / self.columns
     }

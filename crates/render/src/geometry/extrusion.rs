@@ -240,14 +240,14 @@ fn polygon(points: &[Vec2], convex: bool) -> Vec<[u32; 3]> {
 
 /// The spine-aligned cross-section plane (SCP) of the standard at one point of the spine.
 #[derive(Clone, Copy, Debug)]
-struct Frame {
+struct SpineFrame {
     origin: DVec3,
     x: DVec3,
     y: DVec3,
     z: DVec3,
 }
 
-impl Frame {
+impl SpineFrame {
     /// Returns the position of a point of the cross section after a rotation.
     fn place(&self, turn: DQuat, point: Vec2) -> DVec3 {
         let p = turn * DVec3::new(f64::from(point.x), 0.0, f64::from(point.y));
@@ -261,7 +261,7 @@ impl Frame {
 /// neighbors. z is kept on straight sections, and negated if it would flip. An entirely straight
 /// spine uses the shortest rotation from y to its direction; for the direction −y that is a half
 /// turn about z, as in Coin.
-fn frames(spine: &[Vec3]) -> Vec<Frame> {
+fn frames(spine: &[Vec3]) -> Vec<SpineFrame> {
     let points: Vec<DVec3> = spine.iter().map(|p| p.as_dvec3()).collect();
     let n = points.len();
     let closed = n > 2 && points[0] == points[n - 1];
@@ -303,7 +303,7 @@ fn frames(spine: &[Vec3]) -> Vec<Frame> {
                 // orthogonal.
                 Some(z) => {
                     let x = y.cross(z).normalize_or(DVec3::X);
-                    Frame {
+                    SpineFrame {
                         origin,
                         x,
                         y,
@@ -312,7 +312,7 @@ fn frames(spine: &[Vec3]) -> Vec<Frame> {
                 }
                 None => {
                     let (x, z) = straight;
-                    Frame { origin, x, y, z }
+                    SpineFrame { origin, x, y, z }
                 }
             }
         })

@@ -60,7 +60,7 @@ const MAX_FACES: usize = 4096;
 
 impl Faces {
     /// Lists the faces around each vertex.
-    pub(crate) fn around(&self, crease_angle: f32) -> Around<'_> {
+    pub(crate) fn around(&self, crease_angle: f32) -> CornerFan<'_> {
         let count = self.corners.iter().map(|c| c.0 as usize + 1).max();
         let count = count.unwrap_or(0);
         let mut starts = vec![0u32; count + 1];
@@ -77,7 +77,7 @@ impl Faces {
             at_vertex[*slot as usize] = *face;
             *slot += 1;
         }
-        Around {
+        CornerFan {
             normals: &self.normals,
             starts,
             at_vertex,
@@ -87,7 +87,7 @@ impl Faces {
 }
 
 /// The faces around each vertex.
-pub(crate) struct Around<'f> {
+pub(crate) struct CornerFan<'f> {
     normals: &'f [Vec3],
     /// The index in `at_vertex` of the first face of each vertex.
     starts: Vec<u32>,
@@ -97,7 +97,7 @@ pub(crate) struct Around<'f> {
     threshold: f32,
 }
 
-impl Around<'_> {
+impl CornerFan<'_> {
     /// Returns the normal of a face's corner at a vertex.
     pub(crate) fn normal(&self, vertex: u32, face: u32) -> Vec3 {
         let own = self.normals[face as usize];

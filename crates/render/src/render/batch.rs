@@ -20,7 +20,7 @@ use crate::shade::Work;
 
 /// Converts positions within pixels to positions on the film along one axis, from 0 to 1. There is
 /// no film beyond its edges: a filter that extends beyond an edge is mirrored there.
-struct Place<'a> {
+struct BatchPlace<'a> {
     /// Positions relative to the pixels, replaced by positions on the film.
     places: &'a mut [f64],
     /// The column or row of each sample's pixel.
@@ -29,7 +29,7 @@ struct Place<'a> {
     size: f64,
 }
 
-impl SimdKernel for Place<'_> {
+impl SimdKernel for BatchPlace<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -249,7 +249,7 @@ impl<'a> Batch<'a> {
         for (axis, size) in size.into_iter().enumerate() {
             let places = &mut self.samples.film[axis];
             render.filter.spread(places, &mut self.weights);
-            dispatch(Place {
+            dispatch(BatchPlace {
                 places,
                 pixels: &self.pixels[axis],
                 size,

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 
 use super::batch::Batch;
 use super::exposure::Counts;
-use super::pairs::{AT_ONCE, Draw};
+use super::pairs::{AT_ONCE, PairDraw};
 use super::passes::Render;
 use super::segment::Segment;
 use super::shares::SampleShares;
@@ -30,7 +30,7 @@ const TURN: Duration = Duration::from_millis(5);
 
 /// A part of a render that any process can do.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Work {
+pub(super) enum CrewWork {
     /// Adds samples to the pixels of tiles, tile by tile and row by row.
     Tiles {
         sampler: Sampler,
@@ -42,7 +42,7 @@ pub(super) enum Work {
         sums: Vec<Exposed>,
     },
     /// Exposes pairs of pixels for the error.
-    Pairs(Vec<Draw>),
+    Pairs(Vec<PairDraw>),
 }
 
 /// What a process sends to the others.
@@ -51,14 +51,14 @@ enum Order {
     /// The shares of adaptive sampling follow as a broadcast.
     Shares,
     /// A piece of work, and which items of the list it is.
-    Work(Range<u64>, Work),
+    Work(Range<u64>, CrewWork),
     /// There is no more work.
     End,
 }
 
 /// The result of a piece of work.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Outcome {
+pub(super) enum CrewOutcome {
     Tiles(Vec<Exposed>, Counts),
     Pairs(Vec<Pair>, Counts),
 }
@@ -67,19 +67,19 @@ pub(super) enum Outcome {
 #[derive(Debug, Serialize, Deserialize)]
 struct Finished {
     piece: Range<u64>,
-    outcome: Outcome,
+    outcome: CrewOutcome,
     /// The seconds that it took.
     seconds: f64,
 }
 
 /// A list of work items that is done in pieces.
-trait Job: Send {
+trait CrewJob: Send {
     /// The number of items.
     fn items(&self) -> u64;
     /// Returns some of the items as work.
-    fn work(&self, piece: Range<u64>) -> Work;
+    fn work(&self, piece: Range<u64>) -> CrewWork;
     /// Receives the result of some items. Returns whether the job goes on.
-    fn take(&mut self, piece: Range<u64>, outcome: Outcome) -> bool;
+    fn take(&mut self, piece: Range<u64>, outcome: CrewOutcome) -> bool;
 }
 
 impl Render<'_> {
@@ -129,7 +129,7 @@ impl Render<'_> {
     }
 
     /// Exposes the pairs of draws by all processes of a team.
-    pub(super) fn pairs_of_team(&self, team: &Team, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+    pub(super) fn pairs_of_team(&self, team: &Team, draws: &[PairDraw]) -> (Vec<Pair>, Counts) {
         let mut job = PairJob {
             draws,
             pairs: vec![Vec::new(); draws.len().div_ceil(AT_ONCE)],
@@ -140,7 +140,7 @@ impl Render<'_> {
     }
 
     /// Does a job by all processes. Returns whether it was not abandoned.
-    fn run_job(&self, team: &Team, job: &mut dyn Job, shares: &SampleShares) -> bool {
+    fn run_job(&self, team: &Team, job: &mut dyn CrewJob, shares: &SampleShares) -> bool {
         let (to_own, own_work) = channel();
         let (own_results, from_own) = channel();
         std::thread::scope(|scope| {
@@ -158,7 +158,7 @@ impl Render<'_> {
     }
 
     /// Does a piece of work and measures how long it takes.
-    fn finish(&self, piece: Range<u64>, work: Work, shares: &SampleShares) -> Finished {
+    fn finish(&self, piece: Range<u64>, work: CrewWork, shares: &SampleShares) -> Finished {
         let start = Instant::now();
         let outcome = self.do_work(work, shares);
         Finished {
@@ -169,9 +169,9 @@ impl Render<'_> {
     }
 
     /// Does a piece of work on the threads of rayon's current pool.
-    fn do_work(&self, work: Work, shares: &SampleShares) -> Outcome {
+    fn do_work(&self, work: CrewWork, shares: &SampleShares) -> CrewOutcome {
         match work {
-            Work::Tiles {
+            CrewWork::Tiles {
                 sampler,
                 samples,
                 shared,
@@ -202,11 +202,11 @@ impl Render<'_> {
                     sums.extend(own);
                     counts.add(&more);
                 }
-                Outcome::Tiles(sums, counts)
+                CrewOutcome::Tiles(sums, counts)
             }
-            Work::Pairs(draws) => {
+            CrewWork::Pairs(draws) => {
                 let (pairs, counts) = self.expose_draws(&draws);
-                Outcome::Pairs(pairs, counts)
+                CrewOutcome::Pairs(pairs, counts)
             }
         }
     }
@@ -215,12 +215,12 @@ impl Render<'_> {
 /// Hands out the pieces of a job, and takes the results. Returns whether it was not abandoned.
 fn hand_out(
     team: &Team,
-    job: &mut dyn Job,
-    to_own: &Sender<(Range<u64>, Work)>,
+    job: &mut dyn CrewJob,
+    to_own: &Sender<(Range<u64>, CrewWork)>,
     from_own: &Receiver<Finished>,
 ) -> bool {
     let mut schedule = Schedule::new(job.items(), team.size());
-    let give = |schedule: &mut Schedule, job: &dyn Job, rank: usize| {
+    let give = |schedule: &mut Schedule, job: &dyn CrewJob, rank: usize| {
         let Some(piece) = schedule.next(rank) else {
             return;
         };
@@ -280,19 +280,19 @@ impl TileJob<'_, '_> {
     }
 }
 
-impl Job for TileJob<'_, '_> {
+impl CrewJob for TileJob<'_, '_> {
     fn items(&self) -> u64 {
         self.tiles.len() as u64
     }
 
-    fn work(&self, piece: Range<u64>) -> Work {
+    fn work(&self, piece: Range<u64>) -> CrewWork {
         let tiles = self.some(&piece).to_vec();
         let samples = self.segment.samples.clone();
         let sums = match samples.start {
             0 => Vec::new(),
             _ => tiles.iter().flat_map(|t| self.segment.pixels(*t)).collect(),
         };
-        Work::Tiles {
+        CrewWork::Tiles {
             sampler: self.sampler,
             samples,
             shared: self.shared,
@@ -301,8 +301,8 @@ impl Job for TileJob<'_, '_> {
         }
     }
 
-    fn take(&mut self, piece: Range<u64>, outcome: Outcome) -> bool {
-        let Outcome::Tiles(sums, counts) = outcome else {
+    fn take(&mut self, piece: Range<u64>, outcome: CrewOutcome) -> bool {
+        let CrewOutcome::Tiles(sums, counts) = outcome else {
             return false;
         };
         let tiles = self.some(&piece);
@@ -312,23 +312,23 @@ impl Job for TileJob<'_, '_> {
 
 /// The pairs of a film's error, in the chunks that a thread exposes at once.
 struct PairJob<'a> {
-    draws: &'a [Draw],
+    draws: &'a [PairDraw],
     pairs: Vec<Vec<Pair>>,
     counts: Counts,
 }
 
-impl Job for PairJob<'_> {
+impl CrewJob for PairJob<'_> {
     fn items(&self) -> u64 {
         self.pairs.len() as u64
     }
 
-    fn work(&self, piece: Range<u64>) -> Work {
+    fn work(&self, piece: Range<u64>) -> CrewWork {
         let end = (piece.end as usize * AT_ONCE).min(self.draws.len());
-        Work::Pairs(self.draws[piece.start as usize * AT_ONCE..end].to_vec())
+        CrewWork::Pairs(self.draws[piece.start as usize * AT_ONCE..end].to_vec())
     }
 
-    fn take(&mut self, piece: Range<u64>, outcome: Outcome) -> bool {
-        let Outcome::Pairs(pairs, counts) = outcome else {
+    fn take(&mut self, piece: Range<u64>, outcome: CrewOutcome) -> bool {
+        let CrewOutcome::Pairs(pairs, counts) = outcome else {
             return false;
         };
         self.pairs[piece.start as usize] = pairs;

@@ -123,7 +123,7 @@ fn spread_part(
         camera.format.height / f64::from(height),
     );
     let place = camera.film_point(at(i, PLACES[0]), at(j, PLACES[1]));
-    let pattern = Pupil::seen_from(camera, place).map(|pupil| pupil.pattern(pitch, colors));
+    let pattern = SampledPupil::seen_from(camera, place).map(|pupil| pupil.pattern(pitch, colors));
     let pattern = pattern.unwrap_or_else(Pattern::point);
     // The pixels that the place has a weight for.
     let span = |count: u32, place: usize, places: usize| {
@@ -170,14 +170,14 @@ fn spread_part(
 }
 
 /// The directions from which light reaches a place of the film, on a grid of direction cosines.
-struct Pupil {
+struct SampledPupil {
     /// Whether the lens passes light, row by row.
     open: Vec<bool>,
     /// The difference between neighboring direction cosines.
     step: f64,
 }
 
-impl Pupil {
+impl SampledPupil {
     /// Traces a grid of directions from a film point. Returns `None` if the lens passes no light.
     fn seen_from(camera: &LensCamera, film: DVec2) -> Option<Self> {
         let place = camera.place();

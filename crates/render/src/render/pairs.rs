@@ -33,7 +33,7 @@ const SURE: f64 = 4.6;
 
 /// A pixel that is drawn for a pair.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Draw {
+pub(super) struct PairDraw {
     /// The number of the draw, counted from 0.
     number: u32,
     /// The index of the pixel in the film.
@@ -70,7 +70,7 @@ impl Render<'_> {
     }
 
     /// Exposes the pairs of draws by the team, if there is one.
-    fn pairs(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+    fn pairs(&self, draws: &[PairDraw]) -> (Vec<Pair>, Counts) {
         match self.team {
             Some(team) => self.pairs_of_team(team, draws),
             None => self.expose_draws(draws),
@@ -78,7 +78,7 @@ impl Render<'_> {
     }
 
     /// Exposes the pairs of draws on the threads of rayon's current pool.
-    pub(super) fn expose_draws(&self, draws: &[Draw]) -> (Vec<Pair>, Counts) {
+    pub(super) fn expose_draws(&self, draws: &[PairDraw]) -> (Vec<Pair>, Counts) {
         let mut pairs = vec![Pair::default(); draws.len()];
         let parts = draws.par_chunks(AT_ONCE);
         let counts = parts
@@ -89,7 +89,7 @@ impl Render<'_> {
     }
 
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<Draw> {
+    fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<PairDraw> {
         let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
         let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
         let each = probabilities.samples;
@@ -112,7 +112,7 @@ impl Render<'_> {
             sum += probability;
             while next < sum {
                 next += step;
-                draws.push(Draw {
+                draws.push(PairDraw {
                     number: draws.len() as u32,
                     pixel: pixel as u32,
                     at: (
@@ -128,7 +128,7 @@ impl Render<'_> {
     }
 
     /// Exposes the pair of each of some draws.
-    fn expose_pairs(&self, draws: &[Draw], pairs: &mut [Pair]) -> Counts {
+    fn expose_pairs(&self, draws: &[PairDraw], pairs: &mut [Pair]) -> Counts {
         let mut batch = Batch::new(self);
         let mut sums: Vec<Exposed> = Vec::with_capacity(2 * draws.len());
         for draw in draws {

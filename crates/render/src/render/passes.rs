@@ -61,7 +61,7 @@ pub fn is_stopped(keepers: &[&dyn Keeper]) -> bool {
 }
 
 /// What surrounds the passes of a render.
-struct Run<'r> {
+struct PassRun<'r> {
     /// The number of the first sample that is not made.
     last: u32,
     /// The time of earlier runs.
@@ -147,7 +147,7 @@ impl Render<'_> {
     ) -> Exposure {
         let watch = Stopwatch::start();
         let Place { first, .. } = sums.place;
-        let run = Run {
+        let run = PassRun {
             last,
             before: sums.spent,
             watch: &watch,
@@ -186,7 +186,7 @@ impl Render<'_> {
     fn run_passes(
         &self,
         sums: &mut Sums,
-        run: &Run<'_>,
+        run: &PassRun<'_>,
         measured: &mut Measured,
     ) -> Result<(), Stopped> {
         let mut per_sample = Duration::ZERO;
@@ -224,7 +224,7 @@ impl Render<'_> {
     fn expose_sums(
         &self,
         sums: &mut Sums,
-        run: &Run<'_>,
+        run: &PassRun<'_>,
         error: Option<f64>,
     ) -> Result<(), Stopped> {
         let Place {

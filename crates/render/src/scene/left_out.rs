@@ -9,6 +9,7 @@ const TEXTS: [&str; 4] = ["AsciiText", "Text", "Text2", "Text3"];
 
 /// Work that a scene does not need. Doing it does not change the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Unneeded {
     /// The search for the other shapes behind the one that stops a shadow ray.
     Transparency,

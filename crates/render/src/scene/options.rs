@@ -42,6 +42,7 @@ impl Needs {
 
 /// When the parts of a scene that are drawn many times are stored once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Instancing {
     /// If the expanded scene would exceed the limit of visits or of primitives, or has long texts.
     BeyondLimits,

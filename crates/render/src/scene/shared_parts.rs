@@ -38,12 +38,12 @@ pub(super) enum Outcome {
 }
 
 /// A part: a node, and whether only its children are meant.
-type Key = (NodeId, bool);
+type PartKey = (NodeId, bool);
 
 /// The outcomes of a part by the state in which it was drawn.
 type Known<'a> = Vec<(Box<State<'a>>, Outcome)>;
 
-fn key(part: Repeated<'_>) -> Key {
+fn key(part: Repeated<'_>) -> PartKey {
     match part {
         Repeated::Node(node) => (node.id, false),
         Repeated::Copy(node) | Repeated::Grid(node, _) => (node.id, true),
@@ -55,7 +55,7 @@ pub(super) struct SharedParts<'a> {
     sharing: Sharing,
     everywhere: bool,
     walk_options: WalkOptions,
-    known: HashMap<Key, Known<'a>>,
+    known: HashMap<PartKey, Known<'a>>,
     /// For each part that is being recorded, whether it is so small that nothing inside is recorded
     /// by itself.
     open: Vec<bool>,
@@ -142,7 +142,7 @@ impl<'a> SharedParts<'a> {
         self.entering == Some(node.id)
     }
 
-    fn known(&mut self, key: Key, state: &State<'a>) -> Option<&mut Outcome> {
+    fn known(&mut self, key: PartKey, state: &State<'a>) -> Option<&mut Outcome> {
         let known = self.known.get_mut(&key)?.iter_mut();
         let mut known = known.filter(|(before, _)| before.is_like(state));
         known.next().map(|(_, outcome)| outcome)

@@ -43,7 +43,7 @@ impl Size {
 
 /// Where a node is in the search.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Mark {
+enum SharingMark {
     New,
     Open,
     Done,
@@ -91,22 +91,22 @@ impl Sharing {
     /// Computes the sizes, each after those of the node's children. A node inside itself counts
     /// once.
     fn measure(&mut self, document: &Document) {
-        let mut marks = vec![Mark::New; document.nodes.len()];
+        let mut marks = vec![SharingMark::New; document.nodes.len()];
         let mut ahead: Vec<NodeId> = document.roots.iter().rev().copied().collect();
         while let Some(&id) = ahead.last() {
             let index = id.0 as usize;
-            if marks[index] == Mark::New {
-                marks[index] = Mark::Open;
+            if marks[index] == SharingMark::New {
+                marks[index] = SharingMark::Open;
                 each_child(document, id, |child| {
-                    if marks[child.0 as usize] == Mark::New {
+                    if marks[child.0 as usize] == SharingMark::New {
                         ahead.push(child);
                     }
                 });
                 continue;
             }
             ahead.pop();
-            if marks[index] == Mark::Open {
-                marks[index] = Mark::Done;
+            if marks[index] == SharingMark::Open {
+                marks[index] = SharingMark::Done;
                 let mut inside = Size::default();
                 each_child(document, id, |child| {
                     inside = inside.plus(self.sizes[child.0 as usize], 1);

@@ -139,8 +139,8 @@ pub(super) fn bounds_of<'a>(
     list: &'a [NodeId],
     state: State<'a>,
 ) -> Option<Corners> {
-    struct Bounds(BoundsCanvas, Option<Corners>);
-    impl<'a> Visitor<'a> for Bounds {
+    struct BoundsVisitor(BoundsCanvas, Option<Corners>);
+    impl<'a> Visitor<'a> for BoundsVisitor {
         fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
             shapes::draw(node, state, &mut self.0);
             if let Some(bounds) = self.0.bounds.take() {
@@ -154,7 +154,7 @@ pub(super) fn bounds_of<'a>(
         ..WalkOptions::default()
     };
     let picture = PictureView::of(&CompileOptions::default());
-    let mut bounds = Bounds(BoundsCanvas::new(picture), None);
+    let mut bounds = BoundsVisitor(BoundsCanvas::new(picture), None);
     traversal::walk_list(snapshot, list, state, &options, &mut bounds);
     bounds.1
 }

@@ -4,6 +4,7 @@ use crate::scene::Needs;
 
 /// A shading model: how the color of a visible point is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub enum Shading {
     /// Letter `f`: the diffuse color without lighting.
     Flat,

@@ -11,7 +11,7 @@ use serde::de::DeserializeOwned;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The connection of a process to the others.
-pub(crate) trait Link: Send + Sync {
+pub(crate) trait TeamLink: Send + Sync {
     /// The number of this process, from 0.
     fn rank(&self) -> usize;
     /// The number of processes.
@@ -24,7 +24,7 @@ pub(crate) trait Link: Send + Sync {
 
 /// The kind of a message, which is its first byte.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum MessageKind {
     /// A message to all processes, which each process passes on.
     Broadcast = 0,
     /// A message to the receiving process only.
@@ -33,13 +33,13 @@ enum Kind {
 
 /// A process among others that work on the same picture.
 pub struct Team {
-    link: Box<dyn Link>,
+    link: Box<dyn TeamLink>,
     /// Messages that arrived while a message of the other kind was waited for.
     early: Mutex<VecDeque<(usize, Vec<u8>)>>,
 }
 
 impl Team {
-    pub(crate) fn new(link: Box<dyn Link>) -> Self {
+    pub(crate) fn new(link: Box<dyn TeamLink>) -> Self {
         Self {
             link,
             early: Mutex::default(),
@@ -58,12 +58,12 @@ impl Team {
 
     /// Sends a value to another process.
     pub(crate) fn send(&self, to: usize, value: &impl Serialize) {
-        self.link.send(to, encoded(Kind::Direct, value));
+        self.link.send(to, encoded(MessageKind::Direct, value));
     }
 
     /// Waits for a value from any process, at most for a time. Returns the sender with it.
     pub(crate) fn receive<T: DeserializeOwned>(&self, wait: Duration) -> Option<(usize, T)> {
-        let (from, bytes) = self.next(Kind::Direct, wait)?;
+        let (from, bytes) = self.next(MessageKind::Direct, wait)?;
         Some((from, decoded(&bytes)?))
     }
 
@@ -71,9 +71,9 @@ impl Team {
     /// on to at most log₂ of their number. The first process gives the value, the others `None`.
     pub fn broadcast<T: Serialize + DeserializeOwned>(&self, value: Option<T>) -> Option<T> {
         let bytes = match &value {
-            Some(value) => encoded(Kind::Broadcast, value),
+            Some(value) => encoded(MessageKind::Broadcast, value),
             None => loop {
-                if let Some((_, bytes)) = self.next(Kind::Broadcast, PATIENCE) {
+                if let Some((_, bytes)) = self.next(MessageKind::Broadcast, PATIENCE) {
                     break bytes;
                 }
             },
@@ -102,7 +102,7 @@ impl Team {
     }
 
     /// Returns the next message of a kind.
-    fn next(&self, kind: Kind, wait: Duration) -> Option<(usize, Vec<u8>)> {
+    fn next(&self, kind: MessageKind, wait: Duration) -> Option<(usize, Vec<u8>)> {
         let is_wanted = |message: &(usize, Vec<u8>)| message.1.first() == Some(&(kind as u8));
         let mut early = self.early.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = early.iter().position(is_wanted) {
@@ -128,7 +128,7 @@ fn children(rank: usize, size: usize) -> impl Iterator<Item = usize> {
         .filter(move |&child| child < size)
 }
 
-fn encoded(kind: Kind, value: &impl Serialize) -> Vec<u8> {
+fn encoded(kind: MessageKind, value: &impl Serialize) -> Vec<u8> {
     // Writing to memory does not fail, and all values that are sent can be written.
     postcard::to_extend(value, vec![kind as u8]).unwrap_or_default()
 }

@@ -12,7 +12,7 @@ use std::time::Duration;
 use mpi::point_to_point::{Destination as _, MatchedReceiveVec as _, Source as _};
 use mpi::topology::{Communicator as _, SimpleCommunicator};
 
-use super::link::{Link, Team};
+use super::link::{Team, TeamLink};
 
 /// How long the thread sleeps between looks for messages: first the shortest time, and after every
 /// look in vain twice as long up to the longest. A look every 200 µs would take a tenth of a core.
@@ -31,7 +31,7 @@ struct MpiLink {
     thread: Option<JoinHandle<()>>,
 }
 
-impl Link for MpiLink {
+impl TeamLink for MpiLink {
     fn rank(&self) -> usize {
         self.rank
     }

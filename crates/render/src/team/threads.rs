@@ -4,7 +4,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use super::link::{Link, Team};
+use super::link::{Team, TeamLink};
 
 /// The connection of a thread to the others.
 struct ThreadLink {
@@ -13,7 +13,7 @@ struct ThreadLink {
     inbox: Mutex<Receiver<(usize, Vec<u8>)>>,
 }
 
-impl Link for ThreadLink {
+impl TeamLink for ThreadLink {
     fn rank(&self) -> usize {
         self.rank
     }

@@ -19,14 +19,14 @@ use crate::iv::limits::{Limits, beyond};
 
 /// A field of a node's class, as it was found by name.
 #[derive(Clone, Copy)]
-pub(super) enum Slot {
+pub(super) enum FieldSlot {
     /// A field of the class, by its index.
     Field { index: u16, kind: FieldType },
     /// A field that later versions of the format do not have. [`upgrade`] replaces it.
     Old(&'static upgrade::OldField),
 }
 
-impl Slot {
+impl FieldSlot {
     /// Returns the type of the field's values.
     pub(super) fn kind(self) -> FieldType {
         match self {
@@ -244,11 +244,11 @@ impl<'d> Assembler<'d> {
     }
 
     /// Finds a field of a node by name.
-    pub(super) fn slot(&self, node: NodeId, name: &str) -> Option<Slot> {
+    pub(super) fn slot(&self, node: NodeId, name: &str) -> Option<FieldSlot> {
         let found = match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => match id.get().field(name) {
                 Some((i, decl)) => (i, decl.kind),
-                None => return upgrade::old_field(id, name).map(Slot::Old),
+                None => return upgrade::old_field(id, name).map(FieldSlot::Old),
             },
             ClassRef::Extension(i) => {
                 let fields = &self.document.extensions[i as usize].fields;
@@ -256,25 +256,25 @@ impl<'d> Assembler<'d> {
                 (i, fields[i].1)
             }
         };
-        Some(Slot::Field {
+        Some(FieldSlot::Field {
             index: found.0 as u16,
             kind: found.1,
         })
     }
 
     /// Returns the names of the values of an enumeration field.
-    pub(super) fn names_of(&self, node: NodeId, slot: Slot) -> EnumNames {
+    pub(super) fn names_of(&self, node: NodeId, slot: FieldSlot) -> EnumNames {
         let none = |_: &str| None;
         match (slot, self.document.nodes[node.0 as usize].class) {
-            (Slot::Old(old), _) => EnumNames {
+            (FieldSlot::Old(old), _) => EnumNames {
                 names: old.names,
                 old: none,
             },
-            (Slot::Field { index, .. }, ClassRef::Known(id)) => EnumNames {
+            (FieldSlot::Field { index, .. }, ClassRef::Known(id)) => EnumNames {
                 names: id.get().fields[usize::from(index)].names,
                 old: upgrade::old_names(id, index),
             },
-            (Slot::Field { index, .. }, ClassRef::Extension(i)) => {
+            (FieldSlot::Field { index, .. }, ClassRef::Extension(i)) => {
                 let extension = &self.document.extensions[i as usize];
                 let name = &*extension.fields[usize::from(index)].0;
                 let of = |is_a: &str| Some(grammar::any(is_a)?.field(name)?.1.names);
@@ -289,7 +289,7 @@ impl<'d> Assembler<'d> {
 
     /// Returns the type to parse a value as. For an enumeration that the file declares the names of
     /// the values are unknown, so its values are kept as text.
-    pub(super) fn written_as(&self, node: NodeId, slot: Slot) -> FieldType {
+    pub(super) fn written_as(&self, node: NodeId, slot: FieldSlot) -> FieldType {
         let own = matches!(
             self.document.nodes[node.0 as usize].class,
             ClassRef::Extension(_)

@@ -9,7 +9,7 @@
 use ivcam_base::diag::{ErrorKind, Result, Span};
 use nom::Parser;
 
-use super::assemble::{Assembler, Slot};
+use super::assemble::{Assembler, FieldSlot};
 use super::binary_values::{self, Context};
 use super::syntax_error::SyntaxError;
 use super::tokens::is_word;
@@ -31,7 +31,7 @@ const DESCRIBED: u32 = 0x4000;
 
 /// Where a node belongs. A field is given by its index among the stated fields of its node.
 #[derive(Clone, Copy)]
-enum Target {
+enum BinaryTarget {
     /// A top-level node.
     Root,
     /// A child of a node.
@@ -46,18 +46,18 @@ enum Target {
 
 /// An open part of the file. `left` is the number of items that are still to be read.
 #[derive(Clone, Copy)]
-enum Level {
+enum BinaryLevel {
     /// The fields of a node.
     Fields {
         node: NodeId,
-        target: Target,
+        target: BinaryTarget,
         left: u32,
         children: bool,
     },
     /// The children of a node.
     Children {
         node: NodeId,
-        target: Target,
+        target: BinaryTarget,
         left: u32,
     },
     /// The nodes of an `MFNode` field.
@@ -69,14 +69,14 @@ enum Level {
 }
 
 /// A mistake that ends reading.
-struct Stop {
+struct BinaryStop {
     /// The offset of the mistake.
     at: usize,
     message: String,
     kind: ErrorKind,
 }
 
-impl Stop {
+impl BinaryStop {
     /// Creates a mistake for a file that is damaged at an offset.
     fn damaged(at: usize, message: impl Into<String>) -> Self {
         Self {
@@ -97,16 +97,16 @@ impl Stop {
 }
 
 /// The result of a reading step.
-type Step<T> = std::result::Result<T, Stop>;
+type BinaryStep<T> = std::result::Result<T, BinaryStop>;
 
 /// The state of the reader.
-struct Reader<'r, 'd, 's> {
+struct BinaryReader<'r, 'd, 's> {
     asm: &'r mut Assembler<'d>,
     bytes: &'s [u8],
     /// The suffix of `bytes` that is still to be read.
     rest: &'s [u8],
     /// The open parts of the file. The innermost is last.
-    stack: Vec<Level>,
+    stack: Vec<BinaryLevel>,
     roots: Vec<NodeId>,
     /// The error if a limit is exceeded. Unlike a mistake in the file it makes reading fail.
     limit: Option<Box<ivcam_base::diag::Diagnostic>>,
@@ -118,7 +118,7 @@ struct Reader<'r, 'd, 's> {
 /// Returns an error if a limit is exceeded.
 pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &bytes[asm.header.length.min(bytes.len())..];
-    let mut reader = Reader {
+    let mut reader = BinaryReader {
         asm,
         bytes,
         rest,
@@ -142,20 +142,21 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
     Ok(reader.roots)
 }
 
-impl<'s> Reader<'_, '_, 's> {
+impl<'s> BinaryReader<'_, '_, 's> {
     /// Reports a mistake, and attaches each open node to its parent, so that the nodes that were
     /// read form a tree.
-    fn stop(&mut self, stop: Stop) {
+    fn stop(&mut self, stop: BinaryStop) {
         let sink = &mut self.asm.document.sink;
         let warning = sink.warn(Span::at(stop.at), stop.message);
         warning.help("a binary file cannot be read past a mistake; the nodes before it are kept");
         warning.kind = stop.kind;
         while let Some(level) = self.stack.pop() {
             match level {
-                Level::Fields { node, target, .. } | Level::Children { node, target, .. } => {
+                BinaryLevel::Fields { node, target, .. }
+                | BinaryLevel::Children { node, target, .. } => {
                     self.attach(target, node);
                 }
-                Level::List { .. } => {}
+                BinaryLevel::List { .. } => {}
             }
         }
     }
@@ -169,7 +170,7 @@ impl<'s> Reader<'_, '_, 's> {
     fn parse<T>(
         &mut self,
         mut parser: impl Parser<&'s [u8], Output = T, Error = SyntaxError<'s>>,
-    ) -> Step<T> {
+    ) -> BinaryStep<T> {
         match parser.parse(self.rest) {
             Ok((rest, value)) => {
                 self.rest = rest;
@@ -177,7 +178,7 @@ impl<'s> Reader<'_, '_, 's> {
             }
             Err(error) => {
                 let error = SyntaxError::from(error);
-                Err(Stop::damaged(
+                Err(BinaryStop::damaged(
                     self.bytes.len() - error.at.len(),
                     error.message(),
                 ))
@@ -185,53 +186,53 @@ impl<'s> Reader<'_, '_, 's> {
         }
     }
 
-    fn word(&mut self) -> Step<u32> {
+    fn word(&mut self) -> BinaryStep<u32> {
         self.parse(binary_values::word)
     }
 
-    fn string(&mut self) -> Step<String> {
+    fn string(&mut self) -> BinaryStep<String> {
         self.parse(binary_values::string)
     }
 
     /// Reads a count of items that take at least four bytes each.
-    fn count(&mut self) -> Step<u32> {
+    fn count(&mut self) -> BinaryStep<u32> {
         self.parse(|input| binary_values::checked_count(input, 4))
             .map(|count| count as u32)
     }
 
     /// Reads one item. Returns `false` at the end of the file.
-    fn step(&mut self) -> Step<bool> {
+    fn step(&mut self) -> BinaryStep<bool> {
         match self.stack.last_mut() {
             None => {
                 if self.rest.iter().all(|&b| b == 0) {
                     return Ok(false);
                 }
-                self.statement(Target::Root)?;
+                self.statement(BinaryTarget::Root)?;
             }
-            Some(Level::Fields { left: 0, .. }) => self.fields_done()?,
-            Some(Level::Fields { node, left, .. }) => {
+            Some(BinaryLevel::Fields { left: 0, .. }) => self.fields_done()?,
+            Some(BinaryLevel::Fields { node, left, .. }) => {
                 *left -= 1;
                 let node = *node;
                 self.field(node)?;
             }
-            Some(Level::Children { left: 0, .. }) => {
-                if let Some(Level::Children { node, target, .. }) = self.stack.pop() {
+            Some(BinaryLevel::Children { left: 0, .. }) => {
+                if let Some(BinaryLevel::Children { node, target, .. }) = self.stack.pop() {
                     self.deliver(target, node)?;
                 }
             }
-            Some(Level::Children { node, left, .. }) => {
+            Some(BinaryLevel::Children { node, left, .. }) => {
                 *left -= 1;
-                let target = Target::Child(*node);
+                let target = BinaryTarget::Child(*node);
                 self.statement(target)?;
             }
-            Some(Level::List { left: 0, .. }) => {
-                if let Some(Level::List { node, entry, .. }) = self.stack.pop() {
+            Some(BinaryLevel::List { left: 0, .. }) => {
+                if let Some(BinaryLevel::List { node, entry, .. }) = self.stack.pop() {
                     self.tail(node, entry)?;
                 }
             }
-            Some(Level::List { node, entry, left }) => {
+            Some(BinaryLevel::List { node, entry, left }) => {
                 *left -= 1;
-                let target = Target::Element(*node, *entry);
+                let target = BinaryTarget::Element(*node, *entry);
                 self.statement(target)?;
             }
         }
@@ -239,8 +240,8 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Ends the fields of a node and begins its children.
-    fn fields_done(&mut self) -> Step<()> {
-        let Some(Level::Fields {
+    fn fields_done(&mut self) -> BinaryStep<()> {
+        let Some(BinaryLevel::Fields {
             node,
             target,
             children,
@@ -263,12 +264,13 @@ impl<'s> Reader<'_, '_, 's> {
             return self.deliver(target, node);
         }
         let left = self.count()?;
-        self.stack.push(Level::Children { node, target, left });
+        self.stack
+            .push(BinaryLevel::Children { node, target, left });
         Ok(())
     }
 
     /// Reads a node, `USE` or `NULL`.
-    fn statement(&mut self, target: Target) -> Step<()> {
+    fn statement(&mut self, target: BinaryTarget) -> BinaryStep<()> {
         let start = self.at();
         let mut name = self.string()?;
         match name.as_str() {
@@ -297,15 +299,15 @@ impl<'s> Reader<'_, '_, 's> {
     /// Reads a node up to its fields. Its class and the name after `DEF` have been read.
     fn node(
         &mut self,
-        target: Target,
+        target: BinaryTarget,
         defined: Option<String>,
         name: &str,
         start: usize,
-    ) -> Step<()> {
+    ) -> BinaryStep<()> {
         let known = self.asm.class_named(name);
         // Bytes that are read at a wrong offset mostly are no word.
         if known.is_none() && !is_word(name.as_bytes()) {
-            return Err(Stop::damaged(start, "expected a node here"));
+            return Err(BinaryStop::damaged(start, "expected a node here"));
         }
         let class = known.unwrap_or_else(|| self.asm.unknown(name));
         let node = match self.asm.add(class, None, Span::at(start)) {
@@ -322,7 +324,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         if class == ClassRef::Known(class::PATH) {
             // The head comes first, then the indices of the children along the path.
-            self.stack.push(Level::Fields {
+            self.stack.push(BinaryLevel::Fields {
                 node,
                 target,
                 left: 0,
@@ -331,7 +333,7 @@ impl<'s> Reader<'_, '_, 's> {
             let entry = self
                 .asm
                 .set(node, path::HEAD.index, Value::Node(None), Span::at(start));
-            return self.statement(Target::Field(node, entry));
+            return self.statement(BinaryTarget::Field(node, entry));
         }
         let flagged = self.asm.header.version >= (2, 1);
         let group = match class {
@@ -350,7 +352,7 @@ impl<'s> Reader<'_, '_, 's> {
             self.word()?
         };
         if fields & !(DESCRIBED | 0x3fff) != 0 {
-            return Err(Stop::damaged(
+            return Err(BinaryStop::damaged(
                 self.at() - 4,
                 format!("`{name}` cannot have {fields} fields"),
             ));
@@ -360,12 +362,12 @@ impl<'s> Reader<'_, '_, 's> {
             self.asm.data(node).class = blank;
             self.descriptions(node, fields & 0x3fff)?;
         } else if known.is_none() && fields & 0x3fff != 0 {
-            return Err(Stop::unknown(
+            return Err(BinaryStop::unknown(
                 start,
                 format!("`{name}` is not a known node class, so the end of the node is unknown"),
             ));
         }
-        self.stack.push(Level::Fields {
+        self.stack.push(BinaryLevel::Fields {
             node,
             target,
             left: fields & 0x3fff,
@@ -376,7 +378,7 @@ impl<'s> Reader<'_, '_, 's> {
 
     /// Reads the type of a `GlobalField`, or of an engine whose fields depend on it. The type comes
     /// before the number of fields. In a `GlobalField` no flags follow it.
-    fn type_first(&mut self, node: NodeId) -> Step<()> {
+    fn type_first(&mut self, node: NodeId) -> BinaryStep<()> {
         let ClassRef::Known(id) = self.asm.document.nodes[node.0 as usize].class else {
             return Ok(());
         };
@@ -386,7 +388,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         let start = self.at();
         if self.string()? != "type" {
-            return Err(Stop::damaged(
+            return Err(BinaryStop::damaged(
                 start,
                 format!("a `{}` should begin with its type", id.get().name),
             ));
@@ -417,13 +419,13 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Ends reading with the error for an exceeded limit.
-    fn limit<T>(&mut self, error: Box<ivcam_base::diag::Diagnostic>) -> Step<T> {
+    fn limit<T>(&mut self, error: Box<ivcam_base::diag::Diagnostic>) -> BinaryStep<T> {
         self.limit = Some(error);
-        Err(Stop::damaged(self.at(), String::new()))
+        Err(BinaryStop::damaged(self.at(), String::new()))
     }
 
     /// Reads the types and names of the fields of a class that the file declares.
-    fn descriptions(&mut self, node: NodeId, count: u32) -> Step<()> {
+    fn descriptions(&mut self, node: NodeId, count: u32) -> BinaryStep<()> {
         let mut fields = Vec::new();
         for _ in 0..count {
             let (kind, name) = (self.string()?, self.string()?);
@@ -431,12 +433,12 @@ impl<'s> Reader<'_, '_, 's> {
                 Some(_) if name == "isA" => {}
                 Some(_) if !is_word(name.as_bytes()) => {
                     let message = format!("a field cannot be named `{name}`");
-                    return Err(Stop::damaged(self.at(), message));
+                    return Err(BinaryStop::damaged(self.at(), message));
                 }
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
                     let message = format!("`{kind}` is not a field type");
-                    return Err(Stop::damaged(self.at(), message));
+                    return Err(BinaryStop::damaged(self.at(), message));
                 }
             }
         }
@@ -445,7 +447,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads a field.
-    fn field(&mut self, node: NodeId) -> Step<()> {
+    fn field(&mut self, node: NodeId) -> BinaryStep<()> {
         let start = self.at();
         let name = self.string()?;
         let class = self.asm.document.nodes[node.0 as usize].class;
@@ -463,13 +465,13 @@ impl<'s> Reader<'_, '_, 's> {
             let class = self.asm.document.node(node).class_name();
             let message =
                 format!("`{class}` has no field `{name}`, so the end of the field is unknown");
-            return Err(Stop::unknown(start, message));
+            return Err(BinaryStop::unknown(start, message));
         };
         let span = Span::at(start);
-        let Slot::Field { index, kind } = slot else {
+        let FieldSlot::Field { index, kind } = slot else {
             let value = self.value(node, slot)?;
             self.word()?;
-            if let Slot::Old(old) = slot {
+            if let FieldSlot::Old(old) = slot {
                 self.asm.old.push((node, old, value));
             }
             return Ok(());
@@ -477,12 +479,12 @@ impl<'s> Reader<'_, '_, 's> {
         match kind {
             FieldType::SFNode | FieldType::SFPath | FieldType::SFEngine => {
                 let entry = self.asm.set(node, index, Value::Node(None), span);
-                self.statement(Target::Field(node, entry))
+                self.statement(BinaryTarget::Field(node, entry))
             }
             FieldType::MFNode => {
                 let left = self.count()?;
                 let entry = self.asm.set(node, index, Value::Nodes(Vec::new()), span);
-                self.stack.push(Level::List { node, entry, left });
+                self.stack.push(BinaryLevel::List { node, entry, left });
                 Ok(())
             }
             _ => {
@@ -501,7 +503,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads a value that contains no nodes, and reports names that the enumeration does not have.
-    fn value(&mut self, node: NodeId, slot: Slot) -> Step<Value> {
+    fn value(&mut self, node: NodeId, slot: FieldSlot) -> BinaryStep<Value> {
         let mut context = Context {
             names: self.asm.names_of(node, slot),
             wide_pixels: self.asm.header.version < (2, 1),
@@ -518,7 +520,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads `isA`, which is written as a field in this format.
-    fn is_a(&mut self, node: NodeId) -> Step<()> {
+    fn is_a(&mut self, node: NodeId) -> BinaryStep<()> {
         let list = self.parse(|input| binary_values::list(input, binary_values::string))?;
         self.word()?;
         self.asm
@@ -527,7 +529,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads a field's flags, and the node and output to which it is connected.
-    fn tail(&mut self, node: NodeId, entry: usize) -> Step<()> {
+    fn tail(&mut self, node: NodeId, entry: usize) -> BinaryStep<()> {
         let flags = self.word()?;
         self.asm.data(node).fields[entry].ignored = flags & IGNORED != 0;
         // A field with both the default and the connected flag is connected.
@@ -536,13 +538,13 @@ impl<'s> Reader<'_, '_, 's> {
             return Ok(());
         }
         if flags & !7 != 0 {
-            return Err(Stop::damaged(
+            return Err(BinaryStop::damaged(
                 self.at() - 4,
                 format!("a field's flags cannot be {flags:#x}"),
             ));
         }
         if flags & CONNECTED != 0 {
-            return self.statement(Target::Source(node, entry));
+            return self.statement(BinaryTarget::Source(node, entry));
         }
         Ok(())
     }
@@ -560,33 +562,33 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Stores a node where it belongs.
-    fn attach(&mut self, target: Target, node: NodeId) {
+    fn attach(&mut self, target: BinaryTarget, node: NodeId) {
         match target {
-            Target::Root => self.roots.push(node),
-            Target::Child(parent) => self.asm.data(parent).children.push(node),
-            Target::Field(holder, entry) => {
+            BinaryTarget::Root => self.roots.push(node),
+            BinaryTarget::Child(parent) => self.asm.data(parent).children.push(node),
+            BinaryTarget::Field(holder, entry) => {
                 self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
             }
-            Target::Element(holder, entry) => {
+            BinaryTarget::Element(holder, entry) => {
                 if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
                     list.push(node);
                 }
             }
-            Target::Source(..) => {}
+            BinaryTarget::Source(..) => {}
         }
     }
 
     /// Stores a node where it belongs, and reads the part of the field that follows it.
-    fn deliver(&mut self, target: Target, node: NodeId) -> Step<()> {
+    fn deliver(&mut self, target: BinaryTarget, node: NodeId) -> BinaryStep<()> {
         self.asm.complete(node);
         self.attach(target, node);
         match target {
-            Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
-            Target::Source(holder, entry) => {
+            BinaryTarget::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
+            BinaryTarget::Source(holder, entry) => {
                 let output = self.string()?;
                 if !is_word(output.as_bytes()) {
                     let message = format!("an output cannot be named `{output}`");
-                    return Err(Stop::damaged(self.at(), message));
+                    return Err(BinaryStop::damaged(self.at(), message));
                 }
                 let output = output.into();
                 let connection = Some(Box::new(Connection { from: node, output }));
@@ -602,10 +604,10 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads the part of the field that follows a `NULL` or an unknown name.
-    fn deliver_nothing(&mut self, target: Target) -> Step<()> {
+    fn deliver_nothing(&mut self, target: BinaryTarget) -> BinaryStep<()> {
         match target {
-            Target::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
-            Target::Source(..) => self.string().map(|_| ()),
+            BinaryTarget::Field(holder, entry) if !self.is_path(holder) => self.tail(holder, entry),
+            BinaryTarget::Source(..) => self.string().map(|_| ()),
             _ => Ok(()),
         }
     }

@@ -6,7 +6,7 @@ use crate::iv::document::{ClassRef, Document};
 
 /// A reference from a node to a node that it contains. Numbers are indices.
 #[derive(Clone, Copy)]
-enum Edge {
+enum CycleEdge {
     /// A child.
     Child(usize),
     /// The value of an `SFNode` field.
@@ -20,15 +20,15 @@ enum Edge {
 }
 
 /// Returns the edges of a node and their targets, in the order of traversal.
-fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
+fn edges(document: &Document, id: NodeId) -> Vec<(CycleEdge, NodeId)> {
     let node = &document.nodes[id.0 as usize];
     let mut out = Vec::new();
     if let Some(&other) = document.expansions.get(&id) {
-        out.push((Edge::Expansion, other));
+        out.push((CycleEdge::Expansion, other));
         return out;
     }
     for (i, &child) in node.children.iter().enumerate() {
-        out.push((Edge::Child(i), child));
+        out.push((CycleEdge::Child(i), child));
     }
     let walked = match node.class {
         ClassRef::Known(class) => class.get().treatment != Treatment::Kept,
@@ -39,13 +39,13 @@ fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
     };
     for (i, field) in node.fields.iter().enumerate().filter(|_| walked) {
         match &field.value {
-            Value::Node(Some(target)) => out.push((Edge::Field(i), *target)),
+            Value::Node(Some(target)) => out.push((CycleEdge::Field(i), *target)),
             Value::Nodes(targets) => {
                 out.extend(
                     targets
                         .iter()
                         .enumerate()
-                        .map(|(k, &t)| (Edge::Element(i, k), t)),
+                        .map(|(k, &t)| (CycleEdge::Element(i, k), t)),
                 );
             }
             _ => {}
@@ -56,7 +56,7 @@ fn edges(document: &Document, id: NodeId) -> Vec<(Edge, NodeId)> {
             roots
                 .iter()
                 .enumerate()
-                .map(|(i, &t)| (Edge::Included(i), t)),
+                .map(|(i, &t)| (CycleEdge::Included(i), t)),
         );
     }
     out
@@ -72,7 +72,7 @@ pub(super) fn cut_cycles(document: &mut Document) {
     const DONE: u8 = 2;
     let mut colors = vec![NEW; document.nodes.len()];
     let mut cuts = Vec::new();
-    let mut stack: Vec<(NodeId, std::vec::IntoIter<(Edge, NodeId)>)> = Vec::new();
+    let mut stack: Vec<(NodeId, std::vec::IntoIter<(CycleEdge, NodeId)>)> = Vec::new();
     for root in document.roots.clone() {
         if colors[root.0 as usize] != NEW {
             continue;
@@ -102,7 +102,7 @@ pub(super) fn cut_cycles(document: &mut Document) {
 }
 
 /// Removes an edge and warns about it.
-fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
+fn cut(document: &mut Document, id: NodeId, edge: CycleEdge, target: NodeId) {
     let data = &document.nodes[target.0 as usize];
     let name = data.name.as_deref().unwrap_or("a node").to_owned();
     let span = document.nodes[id.0 as usize].span;
@@ -115,21 +115,21 @@ fn cut(document: &mut Document, id: NodeId, edge: Edge, target: NodeId) {
         .help("a node cannot be used inside itself");
     let node = &mut document.nodes[id.0 as usize];
     match edge {
-        Edge::Child(i) => {
+        CycleEdge::Child(i) => {
             node.children.remove(i);
         }
-        Edge::Field(i) => node.fields[i].value = Value::Node(None),
-        Edge::Element(i, k) => {
+        CycleEdge::Field(i) => node.fields[i].value = Value::Node(None),
+        CycleEdge::Element(i, k) => {
             if let Value::Nodes(list) = &mut node.fields[i].value {
                 list.remove(k);
             }
         }
-        Edge::Included(i) => {
+        CycleEdge::Included(i) => {
             if let Some(roots) = document.included.get_mut(&id) {
                 roots.remove(i);
             }
         }
-        Edge::Expansion => {
+        CycleEdge::Expansion => {
             document.expansions.remove(&id);
         }
     }

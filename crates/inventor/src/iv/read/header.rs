@@ -85,11 +85,11 @@ fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
 }
 
 /// A dialect, as bits of [`Dialect`], and a version.
-type Language = (u8, (u8, u8));
+type HeaderLanguage = (u8, (u8, u8));
 
 /// Parses a header such as `#Inventor V2.1 ascii`; the rest of the line may be anything. Returns
 /// the dialect and version, whether the file is binary, and the words of the header.
-fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
+fn first_line(input: &[u8]) -> Parsed<'_, (HeaderLanguage, bool, String)> {
     let hashes = take_while1(|b| b == b'#');
     let (rest, (words, (language, binary))) =
         preceded(hashes, consumed(pair(language, is_binary))).parse(input)?;
@@ -101,7 +101,7 @@ fn first_line(input: &[u8]) -> Parsed<'_, (Language, bool, String)> {
 }
 
 /// Parses the first two words, such as `Inventor V2.1`.
-fn language(input: &[u8]) -> Parsed<'_, Language> {
+fn language(input: &[u8]) -> Parsed<'_, HeaderLanguage> {
     alt((
         value((Dialect::IV1, (1, 0)), pair(name("Inventor"), name("V1.0"))),
         value((Dialect::IV2, (2, 0)), pair(name("Inventor"), name("V2.0"))),

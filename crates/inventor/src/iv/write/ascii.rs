@@ -26,7 +26,7 @@ pub(super) fn write(document: &Document) -> Vec<u8> {
 const DEEPEST_INDENT: usize = 40;
 
 /// Something that remains to be written. The next task is last on the stack.
-enum Task<'d> {
+enum AsciiTask<'d> {
     /// A node, or `USE` if it is written already.
     Node(NodeId),
     /// The name and value of a field, as its index among the stated fields of the node.
@@ -106,11 +106,11 @@ impl<'d> Ascii<'d> {
     /// Writes nodes and routes in a scope of names. It makes two passes, of which the first finds
     /// the nodes that are used more than once.
     fn scope(&mut self, nodes: &'d [NodeId], routes: &'d [Route]) {
-        let tasks = |_: &mut Self| -> Vec<Task<'d>> {
+        let tasks = |_: &mut Self| -> Vec<AsciiTask<'d>> {
             nodes
                 .iter()
                 .rev()
-                .flat_map(|&n| [Task::Line, Task::Node(n)])
+                .flat_map(|&n| [AsciiTask::Line, AsciiTask::Node(n)])
                 .collect()
         };
         for dry in [true, false] {
@@ -168,37 +168,37 @@ impl<'d> Ascii<'d> {
     }
 
     /// Carries out tasks and the tasks that they create.
-    fn run(&mut self, mut tasks: Vec<Task<'d>>) {
+    fn run(&mut self, mut tasks: Vec<AsciiTask<'d>>) {
         while let Some(task) = tasks.pop() {
             match task {
-                Task::Text(text) => self.put(&text),
-                Task::Line => self.put("\n"),
-                Task::Indent(by) => {
+                AsciiTask::Text(text) => self.put(&text),
+                AsciiTask::Line => self.put("\n"),
+                AsciiTask::Indent(by) => {
                     self.indent = self.indent.saturating_add_signed(by as isize);
                     if by == 0 {
                         self.start_line();
                     }
                 }
-                Task::Node(id) => self.node(id, &mut tasks),
-                Task::Field(id, field) => self.field(id, field, &mut tasks),
-                Task::Tail(id, field) => self.tail(id, field, &mut tasks),
-                Task::Output(name) => {
+                AsciiTask::Node(id) => self.node(id, &mut tasks),
+                AsciiTask::Field(id, field) => self.field(id, field, &mut tasks),
+                AsciiTask::Tail(id, field) => self.tail(id, field, &mut tasks),
+                AsciiTask::Output(name) => {
                     self.put(" . ");
                     self.put(name);
                 }
-                Task::Close => {
+                AsciiTask::Close => {
                     self.indent -= 1;
                     self.start_line();
                     self.put("}");
                 }
-                Task::Interface(id, interface) => self.interface(id, interface, &mut tasks),
+                AsciiTask::Interface(id, interface) => self.interface(id, interface, &mut tasks),
             }
         }
     }
 
     /// Writes the beginning of a node, or `USE` if the node is written already. The rest of the
     /// node becomes tasks.
-    fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+    fn node(&mut self, id: NodeId, tasks: &mut Vec<AsciiTask<'d>>) {
         if self.dry {
             self.visited.push(id);
         }
@@ -227,8 +227,8 @@ impl<'d> Ascii<'d> {
         }
         self.put(" {\n");
         self.indent += 1;
-        tasks.push(Task::Close);
-        let own = |id| [Task::Line, Task::Node(id), Task::Indent(0)];
+        tasks.push(AsciiTask::Close);
+        let own = |id| [AsciiTask::Line, AsciiTask::Node(id), AsciiTask::Indent(0)];
         tasks.extend(node.children.iter().rev().flat_map(|&c| own(c)));
         if node.class == ClassRef::Known(class::PATH) {
             self.path(id, tasks);
@@ -255,7 +255,7 @@ impl<'d> Ascii<'d> {
 
     /// Writes the fields in the file's order. A field that the node declares is written after the
     /// events that precede it in the interface.
-    fn body(&mut self, id: NodeId, interface: &'d [Interface], tasks: &mut Vec<Task<'d>>) {
+    fn body(&mut self, id: NodeId, interface: &'d [Interface], tasks: &mut Vec<AsciiTask<'d>>) {
         let document = self.document;
         let node = &document.nodes[id.0 as usize];
         let mut out = Vec::new();
@@ -266,14 +266,18 @@ impl<'d> Ascii<'d> {
                 Some(place) => {
                     let until = declared.max(place + 1);
                     let items = &interface[declared..until];
-                    out.extend(items.iter().map(|item| Task::Interface(id, item)));
+                    out.extend(items.iter().map(|item| AsciiTask::Interface(id, item)));
                     declared = until;
                 }
-                None => out.extend([Task::Indent(0), Task::Field(id, i), Task::Line]),
+                None => out.extend([
+                    AsciiTask::Indent(0),
+                    AsciiTask::Field(id, i),
+                    AsciiTask::Line,
+                ]),
             }
         }
         let rest = &interface[declared..];
-        out.extend(rest.iter().map(|item| Task::Interface(id, item)));
+        out.extend(rest.iter().map(|item| AsciiTask::Interface(id, item)));
         tasks.extend(out.into_iter().rev());
     }
 
@@ -301,18 +305,22 @@ impl<'d> Ascii<'d> {
     }
 
     /// Writes the head of a path and the indices of the children below it.
-    fn path(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+    fn path(&mut self, id: NodeId, tasks: &mut Vec<AsciiTask<'d>>) {
         let fields = &self.document.nodes[id.0 as usize].fields;
         let value = |index| fields.iter().find(|f| f.index == index).map(|f| &f.value);
         if let (Some(Value::Ints(steps)), false) = (value(path::INDICES.index), self.dry) {
             let mut text = format!("{}", steps.len());
             steps.iter().for_each(|n| text.push_str(&format!(" {n}")));
             text.push('\n');
-            tasks.push(Task::Text(text.into()));
-            tasks.push(Task::Indent(0));
+            tasks.push(AsciiTask::Text(text.into()));
+            tasks.push(AsciiTask::Indent(0));
         }
         if let Some(Value::Node(Some(head))) = value(path::HEAD.index) {
-            tasks.extend([Task::Line, Task::Node(*head), Task::Indent(0)]);
+            tasks.extend([
+                AsciiTask::Line,
+                AsciiTask::Node(*head),
+                AsciiTask::Indent(0),
+            ]);
         }
     }
 
@@ -339,7 +347,7 @@ impl<'d> Ascii<'d> {
     }
 
     /// Writes a line of the interface of a script or proto, with its value.
-    fn interface(&mut self, id: NodeId, interface: &'d Interface, tasks: &mut Vec<Task<'d>>) {
+    fn interface(&mut self, id: NodeId, interface: &'d Interface, tasks: &mut Vec<AsciiTask<'d>>) {
         self.start_line();
         let head = format!(
             "{} {} {}",
@@ -366,7 +374,7 @@ impl<'d> Ascii<'d> {
             |f: &FieldEntry| *described(self.document, node.class, f.index).0 == *interface.name;
         match node.fields.iter().position(of_name) {
             Some(field) => {
-                tasks.push(Task::Line);
+                tasks.push(AsciiTask::Line);
                 self.value(id, field, tasks);
             }
             None => {
@@ -377,7 +385,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<Task<'d>>) {
+    fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<AsciiTask<'d>>) {
         let node = &self.document.nodes[id.0 as usize];
         let name = described(self.document, node.class, node.fields[field].index).0;
         self.put(name);
@@ -385,17 +393,22 @@ impl<'d> Ascii<'d> {
         self.value(id, field, tasks);
     }
 
-    fn value(&mut self, id: NodeId, field: usize, tasks: &mut Vec<Task<'d>>) {
+    fn value(&mut self, id: NodeId, field: usize, tasks: &mut Vec<AsciiTask<'d>>) {
         let node = &self.document.nodes[id.0 as usize];
         let entry = &node.fields[field];
-        tasks.push(Task::Tail(id, field));
+        tasks.push(AsciiTask::Tail(id, field));
         match &entry.value {
-            Value::Node(Some(target)) => tasks.push(Task::Node(*target)),
+            Value::Node(Some(target)) => tasks.push(AsciiTask::Node(*target)),
             Value::Nodes(targets) => {
-                tasks.extend([Task::Text("]".into()), Task::Indent(0), Task::Indent(-1)]);
-                let own = |&id: &NodeId| [Task::Line, Task::Node(id), Task::Indent(0)];
+                tasks.extend([
+                    AsciiTask::Text("]".into()),
+                    AsciiTask::Indent(0),
+                    AsciiTask::Indent(-1),
+                ]);
+                let own =
+                    |&id: &NodeId| [AsciiTask::Line, AsciiTask::Node(id), AsciiTask::Indent(0)];
                 tasks.extend(targets.iter().rev().flat_map(own));
-                tasks.extend([Task::Indent(1), Task::Text("[\n".into())]);
+                tasks.extend([AsciiTask::Indent(1), AsciiTask::Text("[\n".into())]);
             }
             value => {
                 let (_, kind, names) = described(self.document, node.class, entry.index);
@@ -404,7 +417,7 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    fn tail(&mut self, id: NodeId, field: usize, tasks: &mut Vec<Task<'d>>) {
+    fn tail(&mut self, id: NodeId, field: usize, tasks: &mut Vec<AsciiTask<'d>>) {
         let entry = &self.document.nodes[id.0 as usize].fields[field];
         if entry.ignored {
             self.put(" ~");
@@ -412,8 +425,8 @@ impl<'d> Ascii<'d> {
         if let Some(connection) = &entry.connection {
             self.put(" = ");
             tasks.extend([
-                Task::Output(&connection.output),
-                Task::Node(connection.from),
+                AsciiTask::Output(&connection.output),
+                AsciiTask::Node(connection.from),
             ]);
         }
     }
@@ -498,7 +511,7 @@ impl<'d> Ascii<'d> {
                     let (access, kind) = (interface.access.name(), interface.kind.name());
                     self.put(&format!("  {access} {kind} {}\n", interface.name));
                 } else {
-                    self.run(vec![Task::Interface(proto.defaults, interface)]);
+                    self.run(vec![AsciiTask::Interface(proto.defaults, interface)]);
                 }
             }
         }

@@ -26,7 +26,7 @@ const HAS_CHILDREN: u32 = 2;
 const DESCRIBED: u32 = 0x4000;
 
 /// Something that remains to be written. The next task is last on the stack.
-enum Task<'d> {
+enum BinaryTask<'d> {
     /// A node, or `USE` if it is written already.
     Node(NodeId),
     /// A field, as its index among the stated fields of the node.
@@ -44,7 +44,7 @@ enum Task<'d> {
 }
 
 /// The state of the binary writer.
-struct Writer<'d> {
+struct BinaryWriter<'d> {
     document: &'d Document,
     out: Vec<u8>,
     /// The nodes in the order in which they were visited, repeated visits included.
@@ -57,7 +57,7 @@ struct Writer<'d> {
 /// Writes a document in the binary format. It makes two passes, of which the first finds the nodes
 /// that are used more than once.
 pub(super) fn write(document: &Document) -> Vec<u8> {
-    let mut writer = Writer {
+    let mut writer = BinaryWriter {
         document,
         out: Vec::new(),
         visited: Vec::new(),
@@ -73,7 +73,7 @@ pub(super) fn write(document: &Document) -> Vec<u8> {
     writer.out
 }
 
-impl<'d> Writer<'d> {
+impl<'d> BinaryWriter<'d> {
     fn word(&mut self, n: u32) {
         self.out.extend_from_slice(&n.to_be_bytes());
     }
@@ -90,29 +90,29 @@ impl<'d> Writer<'d> {
     }
 
     fn run(&mut self) {
-        let mut tasks: Vec<Task<'d>> = self
+        let mut tasks: Vec<BinaryTask<'d>> = self
             .document
             .roots
             .iter()
             .rev()
-            .map(|&r| Task::Node(r))
+            .map(|&r| BinaryTask::Node(r))
             .collect();
         while let Some(task) = tasks.pop() {
             match task {
-                Task::Node(id) => self.node(id, &mut tasks),
-                Task::Field(id, field) => self.field(id, field, &mut tasks),
-                Task::Word(n) => self.word(n),
-                Task::Text(text) => self.string(text),
-                Task::Null => self.string("NULL"),
-                Task::Unstated(name, kind) => self.unstated(name, kind),
-                Task::Flags(entry) => self.flags(entry, &mut tasks),
+                BinaryTask::Node(id) => self.node(id, &mut tasks),
+                BinaryTask::Field(id, field) => self.field(id, field, &mut tasks),
+                BinaryTask::Word(n) => self.word(n),
+                BinaryTask::Text(text) => self.string(text),
+                BinaryTask::Null => self.string("NULL"),
+                BinaryTask::Unstated(name, kind) => self.unstated(name, kind),
+                BinaryTask::Flags(entry) => self.flags(entry, &mut tasks),
             }
         }
     }
 
     /// Writes the beginning of a node; its fields and children become tasks. For an instance of a
     /// proto it writes the first node of the body's copy.
-    fn node(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+    fn node(&mut self, id: NodeId, tasks: &mut Vec<BinaryTask<'d>>) {
         let document = self.document;
         let id = document.node(id).id;
         self.visited.push(id);
@@ -154,8 +154,8 @@ impl<'d> Writer<'d> {
             0
         });
         if group {
-            tasks.extend(node.children.iter().rev().map(|&c| Task::Node(c)));
-            tasks.push(Task::Word(node.children.len() as u32));
+            tasks.extend(node.children.iter().rev().map(|&c| BinaryTask::Node(c)));
+            tasks.push(BinaryTask::Word(node.children.len() as u32));
         }
         let mut order = field_order(document, id);
         if first && order.first().is_some_and(|&i| node.fields[i].index == 0) {
@@ -172,7 +172,7 @@ impl<'d> Writer<'d> {
             Some(extension) => self.declaration(id, extension, order, tasks),
             None => {
                 self.word(order.len() as u32);
-                tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
+                tasks.extend(order.into_iter().rev().map(|i| BinaryTask::Field(id, i)));
             }
         }
     }
@@ -185,7 +185,7 @@ impl<'d> Writer<'d> {
         id: NodeId,
         extension: &'d Extension,
         order: Vec<usize>,
-        tasks: &mut Vec<Task<'d>>,
+        tasks: &mut Vec<BinaryTask<'d>>,
     ) {
         let node = &self.document.nodes[id.0 as usize];
         let own_name = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
@@ -198,56 +198,62 @@ impl<'d> Writer<'d> {
         let stated = |k: usize| node.fields.iter().any(|f| usize::from(f.index) == k);
         let unstated = (0..extension.fields.len()).rev().filter(|&k| !stated(k));
         tasks.extend(
-            unstated.map(|k| Task::Unstated(&extension.fields[k].0, extension.fields[k].1)),
+            unstated.map(|k| BinaryTask::Unstated(&extension.fields[k].0, extension.fields[k].1)),
         );
-        tasks.extend(order.into_iter().rev().map(|i| Task::Field(id, i)));
+        tasks.extend(order.into_iter().rev().map(|i| BinaryTask::Field(id, i)));
         if is_a {
             self.string("MFString");
             self.string("isA");
-            tasks.push(Task::Word(0));
-            tasks.extend(extension.is_a.iter().rev().map(|n| Task::Text(n)));
-            tasks.extend([Task::Word(extension.is_a.len() as u32), Task::Text("isA")]);
+            tasks.push(BinaryTask::Word(0));
+            tasks.extend(extension.is_a.iter().rev().map(|n| BinaryTask::Text(n)));
+            tasks.extend([
+                BinaryTask::Word(extension.is_a.len() as u32),
+                BinaryTask::Text("isA"),
+            ]);
         }
     }
 
-    fn path(&mut self, id: NodeId, tasks: &mut Vec<Task<'d>>) {
+    fn path(&mut self, id: NodeId, tasks: &mut Vec<BinaryTask<'d>>) {
         let fields = &self.document.nodes[id.0 as usize].fields;
         let value = |index| fields.iter().find(|f| f.index == index).map(|f| &f.value);
         let steps: &[i32] = match value(path::INDICES.index) {
             Some(Value::Ints(steps)) => steps,
             _ => &[],
         };
-        tasks.extend(steps.iter().rev().map(|&n| Task::Word(n as u32)));
-        tasks.push(Task::Word(steps.len() as u32));
+        tasks.extend(steps.iter().rev().map(|&n| BinaryTask::Word(n as u32)));
+        tasks.push(BinaryTask::Word(steps.len() as u32));
         match value(path::HEAD.index) {
-            Some(Value::Node(Some(head))) => tasks.push(Task::Node(*head)),
-            _ => tasks.push(Task::Null),
+            Some(Value::Node(Some(head))) => tasks.push(BinaryTask::Node(*head)),
+            _ => tasks.push(BinaryTask::Null),
         }
     }
 
-    fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<Task<'d>>) {
+    fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<BinaryTask<'d>>) {
         let node = &self.document.nodes[id.0 as usize];
         let entry = &node.fields[field];
         let (name, kind, names) = described(self.document, node.class, entry.index);
         self.string(name);
-        tasks.push(Task::Flags(entry));
+        tasks.push(BinaryTask::Flags(entry));
         match &entry.value {
-            Value::Node(Some(target)) => tasks.push(Task::Node(*target)),
+            Value::Node(Some(target)) => tasks.push(BinaryTask::Node(*target)),
             Value::Node(None) => self.string("NULL"),
             Value::Nodes(targets) => {
                 self.word(targets.len() as u32);
-                tasks.extend(targets.iter().rev().map(|&t| Task::Node(t)));
+                tasks.extend(targets.iter().rev().map(|&t| BinaryTask::Node(t)));
             }
             value => self.value(value, kind, names),
         }
     }
 
-    fn flags(&mut self, entry: &'d FieldEntry, tasks: &mut Vec<Task<'d>>) {
+    fn flags(&mut self, entry: &'d FieldEntry, tasks: &mut Vec<BinaryTask<'d>>) {
         let ignored = if entry.ignored { IGNORED } else { 0 };
         match &entry.connection {
             Some(connection) => {
                 self.word(ignored | CONNECTED);
-                tasks.extend([Task::Text(&connection.output), Task::Node(connection.from)]);
+                tasks.extend([
+                    BinaryTask::Text(&connection.output),
+                    BinaryTask::Node(connection.from),
+                ]);
             }
             None => self.word(ignored),
         }

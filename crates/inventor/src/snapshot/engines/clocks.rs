@@ -27,13 +27,13 @@ fn time_in(node: NodeRef<'_>, field: Field<Seconds>, time: f64) -> f64 {
 }
 
 /// An arithmetic series from `min` to `max` by `step`.
-struct Series {
+struct ClockSeries {
     min: i64,
     max: i64,
     step: i64,
 }
 
-impl Series {
+impl ClockSeries {
     /// Returns the number of values, or `None` if the steps do not lead from `min` to `max`.
     fn count(&self) -> Option<i64> {
         let span = self.max - self.min;
@@ -50,7 +50,7 @@ impl Series {
 /// Computes a `TimeCounter`, which counts from `min` to `max` by `step` once in 1/frequency
 /// seconds. `duty` weights the duration of each count.
 pub(super) fn time_counter(node: NodeRef<'_>, time: f64) -> Outputs {
-    let series = Series {
+    let series = ClockSeries {
         min: node.get(time_counter::MIN).into(),
         max: node.get(time_counter::MAX).into(),
         step: node.get(time_counter::STEP).into(),
@@ -99,7 +99,7 @@ pub(super) fn rounds(node: NodeRef<'_>, time: f64) -> Pulses {
 
 /// Computes a `Counter`, which steps once for each trigger and starts again after its last value.
 pub(super) fn counter(node: NodeRef<'_>, fired: Fired<'_>) -> Outputs {
-    let series = Series {
+    let series = ClockSeries {
         min: node.get(counter::MIN).into(),
         max: node.get(counter::MAX).into(),
         step: node.get(counter::STEP).into(),

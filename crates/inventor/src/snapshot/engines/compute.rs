@@ -7,7 +7,7 @@ use crate::grammar::{ClassId, Field, class};
 use crate::iv::NodeRef;
 
 /// The inputs of an engine other than its fields.
-pub(super) struct Moment<'a> {
+pub(super) struct EngineMoment<'a> {
     /// The time in seconds since the scene was opened.
     pub time: f64,
     /// Returns the pulses of a trigger field of the engine.
@@ -21,9 +21,9 @@ pub(super) struct Moment<'a> {
 pub(super) fn outputs(
     node: NodeRef<'_>,
     class: ClassId,
-    moment: &Moment<'_>,
+    moment: &EngineMoment<'_>,
 ) -> Result<Outputs, String> {
-    let &Moment { time, fired } = moment;
+    let &EngineMoment { time, fired } = moment;
     Ok(match class {
         class::CALCULATOR => calculator::outputs(node)?,
         class::COMPOSE_VEC2F => compose::vec2(node),

@@ -113,7 +113,7 @@ pub fn slot(node: NodeRef<'_>, name: &str) -> Option<Slot> {
 /// of the edge) that are left out because they close a cycle.
 pub(super) fn sorted(edges: &[(NodeId, Vec<Edge>)]) -> (Vec<usize>, HashSet<(usize, usize)>) {
     #[derive(Clone, Copy, PartialEq)]
-    enum Mark {
+    enum EdgeMark {
         New,
         Open,
         Done,
@@ -123,19 +123,19 @@ pub(super) fn sorted(edges: &[(NodeId, Vec<Edge>)]) -> (Vec<usize>, HashSet<(usi
         .enumerate()
         .map(|(i, (id, _))| (*id, i))
         .collect();
-    let mut marks = vec![Mark::New; edges.len()];
+    let mut marks = vec![EdgeMark::New; edges.len()];
     let mut order = Vec::with_capacity(edges.len());
     let mut cut = HashSet::new();
     for start in 0..edges.len() {
-        if marks[start] != Mark::New {
+        if marks[start] != EdgeMark::New {
             continue;
         }
-        marks[start] = Mark::Open;
+        marks[start] = EdgeMark::Open;
         let mut stack = vec![(start, 0)];
         while let Some((place, next)) = stack.last_mut() {
             let (place, which) = (*place, *next);
             let Some(edge) = edges[place].1.get(which) else {
-                marks[place] = Mark::Done;
+                marks[place] = EdgeMark::Done;
                 order.push(place);
                 stack.pop();
                 continue;
@@ -143,14 +143,14 @@ pub(super) fn sorted(edges: &[(NodeId, Vec<Edge>)]) -> (Vec<usize>, HashSet<(usi
             *next += 1;
             if let Some(&from) = places.get(&edge.from) {
                 match marks[from] {
-                    Mark::New => {
-                        marks[from] = Mark::Open;
+                    EdgeMark::New => {
+                        marks[from] = EdgeMark::Open;
                         stack.push((from, 0));
                     }
-                    Mark::Open => {
+                    EdgeMark::Open => {
                         cut.insert((place, which));
                     }
-                    Mark::Done => {}
+                    EdgeMark::Done => {}
                 }
             }
         }

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use glam::DVec3;
 use ivcam_base::diag::Span;
 
-use super::compute::{self, Moment};
+use super::compute::{self, EngineMoment};
 use super::edges::{Edge, Slot, edges, sorted};
 use super::outputs::{Outputs, Pulses};
 use super::{clocks, convert};
@@ -25,7 +25,7 @@ pub(in crate::snapshot) fn evaluate(
     if edges.is_empty() {
         return None;
     }
-    let mut work = Work {
+    let mut work = EngineWork {
         document: document.clone(),
         time,
         outputs: HashMap::new(),
@@ -43,7 +43,7 @@ pub(in crate::snapshot) fn evaluate(
 const MAX_BOXES: usize = 100;
 
 /// The state of an evaluation.
-struct Work<'a> {
+struct EngineWork<'a> {
     document: Document,
     /// The time in seconds since the scene was opened.
     time: f64,
@@ -58,7 +58,7 @@ struct Work<'a> {
     boxes: usize,
 }
 
-impl Work<'_> {
+impl EngineWork<'_> {
     /// Delivers the values along all edges, in an order in which they are computed before use.
     fn run(&mut self, edges: Vec<(NodeId, Vec<Edge>)>) {
         let (order, cut) = sorted(&edges);
@@ -167,7 +167,7 @@ impl Work<'_> {
         if class.id == class::COMPUTE_BOUNDING_BOX {
             return self.bounding_box(from);
         }
-        let moment = Moment {
+        let moment = EngineMoment {
             time: self.time,
             fired: &|field| {
                 let pulses = self.triggers.get(&(from, field.index));

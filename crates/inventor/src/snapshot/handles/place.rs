@@ -70,12 +70,12 @@ impl Library {
 }
 
 /// Returns the bounding box of consecutive nodes.
-type Around<'a> = &'a dyn Fn(&[NodeId]) -> Option<Corners>;
+type HandleBox<'a> = &'a dyn Fn(&[NodeId]) -> Option<Corners>;
 
 /// Adds a separator with the handles of a dragger or manipulator. Returns `None` for other nodes.
 fn handles_of(
     node: NodeRef<'_>,
-    around: Around<'_>,
+    around: HandleBox<'_>,
     library: &Library,
     out: &mut Document,
 ) -> Option<NodeId> {
@@ -144,7 +144,7 @@ fn own_motion(node: NodeRef<'_>) -> Node {
 
 /// Returns the transform with which a manipulator's handles surround the nodes after it in its
 /// group. The handles of a light are at its location.
-fn surround(node: NodeRef<'_>, kind: &str, around: Around<'_>) -> Node {
+fn surround(node: NodeRef<'_>, kind: &str, around: HandleBox<'_>) -> Node {
     if kind.ends_with("Light") {
         let at = node.find(point_light::LOCATION).unwrap_or(Vec3::ZERO);
         return transform(vec![entry(transform::TRANSLATION, Value::Vec3(at))]);

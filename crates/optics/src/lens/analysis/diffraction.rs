@@ -197,7 +197,7 @@ impl Wavefront {
     /// their integral over the whole film is 1.
     pub fn point_spread(&self, side: usize, pitch: f64) -> Vec<f64> {
         let light: f64 = self.waves().map(|w| w.open).sum();
-        let mut field = Field::dark(side);
+        let mut field = WaveField::dark(side);
         for wave in self.waves().filter(|w| w.open > 0.0) {
             // Every open cell has the same flux; its amplitude is the root of the flux over its
             // area.
@@ -212,13 +212,13 @@ impl Wavefront {
     }
 
     /// The factor of a cell's wave at points along an axis of the film.
-    fn along(&self, wave: &Wave, axis: usize, side: usize, pitch: f64) -> Field {
+    fn along(&self, wave: &Wave, axis: usize, side: usize, pitch: f64) -> WaveField {
         let start = -0.5 * (side as f64 - 1.0) * pitch;
         let turn = self.wave_number * wave.direction[axis];
         // The phase changes by 2t from one end of a cell to the other.
         let half = 0.5 * self.wave_number * wave.size[axis];
         let from_landing = half * (start - wave.landing[axis]);
-        let mut line = Field::default();
+        let mut line = WaveField::default();
         let (mut wave, step) = (phasor(turn * start), phasor(turn * pitch));
         let (mut spread, spread_step) = (phasor(from_landing), phasor(half * pitch));
         for i in 0..side {
@@ -354,12 +354,12 @@ impl Wavefront {
 /// precision: the error of the sum of 1e5 waves is 1e-4 of the peak's amplitude, or 1e-8 of its
 /// intensity.
 #[derive(Clone, Debug, Default)]
-struct Field {
+struct WaveField {
     real: Vec<f32>,
     imaginary: Vec<f32>,
 }
 
-impl Field {
+impl WaveField {
     /// A square of zeros.
     fn dark(side: usize) -> Self {
         let zeros = vec![0.0; side * side];

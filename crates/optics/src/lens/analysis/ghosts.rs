@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Element;
-use crate::lens::trace::intersect::Hit;
+use crate::lens::trace::intersect::SurfaceHit;
 use crate::lens::trace::ray::{LensRay, Toward, unit};
 use crate::lens::trace::refraction::refract;
 use crate::prescription::glass::coating::Coating;
@@ -158,7 +158,7 @@ impl<'a> GhostRay<'a> {
     }
 
     /// Moves the ray to where it hits a surface; none if it misses or is blocked.
-    fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, Hit)> {
+    fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, SurfaceHit)> {
         let element = &self.elements[surface];
         let hit = element.intersect(self.p, self.d, toward.sign())?;
         self.p = hit.point;

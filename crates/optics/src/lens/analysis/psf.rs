@@ -1,4 +1,4 @@
-//! Point spreads: images of points at several heights of the film, computed by diffraction.
+//! PsfPoint spreads: images of points at several heights of the film, computed by diffraction.
 
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
@@ -51,11 +51,11 @@ impl PointSpreads {
             .into_iter()
             .filter_map(|height| Beam::of(lens, height, film_z, distance))
             .collect();
-        let points: Vec<Point<'_>> = beams
+        let points: Vec<PsfPoint<'_>> = beams
             .iter()
-            .filter_map(|b| Point::of(lens, b, film_z))
+            .filter_map(|b| PsfPoint::of(lens, b, film_z))
             .collect();
-        let half = points.iter().map(Point::half).fold(0.0, f64::max);
+        let half = points.iter().map(PsfPoint::half).fold(0.0, f64::max);
         let pitch = 2.0 * half / side as f64;
         let shortest = colors
             .iter()
@@ -88,7 +88,7 @@ impl PointSpreads {
 }
 
 /// The image of a point by rays. Lengths are in millimeters.
-struct Point<'a> {
+struct PsfPoint<'a> {
     beam: &'a Beam<'a>,
     /// The centroid of the spot, in lens space.
     center: DVec3,
@@ -98,7 +98,7 @@ struct Point<'a> {
     span: f64,
 }
 
-impl<'a> Point<'a> {
+impl<'a> PsfPoint<'a> {
     /// The image by a grid of rays; none if too few get through.
     fn of(lens: &Lens, beam: &'a Beam<'a>, film_z: f64) -> Option<Self> {
         const RAYS: usize = 48;

@@ -3,7 +3,7 @@
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::step::{LaneHit, Step};
+use crate::lens::lanes::step::{LaneHit, LaneStep};
 use crate::lens::trace::profile::Profile;
 
 /// Computes what [`Profile::sag`] computes, for all lanes: the sag of a profile and its slope over
@@ -51,13 +51,13 @@ fn sags<const FUSED: bool>(
 /// stopped. `cosines` receives the cosines of the angles of incidence.
 #[inline(always)]
 pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
-    step: &Step<'_>,
+    step: &LaneStep<'_>,
     profile: &Profile,
     b: &mut Bundle,
     cosines: &mut Lane,
 ) {
     let found = newton::<FUSED>(profile, b, start(step, profile, b));
-    let Found {
+    let FoundRoot {
         x,
         y,
         z,
@@ -85,7 +85,7 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
 /// The points at which the iteration starts: where the ray hits the conic below the polynomial, or
 /// the vertex plane if it misses the conic.
 #[inline(always)]
-fn start(step: &Step<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
+fn start(step: &LaneStep<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
     let (c, k, sign) = (profile.c, profile.k, step.sign);
     let (mut qx, mut qy, mut qz) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
     for i in 0..LANES {
@@ -114,7 +114,7 @@ fn start(step: &Step<'_>, profile: &Profile, b: &Bundle) -> [Lane; 3] {
 }
 
 /// The points at which rays hit a surface. Lengths are in millimeters.
-struct Found {
+struct FoundRoot {
     x: Lane,
     y: Lane,
     z: Lane,
@@ -130,7 +130,7 @@ struct Found {
 
 /// Iterates from the points `q`.
 #[inline(always)]
-fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Found {
+fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> FoundRoot {
     let [mut qx, mut qy, mut qz] = q;
     let mut best = [f64::INFINITY; LANES];
     let mut last = [0.0; LANES];
@@ -191,7 +191,7 @@ fn newton<const FUSED: bool>(profile: &Profile, b: &Bundle, q: [Lane; 3]) -> Fou
             break;
         }
     }
-    Found {
+    FoundRoot {
         x,
         y,
         z,

@@ -10,7 +10,7 @@ use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::iris::{block_at_iris, note_iris_fill};
 use crate::lens::lanes::quadric::quadric;
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
-use crate::lens::lanes::step::{LARGE_STEP, SAME_INDEX, SLIGHT_STEP, Step, kind_of};
+use crate::lens::lanes::step::{LARGE_STEP, LaneStep, SAME_INDEX, SLIGHT_STEP, kind_of};
 use crate::lens::lanes::toroid::toroid;
 use crate::lens::lanes::transmittances::Transmittances;
 use crate::lens::lens::Lens;
@@ -111,7 +111,7 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         let element = &tracer.elements[surface];
         vertex_z = element.vertex_z;
         let refraction = element.refraction(tracer.toward);
-        let step = Step {
+        let step = LaneStep {
             element,
             number: (surface as u64) << 2,
             shift,

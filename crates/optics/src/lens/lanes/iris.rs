@@ -3,12 +3,12 @@
 use ivcam_base::math::lanes::LANES;
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::step::Step;
+use crate::lens::lanes::step::LaneStep;
 use crate::lens::trace::element::{edges_of, is_left_of};
 
 /// Blocks the rays that are outside a hole that is not round.
 #[inline(always)]
-pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
+pub(super) fn block_at_iris(step: &LaneStep<'_>, b: &mut Bundle) {
     let Some(corners) = &step.element.hole else {
         return;
     };
@@ -27,7 +27,7 @@ pub(super) fn block_at_iris(step: &Step<'_>, b: &mut Bundle) {
 
 /// Notes the fill at a hole that is not round. Every edge has a number of its own.
 #[inline(always)]
-pub(super) fn note_iris_fill(step: &Step<'_>, b: &mut Bundle) {
+pub(super) fn note_iris_fill(step: &LaneStep<'_>, b: &mut Bundle) {
     for (edge, number) in step.element.edges.iter().zip(1u64..) {
         for i in 0..LANES {
             let share = (edge.x * b.x[i] + edge.y * b.y[i]).max(0.0);

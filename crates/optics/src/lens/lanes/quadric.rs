@@ -4,13 +4,13 @@ use glam::DVec3;
 use ivcam_base::math::lanes::Lane;
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::step::{LaneHit, Step};
+use crate::lens::lanes::step::{LaneHit, LaneStep};
 
 /// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature.
 /// `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
 pub(super) fn quadric<const STOPS: bool>(
-    step: &Step<'_>,
+    step: &LaneStep<'_>,
     w: DVec3,
     b: &mut Bundle,
     cos: &mut Lane,

@@ -3,12 +3,12 @@
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::step::{SAME_INDEX, SLIGHT_STEP, Step};
+use crate::lens::lanes::step::{LaneStep, SAME_INDEX, SLIGHT_STEP};
 
 /// Moves the origins of rays to their points nearest the vertex, so that an origin 1e12 mm away
 /// adds no more error than its own rounding. Within a lens the origins are near enough.
 #[inline(always)]
-pub(super) fn approach<const FUSED: bool>(step: &Step<'_>, b: &mut Bundle) {
+pub(super) fn approach<const FUSED: bool>(step: &LaneStep<'_>, b: &mut Bundle) {
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let (x, y, z) = (b.x[i], b.y[i], b.z[i] + step.shift);
@@ -39,7 +39,7 @@ pub(super) struct SphereTerms {
 /// AVX2 one loop takes 1.4 times as long.
 #[inline(always)]
 pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
-    step: &Step<'_>,
+    step: &LaneStep<'_>,
     b: &mut Bundle,
     terms: &mut SphereTerms,
 ) {

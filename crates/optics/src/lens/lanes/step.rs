@@ -5,7 +5,7 @@ use crate::lens::trace::element::Element;
 use crate::lens::trace::refraction::Refraction;
 
 /// One surface as a bundle crosses it.
-pub(super) struct Step<'a> {
+pub(super) struct LaneStep<'a> {
     pub element: &'a Element,
     /// Four times the number of the surface: the code of a loss without its kind.
     pub number: u64,
@@ -46,7 +46,7 @@ pub(super) struct LaneHit {
     pub cos: f64,
 }
 
-impl Step<'_> {
+impl LaneStep<'_> {
     /// The code for [`Bundle::loss`] of a ray that was not lost before this surface.
     #[inline(always)]
     pub(super) fn outcome(&self, hits: bool, clear: bool, refracts: bool) -> f64 {

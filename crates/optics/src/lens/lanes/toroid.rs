@@ -3,12 +3,12 @@
 use ivcam_base::math::lanes::Lane;
 
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::step::Step;
+use crate::lens::lanes::step::LaneStep;
 use crate::lens::trace::refraction::refract;
 
 /// Crosses a toroid. `cos` receives the cosines of the angles of incidence.
 #[inline(always)]
-pub(super) fn toroid<const STOPS: bool>(step: &Step<'_>, b: &mut Bundle, cos: &mut Lane) {
+pub(super) fn toroid<const STOPS: bool>(step: &LaneStep<'_>, b: &mut Bundle, cos: &mut Lane) {
     for (i, cos) in cos.iter_mut().enumerate() {
         if b.lost[i] != 0.0 {
             continue;

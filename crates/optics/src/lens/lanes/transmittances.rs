@@ -11,7 +11,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
-use crate::lens::lanes::step::Step;
+use crate::lens::lanes::step::LaneStep;
 use crate::prescription::glass::coating::{FLUORIDE, QUARTER_WAVE_AT, Reflection};
 
 /// The number of lanes whose transmittances are multiplied at a time.
@@ -71,7 +71,7 @@ impl Transmittances {
 
     /// Notes that rays cross a surface. `cos` are the cosines of the angles of incidence.
     #[inline(always)]
-    pub(super) fn cross<const FUSED: bool>(&mut self, step: &Step<'_>, cos: &Lane) {
+    pub(super) fn cross<const FUSED: bool>(&mut self, step: &LaneStep<'_>, cos: &Lane) {
         let [front, behind] = step.element.indices;
         let (from, into) = if step.sign > 0.0 {
             (front, behind)

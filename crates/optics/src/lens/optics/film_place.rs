@@ -37,6 +37,7 @@ pub struct Movements {
 
 /// The reason why a film cannot be placed.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum PlaceFault {
     /// The lens is tilted so far that no film position brings the middle of the picture into focus.
     #[error("tilted so far that the middle of the picture is nowhere in focus")]

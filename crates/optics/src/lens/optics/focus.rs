@@ -13,6 +13,7 @@ use crate::prescription::first_order::{FirstOrder, Focal};
 
 /// What moves when the lens is focused.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum FocusMethod {
     /// The film moves, by the lens equation. Distances are from the front vertex.
     #[default]
@@ -80,6 +81,7 @@ impl Focus {
 /// The reason why a distance cannot be in focus. Distances are in millimeters, measured as the
 /// focus method measures them.
 #[derive(Clone, Copy, Debug, PartialEq, Error)]
+#[non_exhaustive]
 pub enum FocusFault {
     /// The distance is 0, negative or NaN.
     #[error("the focus distance is not a positive number")]

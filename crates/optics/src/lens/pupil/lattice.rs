@@ -6,7 +6,7 @@ use std::collections::HashMap;
 
 use glam::{DVec2, DVec3};
 
-use crate::lens::pupil::polar::{Cell, Cells, PLACES};
+use crate::lens::pupil::polar::{Cells, PLACES, PolarCell};
 use crate::lens::pupil::radial::support_around;
 use crate::lens::pupil::sampler::PupilSampler;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
@@ -77,7 +77,7 @@ fn shifted(support: &Support, by: DVec2, sides: &[DVec2; SIDES]) -> Support {
 pub(super) enum CellResult {
     /// No light reaches the nodes of the cell.
     Dark,
-    Cell(Box<Cell>),
+    Cell(Box<PolarCell>),
     /// The cell must be halved, radially (0) or in angle (1).
     Split(usize),
 }
@@ -206,7 +206,12 @@ impl Lattice<'_> {
             false => 0,
         };
         let half = self.place(size).map(|size| 0.5 * size);
-        CellResult::Cell(Box::new(Cell::new(self.place(low), half, figures, places)))
+        CellResult::Cell(Box::new(PolarCell::new(
+            self.place(low),
+            half,
+            figures,
+            places,
+        )))
     }
 
     /// The coordinate in which a cell is halved, outward (0) or around (1); none if it is too small

@@ -71,14 +71,14 @@ enum Branch {
         at: f64,
         next: [usize; 2],
     },
-    Cell(Box<Cell>),
+    Cell(Box<PolarCell>),
     /// No light reaches film points here.
     Dark,
 }
 
 /// The figures at the corners of a cell, the middles of its sides and its middle, row by row.
 #[derive(Clone, Debug)]
-pub(super) struct Cell {
+pub(super) struct PolarCell {
     low: [f64; 2],
     /// Half of the size.
     half: [f64; 2],
@@ -89,7 +89,7 @@ pub(super) struct Cell {
     open_shares: Vec<OnceLock<Option<f64>>>,
 }
 
-impl Cell {
+impl PolarCell {
     /// A cell from its least place, half of its size, its figures, and the number of places at
     /// which open shares may be measured.
     pub(super) fn new(
@@ -267,7 +267,7 @@ impl Cells {
     }
 
     /// The quarter of a cell that contains a place.
-    fn quarter<'a>(&self, cell: &'a Cell, place: [f64; 2]) -> &'a Patch {
+    fn quarter<'a>(&self, cell: &'a PolarCell, place: [f64; 2]) -> &'a Patch {
         let [i, j] = [0, 1].map(|k| usize::from(place[k] >= cell.low[k] + cell.half[k]));
         cell.quarters[2 * j + i].get_or_init(|| {
             let corners = [0, 1, 3, 4].map(|k| &cell.figures[3 * j + i + k]);
@@ -290,7 +290,7 @@ impl Cells {
     /// The open share for a lens at one of the places that divide each side of a cell into four
     /// parts. It is measured when it is first asked for, from the cell alone, because quarters
     /// share places.
-    fn open_share(&self, cell: &Cell, lens: usize, [i, j]: [usize; 2]) -> Option<f64> {
+    fn open_share(&self, cell: &PolarCell, lens: usize, [i, j]: [usize; 2]) -> Option<f64> {
         let known = &cell.open_shares[PLACES * (PLACES * lens + j) + i];
         *known.get_or_init(|| {
             let place =

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::lens::trace::intersect::{
-    Hit, intersect_profile, intersect_quadric, intersect_sphere, toroid,
+    SurfaceHit, intersect_profile, intersect_quadric, intersect_sphere, toroid,
 };
 use crate::lens::trace::profile::Profile;
 use crate::lens::trace::ray::Toward;
@@ -135,7 +135,7 @@ impl Element {
 
     /// Intersects the surface with a ray from `p`, relative to the vertex, in the direction `d`.
     /// `sign` is +1 toward the film and −1 toward the scene. Returns none if the ray misses.
-    pub(crate) fn intersect(&self, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+    pub(crate) fn intersect(&self, p: DVec3, d: DVec3, sign: f64) -> Option<SurfaceHit> {
         match &self.form {
             Form::Sphere => intersect_sphere(self.curvature, p, d, sign),
             Form::Conic { k } => {

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::lens::trace::profile::Profile;
 
 /// The point at which a ray hits a surface.
-pub(crate) struct Hit {
+pub(crate) struct SurfaceHit {
     /// The point relative to the vertex, in millimeters.
     pub point: DVec3,
     /// The unit normal toward the film.
@@ -20,7 +20,7 @@ pub(crate) struct Hit {
 /// a plane (c = 0): the error of the sag is 2e-13 mm at R = 3e15 mm, where that of the
 /// center-and-radius form is 0.4 mm. The origin is moved to the point nearest the vertex, so that
 /// an origin 1e12 mm away adds no more error than its own rounding.
-pub(crate) fn intersect_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+pub(crate) fn intersect_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<SurfaceHit> {
     let nearest = -p.dot(d);
     let q = p + nearest * d;
     let f = c * q.dot(q) - 2.0 * q.z;
@@ -40,11 +40,17 @@ pub(crate) fn intersect_sphere(c: f64, p: DVec3, d: DVec3, sign: f64) -> Option<
     let normal = DVec3::new(-c * point.x, -c * point.y, 1.0 - c * point.z);
     // A point beyond the equator is on the other half of the sphere. An infinite step gives a NaN
     // or an infinity, and fails too.
-    (normal.z > 0.0 && point.is_finite()).then_some(Hit { point, normal, cos })
+    (normal.z > 0.0 && point.is_finite()).then_some(SurfaceHit { point, normal, cos })
 }
 
 /// Intersects the quadric c (w.x x² + w.y y² + w.z z²) = 2 z with a ray, on the side of the vertex.
-pub(super) fn intersect_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64) -> Option<Hit> {
+pub(super) fn intersect_quadric(
+    c: f64,
+    w: DVec3,
+    p: DVec3,
+    d: DVec3,
+    sign: f64,
+) -> Option<SurfaceHit> {
     let nearest = -p.dot(d);
     let q = p + nearest * d;
     let (wq, wd) = (w * q, w * d);
@@ -64,7 +70,7 @@ pub(super) fn intersect_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64)
     let point = q + step * d;
     let gradient = DVec3::Z - c * (w * point);
     let length = gradient.length();
-    let hit = Hit {
+    let hit = SurfaceHit {
         point,
         normal: gradient / length,
         cos: s.abs() / length,
@@ -79,12 +85,12 @@ pub(super) fn intersect_quadric(c: f64, w: DVec3, p: DVec3, d: DVec3, sign: f64)
 /// iteration stops where it no longer improves, which is at the rounding error. A ray whose height
 /// has not fallen below 1e-11 of its distance from the vertex misses.
 pub(super) fn intersect_profile(
-    start: Option<Hit>,
+    start: Option<SurfaceHit>,
     p: DVec3,
     d: DVec3,
     sign: f64,
     surface: impl Fn(DVec3) -> Option<(f64, DVec3)>,
-) -> Option<Hit> {
+) -> Option<SurfaceHit> {
     // Start from a point near the surface, so that a far origin costs no digits.
     let mut q = match start {
         Some(hit) => hit.point,
@@ -126,7 +132,7 @@ pub(super) fn intersect_profile(
     }
     let length = gradient.length();
     let cos = sign * gradient.dot(d) / length;
-    (cos > 0.0).then_some(Hit {
+    (cos > 0.0).then_some(SurfaceHit {
         point,
         normal: gradient / length,
         cos,

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use crate::lens::trace::intersect::Hit;
+use crate::lens::trace::intersect::SurfaceHit;
 
 /// The change of the refractive index along a ray that crosses a surface.
 #[derive(Clone, Copy, Debug)]
@@ -37,7 +37,12 @@ impl Refraction {
 /// of the roots is computed as 1 − µ² over their sum: a step of the index of 2^-40 deflects a ray
 /// by 4e-13, and the result has four digits. Elsewhere the plain difference has no greater error
 /// than its roots, and saves one division in four.
-pub(crate) fn refract(d: DVec3, hit: &Hit, refraction: Refraction, sign: f64) -> Option<DVec3> {
+pub(crate) fn refract(
+    d: DVec3,
+    hit: &SurfaceHit,
+    refraction: Refraction,
+    sign: f64,
+) -> Option<DVec3> {
     if refraction.step == 0.0 {
         return Some(d);
     }

@@ -11,7 +11,7 @@
 use glam::DVec3;
 
 use crate::lens::trace::element::Element;
-use crate::lens::trace::intersect::Hit;
+use crate::lens::trace::intersect::SurfaceHit;
 use crate::lens::trace::ray::{LensRay, Loss, LossKind, Toward, unit};
 use crate::lens::trace::refraction::refract;
 
@@ -60,7 +60,7 @@ impl Tracer<'_> {
     pub(crate) fn walk(
         &self,
         ray: LensRay,
-        mut at_hit: impl FnMut(usize, f64, &Hit),
+        mut at_hit: impl FnMut(usize, f64, &SurfaceHit),
     ) -> Result<LensRay, Loss> {
         let count = self.elements.len();
         let first = match self.toward {

@@ -19,6 +19,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 /// A format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Target {
     /// pbrt's four columns, `.dat`.
     Columns,

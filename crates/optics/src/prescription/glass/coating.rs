@@ -5,6 +5,7 @@
 
 /// The coating of a surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Coating {
     /// The surface reflects nothing, as in the paper, whose lenses transmit all light. This is the
     /// default.

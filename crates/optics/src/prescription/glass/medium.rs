@@ -24,6 +24,7 @@ pub fn named_line(wavelength_nm: f64) -> f64 {
 
 /// The dependence of an index on the wavelength λ, in micrometers.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Dispersion {
     /// A constant index: only `n_d` is known.
     None,
@@ -60,6 +61,7 @@ pub enum Dispersion {
 ///
 /// k0, k1, … are the coefficients; the wavelength λ is in micrometers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Formula {
     /// n² = k0 + k1 λ² + k2/λ² + k3/λ⁴ + k4/λ⁶ + k5/λ⁸.
     Schott = 1,

@@ -78,7 +78,7 @@ fn blossom(near: &[f64], ends: (f64, f64), at_end: usize, mut points: Vec<f64>) 
 }
 
 /// A part of a surface as a Bezier patch with positive weights, or a part of a curve, with one row.
-pub(super) struct Patch {
+pub(super) struct BezierPatch {
     /// The control points, row by row. A row is along the first direction.
     points: Vec<DVec4>,
     columns: usize,
@@ -101,7 +101,7 @@ pub(super) struct PatchBounds {
     is_rational: bool,
 }
 
-impl Patch {
+impl BezierPatch {
     /// Makes the patch of two spans.
     pub(super) fn new(
         along: &BezierSpan,

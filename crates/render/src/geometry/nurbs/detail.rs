@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, DVec4};
 
 use super::basis::Basis;
-use super::bezier::{BezierSpan, Patch, PatchBounds};
+use super::bezier::{BezierPatch, BezierSpan, PatchBounds};
 
 /// The number of halvings of a knot span that bends. Patches are halved across as often, so that
 /// the bounds of their derivatives and distances are close.
@@ -66,7 +66,7 @@ impl Net<'_> {
     /// Two edges with equal control points have equal cuts.
     pub(super) fn cuts(&self, tolerance: &Tolerance<'_>, eighths: f64) -> Vec<f64> {
         let most = (MOST_HALVES / self.along.len().max(1)).max(1).ilog2();
-        let pieces = |patch: &Patch, depth: u32| {
+        let pieces = |patch: &BezierPatch, depth: u32| {
             let bounds = patch.bounds();
             (patch.bend(&bounds, depth >= HALVINGS) / (eighths * tolerance.at(&bounds))).sqrt()
         };
@@ -76,7 +76,10 @@ impl Net<'_> {
         };
         let mut cuts: Vec<f64> = self.along.first().map(|s| s.ends.0).into_iter().collect();
         for span in self.along {
-            let patches = self.across.iter().map(|a| Patch::new(span, a, self.point));
+            let patches = self
+                .across
+                .iter()
+                .map(|a| BezierPatch::new(span, a, self.point));
             cuts.extend(halving.divide(patches.collect(), span.ends, 0).cuts);
         }
         cuts
@@ -90,7 +93,7 @@ impl Net<'_> {
             .iter()
             .flat_map(|a| self.across.iter().map(move |b| (a, b)));
         pairs.fold([0.0; 2], |most: [f64; 2], (a, b)| {
-            let bounds = Patch::new(a, b, self.point).bounds();
+            let bounds = BezierPatch::new(a, b, self.point).bounds();
             let distance = tolerance.at(&bounds);
             let speed = |axis: usize, span: &BezierSpan| {
                 bounds.first[axis] / (span.ends.1 - span.ends.0) / distance
@@ -103,13 +106,13 @@ impl Net<'_> {
 /// How spans are halved.
 struct Halving<'a> {
     /// Returns into how many pieces a patch after a number of halvings has to be cut.
-    pieces: &'a dyn Fn(&Patch, u32) -> f64,
+    pieces: &'a dyn Fn(&BezierPatch, u32) -> f64,
     /// The largest number of halvings.
     most: u32,
 }
 
 /// The cuts of a span or of a part of it.
-struct Division {
+struct NurbsDivision {
     /// The parameters after the start, up to the end.
     cuts: Vec<f64>,
     /// The number of equal pieces that would be enough. It need not be a whole number.
@@ -119,7 +122,7 @@ struct Division {
 impl Halving<'_> {
     /// Cuts the patches of a span or of a part of it: evenly, or each half by itself if these are
     /// fewer cuts. Patches that are flat enough are left out of the halves.
-    fn divide(&self, mut patches: Vec<Patch>, ends: (f64, f64), depth: u32) -> Division {
+    fn divide(&self, mut patches: Vec<BezierPatch>, ends: (f64, f64), depth: u32) -> NurbsDivision {
         let (mut most, mut flattest) = (0.0_f64, 0.0_f64);
         patches.retain(|patch| {
             let pieces = (self.pieces)(patch, depth);
@@ -133,7 +136,7 @@ impl Halving<'_> {
         let is_enough = depth >= self.most || depth >= HALVINGS && most <= FEW_PIECES;
         if patches.is_empty() || is_enough || !(ends.0 < middle && middle < ends.1) {
             let pieces = most.min(FEW_PIECES);
-            return Division {
+            return NurbsDivision {
                 cuts: even_cuts(ends, pieces),
                 pieces,
             };
@@ -157,7 +160,7 @@ impl Halving<'_> {
         let mut cuts = low.cuts;
         cuts.extend(high.cuts);
         let even = even_cuts(ends, pieces);
-        Division {
+        NurbsDivision {
             cuts: if even.len() <= cuts.len() { even } else { cuts },
             pieces,
         }

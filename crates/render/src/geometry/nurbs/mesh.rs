@@ -60,7 +60,7 @@ impl Surface {
 }
 
 /// Vertices in a line, each with its parameter along the line.
-type Line = Vec<(f64, u32)>;
+type GridLine = Vec<(f64, u32)>;
 
 /// A surface being cut into triangles.
 struct SurfaceMesher<'a> {
@@ -157,7 +157,7 @@ impl SurfaceMesher<'_> {
         [along_u, along_v]: [[Vec<f64>; 2]; 2],
     ) -> Result<(), String> {
         let (u, v) = (self.surface.u_domain(), self.surface.v_domain());
-        let mut line = |cuts: &[f64], at: &dyn Fn(f64) -> (f64, f64)| -> Result<Line, String> {
+        let mut line = |cuts: &[f64], at: &dyn Fn(f64) -> (f64, f64)| -> Result<GridLine, String> {
             cuts.iter()
                 .map(|&t| Ok((t, self.vertex(at(t).0, at(t).1)?)))
                 .collect()
@@ -175,8 +175,8 @@ impl SurfaceMesher<'_> {
             let (us, vs) = (&us[1..us.len() - 1], &vs[1..vs.len() - 1]);
             let first = self.grid(us, vs)?;
             let (n, rows) = (us.len() as u32, vs.len() as u32);
-            let row = |j: u32| -> Line { us.iter().copied().zip(first + j * n..).collect() };
-            let column = |i: u32| -> Line {
+            let row = |j: u32| -> GridLine { us.iter().copied().zip(first + j * n..).collect() };
+            let column = |i: u32| -> GridLine {
                 let numbers = (0..rows).map(|j| first + j * n + i);
                 vs.iter().copied().zip(numbers).collect()
             };
@@ -190,7 +190,7 @@ impl SurfaceMesher<'_> {
 
     /// Adds the triangles between two lines of vertices that run in the same direction, with the
     /// second at the left of the first.
-    fn strip(&mut self, right: &Line, left: &Line) {
+    fn strip(&mut self, right: &GridLine, left: &GridLine) {
         let (mut i, mut j) = (0, 0);
         while let (a, b) = (right.get(i + 1), left.get(j + 1))
             && (a.is_some() || b.is_some())

@@ -20,7 +20,7 @@ pub enum TextOutput<'f> {
 }
 
 /// Collects the triangles of glyphs.
-pub(super) struct Batch<'f> {
+pub(super) struct GlyphBatch<'f> {
     mesh: Mesh,
     output: TextOutput<'f>,
     /// The different glyphs so far, if they are passed on one by one.
@@ -29,7 +29,7 @@ pub(super) struct Batch<'f> {
     numbers: HashMap<(char, u32), usize>,
 }
 
-impl<'f> Batch<'f> {
+impl<'f> GlyphBatch<'f> {
     /// Creates an empty batch.
     pub(super) fn new(output: TextOutput<'f>) -> Self {
         Self {

@@ -2,7 +2,7 @@
 
 use glam::{Vec2, Vec3};
 
-use super::batch::{Batch, TextOutput};
+use super::batch::{GlyphBatch, TextOutput};
 use super::face::Face;
 use super::glyph::GlyphCache;
 use super::layout::{Layout, ascii_layout};
@@ -24,7 +24,7 @@ pub fn ascii_text<S: AsRef<str>>(
 /// Draws the triangles of laid-out glyphs. One unit of the texture coordinates is one font size.
 fn flat(laid: &Layout, face: Face<'_>, size: f32, complexity: f32, output: TextOutput<'_>) {
     let mut glyphs = GlyphCache::new(face, complexity);
-    let mut batch = Batch::new(output);
+    let mut batch = GlyphBatch::new(output);
     let per_unit = if size > 0.0 { 1.0 / size } else { 0.0 };
     for glyph in &laid.glyphs {
         batch.add(glyph, |origin, mesh| {

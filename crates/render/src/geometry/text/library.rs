@@ -115,7 +115,7 @@ impl fmt::Debug for UserFont<'_> {
 pub struct Fonts {
     folders: Vec<PathBuf>,
     files: Vec<File>,
-    faces: Vec<Entry>,
+    faces: Vec<FaceEntry>,
     /// Warnings about font files that could not be read, and about folders without fonts.
     pub warnings: Vec<Box<Diagnostic>>,
 }
@@ -136,7 +136,7 @@ struct File {
 
 /// A typeface's names, as [`normalized`] returns them, and its style.
 #[derive(Debug)]
-struct Entry {
+struct FaceEntry {
     file: usize,
     index: u32,
     /// The legacy name of the family, and the typographic one without the style.
@@ -212,7 +212,7 @@ impl Fonts {
         for (index, font) in file.fonts().enumerate() {
             let font = font.map_err(|_| "is damaged")?;
             if font.charmap().has_map() && font.outline_glyphs().format().is_some() {
-                let entry = Entry::of(&font, self.files.len(), index as u32);
+                let entry = FaceEntry::of(&font, self.files.len(), index as u32);
                 self.faces.push(entry);
             }
         }
@@ -270,10 +270,10 @@ impl Fonts {
     }
 
     /// Returns the typeface with the nearest style, of a family or of the families that replace it.
-    fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&Entry> {
+    fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&FaceEntry> {
         let stand_ins = STAND_INS.iter().find(|(names, _)| names.contains(&family));
         let stand_ins = stand_ins.map_or(&[][..], |(_, stand_ins)| stand_ins);
-        let off = |e: &&Entry| {
+        let off = |e: &&FaceEntry| {
             let wanted = if bold { 700.0 } else { 400.0 };
             let turned = if e.italic == italic { 0.0 } else { 1e4 };
             turned + (e.weight - wanted).abs()
@@ -285,7 +285,7 @@ impl Fonts {
     }
 }
 
-impl Entry {
+impl FaceEntry {
     fn of(font: &FontRef<'_>, file: usize, index: u32) -> Self {
         let names = |ids: &[StringId]| {
             let string = |id: &StringId| {

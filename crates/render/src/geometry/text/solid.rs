@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
 
-use super::batch::{Batch, TextOutput};
+use super::batch::{GlyphBatch, TextOutput};
 use super::glyph::{FlatGlyph, GlyphCache};
 use super::layout::{Layout, layout};
 use super::style::TextStyle;
@@ -72,7 +72,7 @@ pub fn text3<S: AsRef<str>>(
     };
     let mut flat = GlyphCache::new(style.face, style.complexity);
     let mut solid: BTreeMap<char, SolidGlyph> = BTreeMap::new();
-    let mut batch = Batch::new(output);
+    let mut batch = GlyphBatch::new(output);
     for glyph in &laid.glyphs {
         batch.add(glyph, |origin, mesh| {
             let make = || pen.solid(flat.get(glyph.character));

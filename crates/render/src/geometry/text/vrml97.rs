@@ -18,10 +18,10 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
     max_extent: f32,
 ) -> Layout {
     let font = Typeface::open(style.face);
-    let lines: Vec<Line> = strings
+    let lines: Vec<TextLine> = strings
         .iter()
         .enumerate()
-        .map(|(i, s)| Line::new(&font, s.as_ref(), style, lengths.get(i).copied()))
+        .map(|(i, s)| TextLine::new(&font, s.as_ref(), style, lengths.get(i).copied()))
         .collect();
     let longest = lines.iter().map(|l| l.length).fold(0.0, f32::max);
     let squeeze = if max_extent > 0.0 && longest > max_extent {
@@ -37,7 +37,7 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
 }
 
 /// A string of a VRML97 text, measured along the major axis.
-struct Line {
+struct TextLine {
     /// The characters with their advances.
     advances: Vec<(char, f32)>,
     /// The space added between two characters.
@@ -47,7 +47,7 @@ struct Line {
     length: f32,
 }
 
-impl Line {
+impl TextLine {
     fn new(font: &Typeface<'_>, text: &str, style: &Vrml97Style<'_>, wanted: Option<f32>) -> Self {
         let advances = font.advances(text, style.size);
         let natural: f32 = if style.horizontal {

@@ -44,7 +44,7 @@ impl Across {
 }
 
 /// The points of one line, in data.
-struct Curve<'a> {
+struct ChartCurve<'a> {
     name: &'a str,
     /// Whether it is of another program.
     peer: bool,
@@ -53,7 +53,7 @@ struct Curve<'a> {
 
 /// Returns the curves of a table, methods first. Points that a logarithmic axis cannot show are
 /// left out.
-fn curves(table: &Convergence, across: Across) -> Vec<Curve<'_>> {
+fn curves(table: &Convergence, across: Across) -> Vec<ChartCurve<'_>> {
     let rows = table.rows.iter().map(|r| {
         let n = Some(f64::from(r.samples));
         let x = across.choose(Some(r.seconds), r.processor_seconds, n);
@@ -63,14 +63,14 @@ fn curves(table: &Convergence, across: Across) -> Vec<Curve<'_>> {
         let x = across.choose(p.seconds, p.processor_seconds, p.samples);
         (p.method.as_str(), true, x, p.rel_rmse)
     });
-    let mut curves: Vec<Curve<'_>> = Vec::new();
+    let mut curves: Vec<ChartCurve<'_>> = Vec::new();
     for (name, peer, x, y) in rows.chain(peers) {
         let Some(x) = x.filter(|x| *x > 0.0 && y > 0.0) else {
             continue;
         };
         match curves.iter_mut().find(|c| (c.name, c.peer) == (name, peer)) {
             Some(curve) => curve.points.push((x, y)),
-            None => curves.push(Curve {
+            None => curves.push(ChartCurve {
                 name,
                 peer,
                 points: vec![(x, y)],
@@ -198,7 +198,7 @@ fn write_axes(out: &mut String, x: &Axis, y: &Axis, title: &str) {
 }
 
 /// A method's name at the right of the plot.
-struct Label<'a> {
+struct AxisLabel<'a> {
     y: f64,
     text: &'a str,
     color: &'static str,
@@ -208,10 +208,10 @@ struct Label<'a> {
 /// the heights of the last points.
 fn write_lines<'a>(
     out: &mut String,
-    curves: &'a [Curve<'a>],
+    curves: &'a [ChartCurve<'a>],
     x: &Axis,
     y: &Axis,
-) -> Vec<Label<'a>> {
+) -> Vec<AxisLabel<'a>> {
     let mut labels = Vec::new();
     for (curve, color) in curves.iter().zip(COLORS.into_iter().cycle()) {
         let at = |(a, b): &(f64, f64)| (x.at(*a), y.at(*b));
@@ -237,17 +237,17 @@ fn write_lines<'a>(
         }
         if let Some(&(_, y)) = points.last() {
             let text = curve.name;
-            labels.push(Label { y, text, color });
+            labels.push(AxisLabel { y, text, color });
         }
     }
     labels
 }
 
 /// Writes the labels from top to bottom, at least 15 units apart so that they do not overlap.
-fn write_labels(out: &mut String, mut labels: Vec<Label<'_>>) {
+fn write_labels(out: &mut String, mut labels: Vec<AxisLabel<'_>>) {
     labels.sort_by(|a, b| a.y.total_cmp(&b.y));
     let mut next = f64::NEG_INFINITY;
-    for Label { y, text, color } in labels {
+    for AxisLabel { y, text, color } in labels {
         let y = y.max(next);
         next = y + 15.0;
         let _ = writeln!(

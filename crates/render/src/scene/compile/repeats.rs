@@ -43,7 +43,7 @@ impl Recording {
 
 /// The primitives of prototypes while those of the scene are compiled, and the reverse.
 #[derive(Default)]
-pub(super) struct Primitives {
+pub(super) struct PrimitiveRange {
     triangles: Vec<[glam::Vec3; 3]>,
     quadrics: Vec<Quadric>,
     strokes: Vec<Stroke>,
@@ -66,7 +66,7 @@ pub(super) struct Repeats<'a> {
     pub instances: Box<Instances>,
     /// The counts of each prototype.
     pub censuses: Vec<Census>,
-    pub other: Primitives,
+    pub other: PrimitiveRange,
     /// The glyphs of texts.
     pub glyphs: StoredGlyphs,
 }
@@ -84,7 +84,7 @@ impl<'a> Repeats<'a> {
             recordings: vec![Recording::new(Step::start())],
             instances: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
-            other: Primitives::default(),
+            other: PrimitiveRange::default(),
             glyphs: StoredGlyphs::default(),
         })
     }
@@ -137,7 +137,7 @@ impl SceneBuilder {
     }
 
     /// Exchanges the lists of primitives, before or after a recording.
-    pub(super) fn exchange(&mut self, other: &mut Primitives) {
+    pub(super) fn exchange(&mut self, other: &mut PrimitiveRange) {
         use std::mem::swap;
         let before = self.lengths();
         swap(&mut self.scene.triangles, &mut other.triangles);

@@ -20,7 +20,7 @@ pub(in crate::scene) enum Content {
 
 /// A part of a prototype.
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(super) struct PrototypeElement {
     /// The number of its first primitive in the prototype, in order of drawing.
     pub first: u64,
     /// The matrices from the prototype's space to its own, as indices in [`Prototype::steps`].
@@ -33,7 +33,7 @@ pub(super) struct Element {
 #[derive(Debug)]
 pub(in crate::scene) struct Prototype {
     /// The elements in order of drawing. Each draws something.
-    pub(super) elements: Vec<Element>,
+    pub(super) elements: Vec<PrototypeElement>,
     /// The matrices of the elements.
     steps: Vec<DMat4>,
     /// The size of all elements.
@@ -71,7 +71,7 @@ impl Prototype {
         self.extent = self.extent.and(extent)?;
         let from = self.steps.len() as u32;
         self.steps.extend_from_slice(matrices);
-        self.elements.push(Element {
+        self.elements.push(PrototypeElement {
             first,
             steps: from..self.steps.len() as u32,
             content,
@@ -89,19 +89,19 @@ impl Prototype {
     }
 
     /// The matrices from the prototype's space to an element's.
-    pub(super) fn matrices(&self, element: &Element) -> &[DMat4] {
+    pub(super) fn matrices(&self, element: &PrototypeElement) -> &[DMat4] {
         &self.steps[element.steps.start as usize..element.steps.end as usize]
     }
 
     /// The matrix from an element's space to the world, given the prototype's. It is multiplied in
     /// the order of a walk.
-    pub(super) fn world(&self, element: &Element, world: &DMat4) -> DMat4 {
+    pub(super) fn world(&self, element: &PrototypeElement, world: &DMat4) -> DMat4 {
         let matrices = self.matrices(element).iter();
         matrices.fold(*world, |world, matrix| world * *matrix)
     }
 
     /// The element with a primitive, by its number in the prototype.
-    pub(super) fn element_with(&self, primitive: u64) -> &Element {
+    pub(super) fn element_with(&self, primitive: u64) -> &PrototypeElement {
         let after = self.elements.partition_point(|e| e.first <= primitive);
         &self.elements[after - 1]
     }

@@ -8,7 +8,7 @@ use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
 use super::prototype::{Content, Prototype, copy_matrix};
 use super::store::Instances;
-use super::tree::{Item, PrototypeTree};
+use super::tree::{InstanceItem, PrototypeTree};
 use crate::bvh::{Hit, PreparedRay};
 use crate::geometry::Quadric;
 
@@ -17,7 +17,7 @@ use crate::geometry::Quadric;
 const RANGES: usize = 96;
 
 /// A search for the hits of one ray.
-struct Search<'a, 'f> {
+struct InstanceSearch<'a, 'f> {
     instances: &'a Instances,
     trees: &'a [PrototypeTree],
     /// The ray in the scene.
@@ -60,7 +60,7 @@ impl Instances {
         (t_min, t_max): (f32, f32),
         found: &mut dyn FnMut(Hit) -> f32,
     ) -> f32 {
-        let mut search = Search {
+        let mut search = InstanceSearch {
             instances: self,
             trees: self.trees(),
             ray,
@@ -76,7 +76,7 @@ impl Instances {
     }
 }
 
-impl<'a> Search<'a, '_> {
+impl<'a> InstanceSearch<'a, '_> {
     /// Whether no further hit matters.
     fn is_over(&self) -> bool {
         self.t_max < self.t_min
@@ -133,9 +133,15 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Tests what is in a box of a prototype's tree.
-    fn item(&mut self, item: Item, visit: &Visit<'a>, ray: &LocalRay, last: &mut (u32, DAffine3)) {
+    fn item(
+        &mut self,
+        item: InstanceItem,
+        visit: &Visit<'a>,
+        ray: &LocalRay,
+        last: &mut (u32, DAffine3),
+    ) {
         let (element, primitive) = match item {
-            Item::Inner {
+            InstanceItem::Inner {
                 element,
                 box_number,
             } => {
@@ -146,8 +152,8 @@ impl<'a> Search<'a, '_> {
                 }
                 return;
             }
-            Item::Triangle { element, triangle } => (element, triangle),
-            Item::Quadric { element, quadric } => (element, quadric),
+            InstanceItem::Triangle { element, triangle } => (element, triangle),
+            InstanceItem::Quadric { element, quadric } => (element, quadric),
         };
         let part = &visit.prototype.elements[element as usize];
         if last.0 != element {
@@ -156,7 +162,7 @@ impl<'a> Search<'a, '_> {
         }
         let place = visit.first + part.first + 1;
         match item {
-            Item::Triangle { .. } => self.triangle(primitive, place, &last.1),
+            InstanceItem::Triangle { .. } => self.triangle(primitive, place, &last.1),
             _ => self.quadric(primitive, place, &last.1),
         }
     }

@@ -7,7 +7,7 @@ use glam::{DAffine3, DMat4, DVec3, Vec3};
 use ivcam_inventor::traversal::Grid;
 
 use super::extent::{Extent, moved, product};
-use super::prototype::{Content, Element, Prototype, copy_matrix};
+use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
 use super::tree::PrototypeTree;
 use crate::geometry::Quadric;
 use crate::scene::placement::Placement;
@@ -182,7 +182,7 @@ impl Instances {
     ) {
         let mut contain_one: Vec<bool> = Vec::with_capacity(self.prototypes.len());
         for prototype in &self.prototypes {
-            let is_one = |element: &Element| match element.content {
+            let is_one = |element: &PrototypeElement| match element.content {
                 Content::Shape { surface } => is_wanted(surface),
                 Content::Prototype { number } | Content::Grid { number, .. } => {
                     contain_one[number as usize]

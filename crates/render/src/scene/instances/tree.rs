@@ -10,7 +10,7 @@ use crate::geometry::quadric::exact_bounds;
 
 /// What is in a box of the tree. `element` is the index of an element of the prototype.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Item {
+pub(super) enum InstanceItem {
     /// A triangle, by its index.
     Triangle { element: u32, triangle: u32 },
     /// A round surface, by its index.
@@ -25,7 +25,7 @@ pub(super) struct PrototypeTree {
     /// The tree, in the prototype's space.
     pub tree: Bvh,
     /// What is in each of the tree's boxes.
-    pub items: Vec<Item>,
+    pub items: Vec<InstanceItem>,
     /// The boxes of inner prototypes and grids.
     pub boxes: Vec<(Vec3, Vec3)>,
 }
@@ -38,7 +38,7 @@ impl PrototypeTree {
             let matrix = product(prototype.matrices(element));
             let Content::Shape { surface } = element.content else {
                 let around = outward(moved(instances.bounds(element.content), &matrix));
-                items.push(Item::Inner {
+                items.push(InstanceItem::Inner {
                     element: number,
                     box_number: inner.len() as u32,
                 });
@@ -52,7 +52,7 @@ impl PrototypeTree {
                     &instances.triangles[triangle as usize],
                     &matrix,
                 )));
-                items.push(Item::Triangle {
+                items.push(InstanceItem::Triangle {
                     element: number,
                     triangle,
                 });
@@ -60,7 +60,7 @@ impl PrototypeTree {
             for quadric in shape.quadrics.clone() {
                 let kind = instances.quadrics[quadric as usize].kind;
                 all.push(outward(exact_bounds(kind, &matrix)));
-                items.push(Item::Quadric {
+                items.push(InstanceItem::Quadric {
                     element: number,
                     quadric,
                 });

@@ -31,9 +31,9 @@ struct Shape {
     sides: Option<Sides>,
     /// Whether its matrix mirrors it.
     is_mirrored: bool,
-    triangles: (weld::Vertices, Vec<[u32; 3]>),
-    lines: (weld::Vertices, Vec<[u32; 2]>),
-    points: weld::Vertices,
+    triangles: (weld::WeldedVertices, Vec<[u32; 3]>),
+    lines: (weld::WeldedVertices, Vec<[u32; 2]>),
+    points: weld::WeldedVertices,
     has_points: bool,
     features: Vec<Feature>,
 }

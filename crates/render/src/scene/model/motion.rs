@@ -84,7 +84,7 @@ impl Motion {
         let mut options = options.clone();
         options.compile.camera.clone_from(&model.view);
         let options = &options;
-        let mut sampler = Sampler::new(model, count);
+        let mut sampler = MotionSampler::new(model, count);
         let first = snapshot(document, start, &options.compile);
         for (i, time) in times.iter().enumerate() {
             let at = SnapshotOptions {
@@ -136,7 +136,7 @@ fn period(document: &Document) -> Option<f64> {
 }
 
 /// Collects samples.
-struct Sampler<'m> {
+struct MotionSampler<'m> {
     model: &'m Model,
     /// The matrix of each node at each time.
     nodes: Vec<Vec<Option<DAffine3>>>,
@@ -146,7 +146,7 @@ struct Sampler<'m> {
     is_changing: HashMap<NodeId, ()>,
 }
 
-impl<'m> Sampler<'m> {
+impl<'m> MotionSampler<'m> {
     fn new(model: &'m Model, count: usize) -> Self {
         let room = || Vec::with_capacity(count);
         Self {

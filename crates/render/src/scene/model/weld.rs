@@ -17,9 +17,9 @@ pub(super) struct Lists {
     pub colors: bool,
 }
 
-/// Vertices under construction.
+/// WeldedVertices under construction.
 #[derive(Debug, Default)]
-pub(super) struct Vertices {
+pub(super) struct WeldedVertices {
     numbers: HashMap<VertexBits, u32>,
     positions: Vec<Vec3>,
     normals: Vec<Vec3>,
@@ -27,7 +27,7 @@ pub(super) struct Vertices {
     materials: Vec<u32>,
 }
 
-impl Vertices {
+impl WeldedVertices {
     /// Returns the number of the vertex of a corner, which is added unless there is one already.
     pub(super) fn number(&mut self, corner: &Corner, lists: Lists) -> u32 {
         let (p, n) = (corner.position, corner.normal);

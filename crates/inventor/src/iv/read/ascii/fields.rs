@@ -1,19 +1,19 @@
 //! Reads the body of a node: its fields, connections, and the fields that it declares.
 use ivcam_base::diag::{Result, Span, nearest};
 
-use super::reader::{Level, Reader, Target};
+use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{ClassId, FieldType, Treatment, class, path};
 use crate::iv::declarations::Access;
 use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
-use crate::iv::read::assemble::Slot;
+use crate::iv::read::assemble::FieldSlot;
 use crate::iv::read::numbers::integer;
 use crate::iv::read::syntax_error::{Problem, SyntaxError};
 use crate::iv::read::tokens::{def_name, past_token, skip, string, word};
 use crate::iv::read::values;
 
-impl<'s> Reader<'_, '_, 's> {
+impl<'s> AsciiReader<'_, '_, 's> {
     /// Reads one item of a node's body: a field, a child, or a declaration.
     pub(super) fn item(&mut self, node: NodeId) -> Result<()> {
         let start = self.rest;
@@ -29,7 +29,7 @@ impl<'s> Reader<'_, '_, 's> {
                 return self.declaration(node, token == b"isA");
             }
             b"PROTO" | b"EXTERNPROTO" | b"ROUTE" if !opens => {
-                return self.statement(Target::Child(node));
+                return self.statement(AsciiTarget::Child(node));
             }
             _ => {}
         }
@@ -84,7 +84,7 @@ impl<'s> Reader<'_, '_, 's> {
             let entry = self
                 .asm
                 .set(node, path::HEAD.index, Value::Node(None), self.here());
-            self.statement(Target::Field(node, entry))?;
+            self.statement(AsciiTarget::Field(node, entry))?;
             return Ok(());
         }
         if let Some(id) = self.class_of(node)
@@ -99,7 +99,7 @@ impl<'s> Reader<'_, '_, 's> {
                 ),
             );
         }
-        self.statement(Target::Child(node))
+        self.statement(AsciiTarget::Child(node))
     }
 
     /// Warns about an unknown field and skips its value.
@@ -117,7 +117,7 @@ impl<'s> Reader<'_, '_, 's> {
         self.warn(span, format!("`{class}` has no field `{name}`"))
             .help(help);
         if self.value_is_node(node) {
-            return self.statement(Target::Discarded);
+            return self.statement(AsciiTarget::Discarded);
         }
         self.recover(node);
         Ok(())
@@ -159,10 +159,10 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads the value of a field, whose name has been read.
-    pub(super) fn field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
+    pub(super) fn field(&mut self, node: NodeId, slot: FieldSlot, name: Span) -> Result<()> {
         let kind = slot.kind();
         let next = self.peek();
-        let Slot::Field { index, .. } = slot else {
+        let FieldSlot::Field { index, .. } = slot else {
             return self.old_field(node, slot, name);
         };
         // `name = …` and `name ~` state no value, so the default is stored.
@@ -174,22 +174,28 @@ impl<'s> Reader<'_, '_, 's> {
         match kind {
             FieldType::SFNode | FieldType::SFPath | FieldType::SFEngine => {
                 let entry = self.asm.set(node, index, Value::Node(None), name);
-                self.statement(Target::Field(node, entry))
+                self.statement(AsciiTarget::Field(node, entry))
             }
             FieldType::MFNode => {
                 let entry = self.asm.set(node, index, Value::Nodes(Vec::new()), name);
                 if self.take(b'[') {
-                    self.stack.push(Level::List { node, entry });
+                    self.stack.push(AsciiLevel::List { node, entry });
                     return Ok(());
                 }
-                self.statement(Target::Alone(node, entry))
+                self.statement(AsciiTarget::Alone(node, entry))
             }
             _ => self.plain(node, slot, index, name),
         }
     }
 
     /// Reads the value of a field that contains no nodes.
-    pub(super) fn plain(&mut self, node: NodeId, slot: Slot, index: u16, name: Span) -> Result<()> {
+    pub(super) fn plain(
+        &mut self,
+        node: NodeId,
+        slot: FieldSlot,
+        index: u16,
+        name: Span,
+    ) -> Result<()> {
         let at = self.rest;
         let kind = self.asm.written_as(node, slot);
         match values::value(at, kind, self.asm.names_of(node, slot)) {
@@ -264,8 +270,10 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads the value of a field that later versions do not have.
-    pub(super) fn old_field(&mut self, node: NodeId, slot: Slot, name: Span) -> Result<()> {
-        let Slot::Old(old) = slot else { return Ok(()) };
+    pub(super) fn old_field(&mut self, node: NodeId, slot: FieldSlot, name: Span) -> Result<()> {
+        let FieldSlot::Old(old) = slot else {
+            return Ok(());
+        };
         match values::value(self.rest, slot.kind(), self.asm.names_of(node, slot)) {
             Ok((rest, read)) => {
                 self.rest = rest;
@@ -301,7 +309,7 @@ impl<'s> Reader<'_, '_, 's> {
         }
         if self.take(b'=') {
             self.rest = skip(self.rest);
-            return self.statement(Target::Source(node, entry));
+            return self.statement(AsciiTarget::Source(node, entry));
         }
         Ok(())
     }

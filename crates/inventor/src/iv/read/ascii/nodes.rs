@@ -1,7 +1,7 @@
 //! Reads statements: nodes, `DEF` and `USE`. Stores each node where it belongs.
 use ivcam_base::diag::{Result, Span, nearest};
 
-use super::reader::{Level, Reader, Target};
+use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
 use crate::grammar;
 use crate::grammar::value::{NodeId, Value};
 use crate::iv::document::Connection;
@@ -10,9 +10,9 @@ use crate::iv::limits::beyond;
 use crate::iv::read::syntax_error::expected;
 use crate::iv::read::tokens::{def_name, past_braces, past_token, skip, word};
 
-impl<'s> Reader<'_, '_, 's> {
+impl<'s> AsciiReader<'_, '_, 's> {
     /// Reads a node, a `USE`, `NULL`, or one of VRML97's statements.
-    pub(super) fn statement(&mut self, target: Target) -> Result<()> {
+    pub(super) fn statement(&mut self, target: AsciiTarget) -> Result<()> {
         let start = self.rest;
         let Ok((rest, token)) = word(start) else {
             return self.stray();
@@ -65,7 +65,7 @@ impl<'s> Reader<'_, '_, 's> {
     /// Reads `Class {`. The name after `DEF` has been read; `start` is the start of the statement.
     pub(super) fn node(
         &mut self,
-        target: Target,
+        target: AsciiTarget,
         name: Option<&[u8]>,
         start: &'s [u8],
     ) -> Result<()> {
@@ -101,7 +101,7 @@ impl<'s> Reader<'_, '_, 's> {
         if known.is_none() && !declares && self.peek() != Some(b'}') {
             self.unknown(&class_name, self.span(at, rest));
         }
-        self.stack.push(Level::Body {
+        self.stack.push(AsciiLevel::Body {
             node,
             target,
             start,
@@ -145,7 +145,7 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Reads the name after `USE`. In `USE engine.output` the dot is not part of it.
-    pub(super) fn use_node(&mut self, target: Target) -> Result<()> {
+    pub(super) fn use_node(&mut self, target: AsciiTarget) -> Result<()> {
         let at = self.rest;
         let Ok((mut rest, token)) = def_name(at) else {
             let span = self.here();
@@ -182,37 +182,41 @@ impl<'s> Reader<'_, '_, 's> {
     }
 
     /// Stores a node where it belongs, and reads the part of the field that may follow it.
-    pub(super) fn deliver(&mut self, target: Target, node: NodeId) -> Result<()> {
+    pub(super) fn deliver(&mut self, target: AsciiTarget, node: NodeId) -> Result<()> {
         self.attach(target, node);
         match target {
-            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
-            Target::Source(holder, entry) => self.output(holder, entry, node),
+            AsciiTarget::Field(holder, entry) | AsciiTarget::Alone(holder, entry) => {
+                self.tail(holder, entry)
+            }
+            AsciiTarget::Source(holder, entry) => self.output(holder, entry, node),
             _ => Ok(()),
         }
     }
 
     /// Stores a node where it belongs.
-    pub(super) fn attach(&mut self, target: Target, node: NodeId) {
+    pub(super) fn attach(&mut self, target: AsciiTarget, node: NodeId) {
         match target {
-            Target::Root => self.roots.push(node),
-            Target::Child(parent) => self.asm.data(parent).children.push(node),
-            Target::Field(holder, entry) => {
+            AsciiTarget::Root => self.roots.push(node),
+            AsciiTarget::Child(parent) => self.asm.data(parent).children.push(node),
+            AsciiTarget::Field(holder, entry) => {
                 self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
             }
-            Target::Element(holder, entry) | Target::Alone(holder, entry) => {
+            AsciiTarget::Element(holder, entry) | AsciiTarget::Alone(holder, entry) => {
                 if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
                     list.push(node);
                 }
             }
-            Target::Source(..) | Target::Discarded => {}
-            Target::Proto(proto) => self.asm.document.protos.list[proto].body.push(node),
+            AsciiTarget::Source(..) | AsciiTarget::Discarded => {}
+            AsciiTarget::Proto(proto) => self.asm.document.protos.list[proto].body.push(node),
         }
     }
 
     /// Reads the part of the field that may follow a `NULL` or an unknown name.
-    pub(super) fn deliver_nothing(&mut self, target: Target) -> Result<()> {
+    pub(super) fn deliver_nothing(&mut self, target: AsciiTarget) -> Result<()> {
         match target {
-            Target::Field(holder, entry) | Target::Alone(holder, entry) => self.tail(holder, entry),
+            AsciiTarget::Field(holder, entry) | AsciiTarget::Alone(holder, entry) => {
+                self.tail(holder, entry)
+            }
             _ => Ok(()),
         }
     }

@@ -11,7 +11,7 @@ use crate::iv::read::tokens::{skip, word};
 
 /// Where a node belongs. A field is given by its index among the stated fields of its node.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum Target {
+pub(super) enum AsciiTarget {
     /// A top-level node.
     Root,
     /// A child of a node.
@@ -31,11 +31,11 @@ pub(super) enum Target {
 }
 
 /// An open part of the file.
-pub(super) enum Level {
+pub(super) enum AsciiLevel {
     /// The body of a node, in braces. `start` is the offset of the node.
     Body {
         node: NodeId,
-        target: Target,
+        target: AsciiTarget,
         start: usize,
     },
     /// The nodes of an `MFNode` field, in brackets.
@@ -61,14 +61,14 @@ pub(super) struct Scope {
 }
 
 /// The state of the reader.
-pub(super) struct Reader<'r, 'd, 's> {
+pub(super) struct AsciiReader<'r, 'd, 's> {
     pub(super) asm: &'r mut Assembler<'d>,
     /// The whole file.
     pub(super) text: &'s [u8],
     /// The suffix of `text` that is still to be read.
     pub(super) rest: &'s [u8],
     /// The open parts of the file. The innermost is last.
-    pub(super) stack: Vec<Level>,
+    pub(super) stack: Vec<AsciiLevel>,
     pub(super) roots: Vec<NodeId>,
     /// Whether a warning has reported that the file ends too early.
     pub(super) truncated: bool,
@@ -80,7 +80,7 @@ pub(super) struct Reader<'r, 'd, 's> {
 /// Returns an error if a limit is exceeded.
 pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> {
     let rest = &text[asm.header.length.min(text.len())..];
-    let mut reader = Reader {
+    let mut reader = AsciiReader {
         asm,
         text,
         rest,
@@ -92,7 +92,7 @@ pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> 
     Ok(reader.roots)
 }
 
-impl<'s> Reader<'_, '_, 's> {
+impl<'s> AsciiReader<'_, '_, 's> {
     /// Returns the offset of a suffix of the file.
     pub(super) fn offset(&self, rest: &[u8]) -> usize {
         self.text.len() - rest.len()
@@ -142,9 +142,9 @@ impl<'s> Reader<'_, '_, 's> {
                 self.end_early();
                 Ok(true)
             }
-            (None, Some(_)) => self.statement(Target::Root).map(|()| true),
+            (None, Some(_)) => self.statement(AsciiTarget::Root).map(|()| true),
             (
-                Some(&Level::Body {
+                Some(&AsciiLevel::Body {
                     node,
                     target,
                     start,
@@ -158,36 +158,36 @@ impl<'s> Reader<'_, '_, 's> {
                 self.deliver(target, node)?;
                 Ok(true)
             }
-            (Some(&Level::Body { node, .. }), Some(_)) => self.item(node).map(|()| true),
-            (Some(&Level::List { node, entry }), Some(b']')) => {
+            (Some(&AsciiLevel::Body { node, .. }), Some(_)) => self.item(node).map(|()| true),
+            (Some(&AsciiLevel::List { node, entry }), Some(b']')) => {
                 self.rest = &self.rest[1..];
                 self.stack.pop();
                 self.tail(node, entry)?;
                 Ok(true)
             }
-            (Some(&Level::List { .. }), Some(b'}')) => {
+            (Some(&AsciiLevel::List { .. }), Some(b'}')) => {
                 let span = self.here();
                 self.damage(span, "this list of nodes has no closing `]`");
                 self.stack.pop();
                 Ok(true)
             }
-            (Some(&Level::List { node, entry }), Some(_)) => {
-                self.statement(Target::Element(node, entry)).map(|()| true)
-            }
-            (Some(Level::Interface { .. }), Some(b']')) => {
+            (Some(&AsciiLevel::List { node, entry }), Some(_)) => self
+                .statement(AsciiTarget::Element(node, entry))
+                .map(|()| true),
+            (Some(AsciiLevel::Interface { .. }), Some(b']')) => {
                 self.rest = &self.rest[1..];
                 self.interface_done().map(|()| true)
             }
-            (Some(&Level::Interface { proto, .. }), Some(_)) => {
+            (Some(&AsciiLevel::Interface { proto, .. }), Some(_)) => {
                 self.interface(proto).map(|()| true)
             }
-            (Some(Level::Proto { .. }), Some(b'}')) => {
+            (Some(AsciiLevel::Proto { .. }), Some(b'}')) => {
                 self.rest = &self.rest[1..];
                 self.proto_done();
                 Ok(true)
             }
-            (Some(&Level::Proto { proto, .. }), Some(_)) => {
-                self.statement(Target::Proto(proto)).map(|()| true)
+            (Some(&AsciiLevel::Proto { proto, .. }), Some(_)) => {
+                self.statement(AsciiTarget::Proto(proto)).map(|()| true)
             }
         }
     }
@@ -197,7 +197,7 @@ impl<'s> Reader<'_, '_, 's> {
         if !self.truncated {
             self.truncated = true;
             let open = self.stack.iter().rev().find_map(|level| match level {
-                Level::Body { node, start, .. } => Some((*node, *start)),
+                AsciiLevel::Body { node, start, .. } => Some((*node, *start)),
                 _ => None,
             });
             let class = open
@@ -214,7 +214,7 @@ impl<'s> Reader<'_, '_, 's> {
             .help("a `}` is missing, or the file was cut off; what was read is kept");
         }
         match self.stack.pop() {
-            Some(Level::Body {
+            Some(AsciiLevel::Body {
                 node,
                 target,
                 start,
@@ -222,11 +222,11 @@ impl<'s> Reader<'_, '_, 's> {
                 self.finish(node, start);
                 self.attach(target, node);
             }
-            Some(level @ (Level::Interface { .. } | Level::Proto { .. })) => {
+            Some(level @ (AsciiLevel::Interface { .. } | AsciiLevel::Proto { .. })) => {
                 self.stack.push(level);
                 self.proto_done();
             }
-            Some(Level::List { .. }) | None => {}
+            Some(AsciiLevel::List { .. }) | None => {}
         }
     }
 

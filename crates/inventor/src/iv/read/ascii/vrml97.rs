@@ -5,20 +5,20 @@ use std::collections::HashMap;
 
 use ivcam_base::diag::{Diagnostic, Result, Span};
 
-use super::reader::{Level, Reader, Scope};
+use super::reader::{AsciiLevel, AsciiReader, Scope};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class};
 use crate::iv::declarations::{Access, Extension, Interface, Link, Proto, Route};
 use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
-use crate::iv::read::assemble::{MAX_FIELDS, Slot};
+use crate::iv::read::assemble::{FieldSlot, MAX_FIELDS};
 use crate::iv::read::enum_names::EnumNames;
 use crate::iv::read::expand::{self, proto_of};
 use crate::iv::read::tokens::{skip, word};
 use crate::iv::read::values;
 
-impl<'s> Reader<'_, '_, 's> {
+impl<'s> AsciiReader<'_, '_, 's> {
     /// Returns whether a node is a `Script`.
     pub(super) fn is_script(&self, node: NodeId) -> bool {
         match self.asm.document.nodes[node.0 as usize].class {
@@ -72,7 +72,7 @@ impl<'s> Reader<'_, '_, 's> {
     /// Sets a field that a node declares to an empty value, in case no value can be read.
     fn set_empty(&mut self, node: NodeId, interface: &Interface) {
         if interface.access.has_value()
-            && let Some(Slot::Field { index, kind }) = self.asm.slot(node, &interface.name)
+            && let Some(FieldSlot::Field { index, kind }) = self.asm.slot(node, &interface.name)
         {
             let span = self.here();
             self.asm.set(node, index, Value::empty(kind), span);
@@ -158,7 +158,7 @@ impl<'s> Reader<'_, '_, 's> {
     /// Returns the index of the innermost proto whose body is being read.
     fn proto_around(&self) -> Option<usize> {
         self.stack.iter().rev().find_map(|level| match level {
-            Level::Proto { proto, .. } => Some(*proto),
+            AsciiLevel::Proto { proto, .. } => Some(*proto),
             _ => None,
         })
     }
@@ -206,7 +206,7 @@ impl<'s> Reader<'_, '_, 's> {
             first,
         };
         self.asm.in_protos += 1;
-        self.stack.push(Level::Interface { proto, scope });
+        self.stack.push(AsciiLevel::Interface { proto, scope });
         Ok(())
     }
 
@@ -242,7 +242,7 @@ impl<'s> Reader<'_, '_, 's> {
     /// Ends the interface at `]`. Begins the body of a `PROTO`, or reads the file names of an
     /// `EXTERNPROTO`.
     pub(super) fn interface_done(&mut self) -> Result<()> {
-        let Some(Level::Interface { proto, mut scope }) = self.stack.pop() else {
+        let Some(AsciiLevel::Interface { proto, mut scope }) = self.stack.pop() else {
             return Ok(());
         };
         // Defaults may use names from outside the proto; the body may not.
@@ -258,7 +258,7 @@ impl<'s> Reader<'_, '_, 's> {
                 self.rest = rest;
             }
             let span = self.span(start, self.rest);
-            self.stack.push(Level::Proto { proto, scope });
+            self.stack.push(AsciiLevel::Proto { proto, scope });
             self.proto_done();
             return self.external(proto, span);
         }
@@ -269,14 +269,16 @@ impl<'s> Reader<'_, '_, 's> {
                 format!("expected `{{` after the interface of `{}`", scope.name),
             );
         }
-        self.stack.push(Level::Proto { proto, scope });
+        self.stack.push(AsciiLevel::Proto { proto, scope });
         Ok(())
     }
 
     /// Ends the body of a proto. Restores the names of the scope around it and declares its class.
     pub(super) fn proto_done(&mut self) {
         let popped = self.stack.pop();
-        let Some(Level::Proto { proto, scope } | Level::Interface { proto, scope }) = popped else {
+        let Some(AsciiLevel::Proto { proto, scope } | AsciiLevel::Interface { proto, scope }) =
+            popped
+        else {
             return;
         };
         self.asm.in_protos -= 1;

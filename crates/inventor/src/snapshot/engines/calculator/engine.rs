@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::parse::{parse, short};
-use super::program::{Bank, Kind};
+use super::program::{Bank, OperandKind};
 use crate::grammar::calculator;
 use crate::grammar::value::Value;
 use crate::iv::NodeRef;
@@ -66,13 +66,13 @@ fn collect(results: &[Bank]) -> Outputs {
     let scalar = |k: usize| {
         let each = results
             .iter()
-            .map(|b| b.scalars[Kind::Output as usize][k] as f32);
+            .map(|b| b.scalars[OperandKind::Output as usize][k] as f32);
         Value::Floats(each.collect())
     };
     let vector = |k: usize| {
         let each = results
             .iter()
-            .map(|b| b.vectors[Kind::Output as usize][k].as_vec3());
+            .map(|b| b.vectors[OperandKind::Output as usize][k].as_vec3());
         Value::Vec3s(each.collect())
     };
     vec![

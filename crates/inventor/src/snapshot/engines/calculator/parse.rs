@@ -1,7 +1,7 @@
 //! Parses statements by recursive descent, to a bounded depth and length.
 
 use super::functions::{FUNCTIONS, RANDOM, constant};
-use super::program::{Expr, Kind, Op, Statement, Variable};
+use super::program::{Expr, Op, OperandKind, Statement, Variable};
 
 /// The largest number of operations in one statement. Evaluation recurses, so the number bounds the
 /// use of the stack; it was chosen by trial.
@@ -98,7 +98,7 @@ impl<'a> Parser<'a> {
         self.size = 0;
         let name = self.word().ok_or_else(|| self.odd())?;
         let target = Variable::named(name)
-            .filter(|v| v.kind != Kind::Input)
+            .filter(|v| v.kind != OperandKind::Input)
             .ok_or_else(|| format!("`{name}` cannot be assigned to; `ta` or `oa` can"))?;
         let component = if self.take("[") {
             let at = self.expression()?;

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The values of all variables. The first index is the [`Kind`], the second the letter.
+/// The values of all variables. The first index is the [`OperandKind`], the second the letter.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Bank {
     pub scalars: [[f64; 8]; 3],
@@ -13,7 +13,7 @@ pub(super) struct Bank {
 
 /// The kind of a variable.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Kind {
+pub(super) enum OperandKind {
     Input = 0,
     Temporary = 1,
     Output = 2,
@@ -22,7 +22,7 @@ pub(super) enum Kind {
 /// A variable, such as `ta`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Variable {
-    pub kind: Kind,
+    pub kind: OperandKind,
     pub vector: bool,
     pub index: usize,
 }
@@ -30,12 +30,12 @@ pub(super) struct Variable {
 impl Variable {
     pub(super) fn named(name: &str) -> Option<Self> {
         let (kind, letter) = match name.as_bytes() {
-            [letter] => (Kind::Input, *letter),
-            [b't', letter] => (Kind::Temporary, *letter),
-            [b'o', letter] => (Kind::Output, *letter),
+            [letter] => (OperandKind::Input, *letter),
+            [b't', letter] => (OperandKind::Temporary, *letter),
+            [b'o', letter] => (OperandKind::Output, *letter),
             _ => return None,
         };
-        let last = if kind == Kind::Output { 4 } else { 8 };
+        let last = if kind == OperandKind::Output { 4 } else { 8 };
         let index = usize::from(letter.to_ascii_lowercase().checked_sub(b'a')?);
         (index < last && letter.is_ascii_alphabetic()).then_some(Self {
             kind,

@@ -7,7 +7,7 @@
 use glam::DVec2;
 use serde::Serialize;
 
-use super::point_rays::{Aim, PointRays, stop_radius};
+use super::point_rays::{PointAim, PointRays, stop_radius};
 use super::zernike::{TERMS, fit, value};
 use crate::lens::analysis::curves::Conjugate;
 use crate::lens::lens::Lens;
@@ -121,7 +121,7 @@ fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64)> {
     for i in 0..SAMPLES {
         // Each column starts at the middle, where the rays are easiest to aim.
         for sign in [1.0, -1.0] {
-            let mut near = Aim::default();
+            let mut near = PointAim::default();
             for j in SAMPLES / 2..SAMPLES {
                 let pupil = DVec2::new(cell(i), sign * cell(j));
                 if pupil.length() > 1.0 {

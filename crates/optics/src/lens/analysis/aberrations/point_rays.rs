@@ -47,7 +47,7 @@ pub(super) struct PupilRay {
 
 /// A place across the chief ray, in millimeters, whose ray crosses the stop at wanted coordinates.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Aim {
+pub(super) struct PointAim {
     place: DVec2,
     /// The slopes of the coordinates over the place, if they are known.
     slopes: Option<DMat2>,
@@ -95,7 +95,7 @@ impl<'a> PointRays<'a> {
             image: DVec3::ZERO,
             path: 0.0,
         };
-        let place = this.aim(DVec2::ZERO, Aim::default())?.place;
+        let place = this.aim(DVec2::ZERO, PointAim::default())?.place;
         let (out, path) = this.arrival(place, false)?;
         this.image = out.at_z(this.film_z);
         if let Some(pupil) = lens.first_order().exit_pupil {
@@ -158,7 +158,7 @@ impl<'a> PointRays<'a> {
     /// The slopes come from the neighbor and are corrected after each step by Broyden's formula,
     /// which takes one ray instead of five. They are measured where a step gains less than a
     /// factor of four.
-    fn aim(&self, pupil: DVec2, near: Aim) -> Option<Aim> {
+    fn aim(&self, pupil: DVec2, near: PointAim) -> Option<PointAim> {
         let mut place = near.place;
         let mut miss = self.at_stop(place)? - pupil;
         let mut is_measured = near.slopes.is_none();
@@ -190,7 +190,7 @@ impl<'a> PointRays<'a> {
             }
         }
         let slopes = Some(slopes);
-        (miss.length() < 1e-10).then_some(Aim { place, slopes })
+        (miss.length() < 1e-10).then_some(PointAim { place, slopes })
     }
 
     /// The ray through a place behind the lens, with its optical path to its last hit.
@@ -215,7 +215,7 @@ impl<'a> PointRays<'a> {
 
     /// The ray through pupil coordinates, and its aim, from which that of a neighbor may start.
     /// Returns none if the ray is blocked or lost.
-    pub(super) fn trace(&self, pupil: DVec2, near: Aim) -> Option<(PupilRay, Aim)> {
+    pub(super) fn trace(&self, pupil: DVec2, near: PointAim) -> Option<(PupilRay, PointAim)> {
         let aim = self.aim(pupil, near)?;
         let (out, path) = self.arrival(aim.place, true)?;
         let n = self.indices[self.indices.len() - 1];
@@ -239,7 +239,7 @@ impl<'a> PointRays<'a> {
     /// The rays through pupil coordinates that are in steps along a line from the center; none for
     /// those that are lost.
     pub(super) fn along(&self, direction: DVec2, steps: usize) -> Vec<Option<PupilRay>> {
-        let mut near = Aim::default();
+        let mut near = PointAim::default();
         let mut rays = Vec::with_capacity(steps + 1);
         for i in 0..=steps {
             // The rim itself may round to either side of the aperture.

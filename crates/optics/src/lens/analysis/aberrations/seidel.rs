@@ -74,7 +74,7 @@ pub struct SeidelSums {
 
 /// A paraxial ray: the height in millimeters and the slope behind it.
 #[derive(Clone, Copy)]
-struct Ray {
+struct ParaxialRay {
     y: f64,
     u: f64,
 }
@@ -91,7 +91,7 @@ impl SeidelSums {
             return None;
         }
         let indices = lens.prescription().indices(lens.wavelength());
-        let marginal = Ray {
+        let marginal = ParaxialRay {
             y: marginal_height,
             u: match distance.is_finite() {
                 true => marginal_height / distance,
@@ -99,7 +99,7 @@ impl SeidelSums {
             },
         };
         let pupil = lens.first_order().entrance_pupil?;
-        let unit = Ray {
+        let unit = ParaxialRay {
             y: -pupil.z,
             u: 1.0,
         };
@@ -134,11 +134,11 @@ impl SeidelSums {
 fn scaled_chief(
     lens: &Lens,
     indices: &[f64],
-    marginal: Ray,
-    unit: Ray,
+    marginal: ParaxialRay,
+    unit: ParaxialRay,
     image_height: f64,
-) -> Option<Ray> {
-    let through = |mut ray: Ray| {
+) -> Option<ParaxialRay> {
+    let through = |mut ray: ParaxialRay| {
         for (i, surface) in lens.prescription().surfaces.iter().enumerate() {
             ray = refracted(ray, surface, [indices[i], indices[i + 1]]);
             if i + 1 < lens.prescription().surfaces.len() {
@@ -151,22 +151,22 @@ fn scaled_chief(
     // The paraxial image is where the marginal ray crosses the axis.
     let image = b.y - a.y / a.u * b.u;
     let scale = image_height / image;
-    scale.is_finite().then_some(Ray {
+    scale.is_finite().then_some(ParaxialRay {
         y: scale * unit.y,
         u: scale * unit.u,
     })
 }
 
-fn refracted(ray: Ray, surface: &Surface, n: [f64; 2]) -> Ray {
+fn refracted(ray: ParaxialRay, surface: &Surface, n: [f64; 2]) -> ParaxialRay {
     let power = (n[1] - n[0]) * surface.vertex_curvature(Plane::Y);
-    Ray {
+    ParaxialRay {
         y: ray.y,
         u: (n[0] * ray.u - ray.y * power) / n[1],
     }
 }
 
-fn moved(ray: Ray, gap: f64) -> Ray {
-    Ray {
+fn moved(ray: ParaxialRay, gap: f64) -> ParaxialRay {
+    ParaxialRay {
         y: ray.y + gap * ray.u,
         u: ray.u,
     }
@@ -178,12 +178,12 @@ fn contribution(
     surface: &Surface,
     n: [f64; 2],
     spread: [f64; 2],
-    (marginal, slope): (Ray, f64),
-    chief: Ray,
+    (marginal, slope): (ParaxialRay, f64),
+    chief: ParaxialRay,
     invariant: f64,
 ) -> Seidel {
     let c = surface.vertex_curvature(Plane::Y);
-    let Ray { y, u } = marginal;
+    let ParaxialRay { y, u } = marginal;
     let bar = chief.y;
     let a = n[0] * (u + y * c);
     let a_bar = n[0] * (chief.u + bar * c);
