@@ -2,20 +2,16 @@
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{read_file, write_whole};
-use ivcam_base::memory::MemoryLimit;
-use ivcam_inventor::iv::Limits;
-use ivcam_optics::film::Resolution;
-use ivcam_render::geometry::text::Fonts;
 use ivcam_render::scene::check::without_ending;
 use serde::{Deserialize, Serialize};
 
 use super::entry::Entry;
 use super::links::{converted, link};
+use super::options::CatalogOptions;
 use super::page::page;
 use super::survey::survey;
 use crate::archive::{Job, Jobs, Naming, for_each, is_newer};
@@ -29,37 +25,6 @@ const MOST_DATA: usize = 1 << 30;
 /// The number of new entries after which the data are written, so that an interrupted run loses
 /// few.
 const SAVED: usize = 200;
-
-/// The options of a catalog.
-#[derive(Clone, Debug)]
-pub(crate) struct CatalogOptions {
-    /// The folder of scenes.
-    pub folder: PathBuf,
-    /// The folder of the catalog.
-    pub out: PathBuf,
-    /// Folders with files converted from the scenes, in addition to `out`.
-    pub converted: Vec<PathBuf>,
-    /// Folders that are searched for files of scenes.
-    pub search: Vec<PathBuf>,
-    /// The folder below which files of scenes must be.
-    pub contain: Option<PathBuf>,
-    /// Typefaces that are preferred to the shipped ones.
-    pub fonts: Arc<Fonts>,
-    /// Limits on the size of a scene.
-    pub limits: Limits,
-    /// How much memory a scene may use. Scenes that are read at the same time share it.
-    pub memory: MemoryLimit,
-    /// The number of threads.
-    pub threads: usize,
-    /// Whether all entries are made again.
-    pub force: bool,
-    /// The size of a thumbnail in pixels.
-    pub thumbnail: Resolution,
-    /// The samples of each pixel of a thumbnail.
-    pub samples: u32,
-    /// The words of the options that entries depend on.
-    pub words: Vec<String>,
-}
 
 /// The content of `catalog.json`.
 #[derive(Debug, Serialize, Deserialize)]

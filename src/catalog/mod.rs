@@ -9,7 +9,9 @@ mod entry;
 mod links;
 mod make;
 mod notes;
+mod options;
 mod page;
 mod survey;
 
-pub(crate) use make::{Catalog, CatalogOptions};
+pub(crate) use make::Catalog;
+pub(crate) use options::CatalogOptions;

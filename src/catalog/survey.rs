@@ -11,8 +11,8 @@ use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, classes};
 
 use super::entry::{Entry, Message};
-use super::make::CatalogOptions;
 use super::notes::{notes, producer};
+use super::options::CatalogOptions;
 use crate::photo::{Era, Optics, Plan, Session, Shading, snapshot_options};
 
 /// The largest number of problems that an entry lists.

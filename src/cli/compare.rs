@@ -128,7 +128,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let comparison = compare::compare(&new, &old, &options)?;
     if let Some(path) = text(matches, "sheet") {
-        let sheet = compare::sheet::Sheet::draw(&comparison, name("new"), name("old"));
+        let sheet = compare::sheet::ComparisonSheet::draw(&comparison, name("new"), name("old"));
         let bytes = sheet.encode(Path::new(path))?;
         write_whole(Path::new(path), |file| file.write_all(&bytes))?;
     }

@@ -10,7 +10,7 @@ use ivcam_base::files::write_whole;
 use super::farm_picture::DividedPicture;
 use super::pull_focus::MovieFilm;
 use super::{flags, parsed, text, value};
-use crate::farm::{Division, Scheduler, Word, pieces, script};
+use crate::farm::{Division, Scheduler, ShellWord, pieces, script};
 use crate::movie::frames_text;
 
 /// Returns the definition of the command.
@@ -140,24 +140,24 @@ fn division<'f>(
     pieces: impl Fn(&'f [u32]) -> Vec<&'f [u32]>,
 ) -> Result<Division> {
     let folder = unicode(film.folder.as_os_str())?;
-    let program = Word::Text(place.program);
+    let program = ShellWord::Text(place.program);
     let mut task = vec![program.clone(), "pull-focus".into()];
-    task.extend(["--folder".into(), Word::from(&*folder)]);
+    task.extend(["--folder".into(), ShellWord::from(&*folder)]);
     if let Some(length) = film.length {
-        task.extend(["--length".into(), Word::Text(length.to_string())]);
+        task.extend(["--length".into(), ShellWord::Text(length.to_string())]);
     }
     if !film.has_threads {
-        task.extend(["--threads".into(), Word::Text(place.cores.to_string())]);
+        task.extend(["--threads".into(), ShellWord::Text(place.cores.to_string())]);
     }
-    task.extend(["--frames".into(), Word::Argument]);
+    task.extend(["--frames".into(), ShellWord::Argument]);
     for word in without_options(words, &["--frames", "--folder", "--length"]) {
-        task.push(Word::Text(unicode(&word)?));
+        task.push(ShellWord::Text(unicode(&word)?));
     }
     let mut last = vec![program, "frames".into()];
     if let Some(movie) = &film.movie {
-        last.extend(["-o".into(), Word::Text(unicode(movie.as_os_str())?)]);
+        last.extend(["-o".into(), ShellWord::Text(unicode(movie.as_os_str())?)]);
     }
-    last.extend(["--".into(), Word::Text(folder)]);
+    last.extend(["--".into(), ShellWord::Text(folder)]);
     let purpose = match film.movie {
         Some(_) => "Makes the movie of the frames.",
         None => "Checks that all frames are done.",
@@ -179,21 +179,21 @@ fn division_of_picture(
 ) -> Result<Division> {
     let folder = unicode(picture.folder.as_os_str())?;
     let file = |name: &str| format!("{folder}/{name}.ckpt");
-    let program = Word::Text(place.program);
+    let program = ShellWord::Text(place.program);
     let mut task = vec![program.clone()];
     task.extend(picture.task);
     task.extend([
         "--checkpoint".into(),
-        Word::Around(format!("{folder}/"), ".ckpt".into()),
+        ShellWord::Around(format!("{folder}/"), ".ckpt".into()),
     ]);
-    let threads = ["--threads".into(), Word::Text(place.cores.to_string())];
+    let threads = ["--threads".into(), ShellWord::Text(place.cores.to_string())];
     if !picture.has_threads {
         task.extend(threads.clone());
     }
     for word in without_options(words, picture.own) {
-        task.push(Word::Text(unicode(&word)?));
+        task.push(ShellWord::Text(unicode(&word)?));
     }
-    let all = Word::Text(file("all"));
+    let all = ShellWord::Text(file("all"));
     let mut merge = vec![
         program.clone(),
         "merge".into(),
@@ -201,13 +201,18 @@ fn division_of_picture(
         all.clone(),
         "--".into(),
     ];
-    merge.extend(picture.arguments.iter().map(|name| Word::Text(file(name))));
+    merge.extend(
+        picture
+            .arguments
+            .iter()
+            .map(|name| ShellWord::Text(file(name))),
+    );
     let mut last = vec![program, "render".into(), "--checkpoint".into(), all];
     if !picture.has_threads {
         last.extend(threads);
     }
     for word in words.iter().skip(1) {
-        last.push(Word::Text(unicode(word)?));
+        last.push(ShellWord::Text(unicode(word)?));
     }
     let of_task = "Makes the part of the picture that the first argument names.";
     let of_last = "Adds the parts, and writes the picture with its error.";

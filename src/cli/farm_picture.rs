@@ -10,7 +10,7 @@ use ivcam_render::render::units::border_before;
 
 use super::render::plan;
 use super::{flags, scene_argument, text};
-use crate::farm::Word;
+use crate::farm::ShellWord;
 use crate::photo::{Era, Plan};
 
 /// The options of the picture's command that its tasks have values of their own for, or that only
@@ -35,7 +35,7 @@ pub(super) struct DividedPicture {
     /// The folder of the parts.
     pub folder: PathBuf,
     /// The words of a task after the program and before the options of the picture.
-    pub task: Vec<Word>,
+    pub task: Vec<ShellWord>,
     /// The options that tasks do not take from the picture's command.
     pub own: &'static [&'static str],
     /// Whether the command sets the number of threads.
@@ -65,11 +65,11 @@ impl DividedPicture {
         let mut name = output.file_stem().unwrap_or_default().to_owned();
         name.push("-parts");
         let folder = output.with_file_name(name);
-        let say = |word: &str| Word::Text(word.to_owned());
+        let say = |word: &str| ShellWord::Text(word.to_owned());
         let mut task = vec![say("render")];
         let mut arguments = sample_ranges(plan.stop.samples, parts);
         if arguments.len() == parts {
-            task.extend([say("--sample-range"), Word::Argument]);
+            task.extend([say("--sample-range"), ShellWord::Argument]);
         } else {
             arguments = rows(&plan, parts);
             let all = format!("0..{}", plan.stop.samples);
@@ -77,7 +77,7 @@ impl DividedPicture {
                 say("--sample-range"),
                 say(&all),
                 say("--region"),
-                Word::Argument,
+                ShellWord::Argument,
             ]);
         }
         Ok(Self {

@@ -11,7 +11,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{record_inputs, recorded_inputs};
 use ivcam_optics::film::Exposed;
 use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
-use ivcam_render::render::{Place, Stopped, Sums};
+use ivcam_render::render::{PicturePlace, Stopped, Sums};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -202,7 +202,7 @@ impl Keeping {
 }
 
 /// Says what a checkpoint has.
-fn where_it_is(place: &Place) -> String {
+fn where_it_is(place: &PicturePlace) -> String {
     let samples = format!(
         "continues after {} samples per pixel",
         place.done - place.first

@@ -9,7 +9,7 @@ use ivcam_base::files::write_whole;
 use ivcam_optics::diagram::point_spread_map;
 use ivcam_optics::lens::{Focus, Lens, SheetSetting};
 use ivcam_optics::lens_export::{
-    Chosen, Frame, Model, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
+    CameraModel, Chosen, Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
 use ivcam_optics::picture::Depth;
 use ivcam_optics::prescription::Prescription;
@@ -214,8 +214,8 @@ fn format(name: &str) -> Result<Format> {
     })
 }
 
-fn model(name: &str) -> Result<Model> {
-    Model::named(name)
+fn model(name: &str) -> Result<CameraModel> {
+    CameraModel::named(name)
         .ok_or_else(|| super::lens::invalid_value("model", name, "brown, rational or fisheye"))
 }
 

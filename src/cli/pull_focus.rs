@@ -15,7 +15,7 @@ use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use crate::movie::{
-    Container, Ease, Event, Shoot, Timeline, folder_beside, has_ffmpeg, parse_frames,
+    Container, Ease, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg, parse_frames,
 };
 use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
 use crate::photo::{Era, free_name};
@@ -207,8 +207,8 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
     }
     let start = Instant::now();
     let mut done = 0;
-    let mut handle = |event: Event<'_>| {
-        if let Event::Frame {
+    let mut handle = |event: ShootEvent<'_>| {
+        if let ShootEvent::Frame {
             number,
             shortfall: Some(error),
             ..
@@ -217,9 +217,9 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
             warn_of_shortfall(*number, error);
         }
         match event {
-            Event::Opened(sink) => print_warnings(sink),
+            ShootEvent::Opened(sink) => print_warnings(sink),
             _ if options.quiet => {}
-            Event::Frame {
+            ShootEvent::Frame {
                 number,
                 focus,
                 seconds,
@@ -235,7 +235,7 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
                     time_text(start.elapsed() / done * left as u32)
                 );
             }
-            Event::Waiting(frames) => super::status!(
+            ShootEvent::Waiting(frames) => super::status!(
                 "waiting for {} that other processes make",
                 counted(frames, "frame")
             ),

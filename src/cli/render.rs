@@ -22,7 +22,7 @@ use super::outputs::{
 };
 use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
-use crate::photo::options::{MovieFrame, Needs, command_line, idle_options};
+use crate::photo::options::{MovieFrame, OptionNeeds, command_line, idle_options};
 use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
 
 /// The options of the output.
@@ -327,7 +327,11 @@ fn finish(
     session: &Session,
 ) -> Result<i32> {
     if session.pose.film.is_some() && !session.plan.solids {
-        let idle = [Needs::Camera, Needs::Lens, Needs::Prescription];
+        let idle = [
+            OptionNeeds::Camera,
+            OptionNeeds::Lens,
+            OptionNeeds::Prescription,
+        ];
         let idle = idle_options(
             &flags::given_options(matches),
             &idle,

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use ivcam_base::diag::{self, Diagnostic, Result};
 use ivcam_optics::film::{Region, Resolution};
 use ivcam_optics::picture::{Picture, ROWS};
-use ivcam_render::render::{Alarm, Keeper, Snapshot};
+use ivcam_render::render::{Alarm, Keeper, StateView};
 use tev_client::{PacketCreateImage, PacketUpdateImage, TevClient};
 
 use super::print_diagnostic;
@@ -133,7 +133,7 @@ impl Keeper for TevView {
         self.alarm.is_due()
     }
 
-    fn keep(&self, state: &Snapshot<'_, '_>) {
+    fn keep(&self, state: &StateView<'_, '_>) {
         let start = Instant::now();
         self.send(|client| state.for_each_row(|rows, levels| self.replace(client, rows, levels)));
         self.alarm.set(INTERVAL.max(PAUSE * start.elapsed()));

@@ -26,7 +26,8 @@ const SQUARE: usize = 128;
 const COARSE: f64 = 0.3;
 /// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
 const FINE: f64 = 1.0;
-/// The number of candidates of the search that are refined. Chosen by trial.
+/// The number of candidates of the search that are refined. More cost time in proportion. With it
+/// 58 of 60 scans are recognized, and none of 274 unrelated pairs (docs/guide/compare.md).
 const CANDIDATES: usize = 24;
 /// The agreement above which the mirrored picture is not searched: it could hardly agree better.
 const CLEAR_AGREEMENT: f64 = 0.97;

@@ -36,7 +36,9 @@ pub(crate) const FAR: f64 = 10.0;
 
 /// The standard deviation of the Gaussian before the gradient, in pixels.
 const SIGMA: f64 = 1.4;
-/// The local contrast, per pixel, that starts an edge. Chosen by trial, as is [`CONTINUE`].
+/// The local contrast, per pixel, that starts an edge. No search is recorded for it and
+/// [`CONTINUE`]: smaller values find edges in grain, and larger ones miss faint edges. Both
+/// pictures are measured with the same values.
 const START: f32 = 0.05;
 /// The local contrast, per pixel, that continues an edge.
 const CONTINUE: f32 = 0.02;

@@ -29,7 +29,10 @@ pub(crate) enum Half {
     Second,
 }
 
-/// The largest number of iterations at each size. Chosen by trial.
+/// The largest number of iterations at each size. Most sizes end after [`USUAL_ITERATIONS`], when a
+/// step is small or gains little, so it bounds the time of the others.
+/// `a_disturbed_camera_is_found_again_from_a_noisy_jpeg` tests that it is enough for a camera 5 cm
+/// and 2.9 degrees off.
 const MOST_ITERATIONS: usize = 12;
 /// The standard deviation of the blur before contrast is computed, in pixels.
 const SIGMA: f64 = 1.0;

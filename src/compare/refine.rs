@@ -67,7 +67,7 @@ impl Normal {
 /// Refines a warp by the Levenberg-Marquardt method on the robust difference of two planes of
 /// contrast. The errors are `None` if the pictures do not determine the warp.
 pub(super) fn refine(new: &Plane, old: &Plane, start: Warp) -> (Warp, Option<Errors>) {
-    let pair = Pair {
+    let pair = PicturePair {
         new,
         old,
         gradients: old.gradients(),
@@ -122,13 +122,13 @@ fn move_of(step: &[f64], new: &Plane) -> f64 {
 }
 
 /// Two planes of contrast whose difference is minimized, with the gradients of the old one.
-struct Pair<'a> {
+struct PicturePair<'a> {
     new: &'a Plane,
     old: &'a Plane,
     gradients: [Plane; 2],
 }
 
-impl Pair<'_> {
+impl PicturePair<'_> {
     /// Sums the normal equations over all pixels, with Huber's weights of threshold `width`.
     fn normal(&self, state: &[f64; 6], width: f64) -> Normal {
         let columns = 0..self.new.width;

@@ -19,7 +19,7 @@ const LINE: usize = 11;
 const NARROWEST: usize = 240;
 
 /// An 8-bit RGB picture with rows from the top.
-pub(crate) struct Sheet {
+pub(crate) struct ComparisonSheet {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<[u8; 3]>,
@@ -38,7 +38,7 @@ const GROUND: [u8; 3] = [32, 32, 34];
 const INK: [u8; 3] = [230, 230, 225];
 const FAINT: [u8; 3] = [64, 64, 68];
 
-impl Sheet {
+impl ComparisonSheet {
     /// Draws the sheet of a comparison, with the names as the panels' titles.
     pub(crate) fn draw(comparison: &Comparison, new_name: &str, old_name: &str) -> Self {
         let (width, height) = (comparison.width, comparison.height);
@@ -370,7 +370,7 @@ mod tests {
         let plane = Plane::from_fn(60, 40, |x, y| (x + y) as f32 / 100.0);
         let plate = Plate::from_planes([plane.clone(), plane.clone(), plane]);
         let comparison = compare(&plate, &plate, &Options::default()).unwrap();
-        let sheet = Sheet::draw(
+        let sheet = ComparisonSheet::draw(
             &comparison,
             "new.png",
             "a/very/long/name/of/the/old/picture.rgb",

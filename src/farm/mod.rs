@@ -14,4 +14,4 @@ mod slurm;
 
 pub(crate) use division::{Division, pieces};
 pub(crate) use scheduler::Scheduler;
-pub(crate) use shell::{Word, script};
+pub(crate) use shell::{ShellWord, script};

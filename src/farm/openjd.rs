@@ -61,7 +61,7 @@ fn without_fields(script: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::farm::shell::{Word, script as shell_script};
+    use crate::farm::shell::{ShellWord, script as shell_script};
 
     #[test]
     fn a_template_has_the_tasks_and_the_step_that_depends_on_them() {
@@ -70,7 +70,11 @@ mod tests {
             task: shell_script(
                 "Makes.",
                 "/",
-                &[vec!["echo".into(), name.as_str().into(), Word::Argument]],
+                &[vec![
+                    "echo".into(),
+                    name.as_str().into(),
+                    ShellWord::Argument,
+                ]],
             ),
             arguments: vec!["0-1".into(), "2-3".into()],
             last: Some("true\n".into()),

@@ -11,7 +11,7 @@ pub(super) fn quoted(word: &str) -> String {
 
 /// A word of a command in a script.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Word {
+pub(crate) enum ShellWord {
     /// A text.
     Text(String),
     /// The script's first argument.
@@ -20,7 +20,7 @@ pub(crate) enum Word {
     Around(String, String),
 }
 
-impl Word {
+impl ShellWord {
     /// Returns the word as a shell reads it.
     fn quoted(&self) -> String {
         match self {
@@ -31,16 +31,16 @@ impl Word {
     }
 }
 
-impl From<&str> for Word {
+impl From<&str> for ShellWord {
     fn from(text: &str) -> Self {
         Self::Text(text.to_owned())
     }
 }
 
 /// Returns a script that runs commands in a folder, one after another until one fails.
-pub(crate) fn script(purpose: &str, folder: &str, commands: &[Vec<Word>]) -> String {
-    let line = |(i, words): (usize, &Vec<Word>)| {
-        let words: Vec<String> = words.iter().map(Word::quoted).collect();
+pub(crate) fn script(purpose: &str, folder: &str, commands: &[Vec<ShellWord>]) -> String {
+    let line = |(i, words): (usize, &Vec<ShellWord>)| {
+        let words: Vec<String> = words.iter().map(ShellWord::quoted).collect();
         match i + 1 == commands.len() {
             true => format!("exec {}\n", words.join(" ")),
             false => format!("{} || exit\n", words.join(" ")),
@@ -111,8 +111,11 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn a_script_runs_its_command_in_the_folder_with_its_argument() {
-        let mut words = ["printf", "%s|", "a b"].map(Word::from).to_vec();
-        words.extend([Word::Argument, Word::Around("x y/".into(), ".z".into())]);
+        let mut words = ["printf", "%s|", "a b"].map(ShellWord::from).to_vec();
+        words.extend([
+            ShellWord::Argument,
+            ShellWord::Around("x y/".into(), ".z".into()),
+        ]);
         let text = script("Prints.", "/", &[words]);
         let mut command = std::process::Command::new("sh");
         let run = command.args(["-c", &text, "sh", "1-2,7"]).output().unwrap();

@@ -20,5 +20,5 @@ pub(crate) use ease::Ease;
 pub(crate) use frame_list::{frames_text, parse_frames};
 pub(crate) use frames::{FrameState, Frames, folder_beside};
 pub use moments::expose_moments;
-pub(crate) use shoot::{Event, Shoot};
+pub(crate) use shoot::{Shoot, ShootEvent};
 pub use timeline::Timeline;

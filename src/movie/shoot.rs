@@ -22,7 +22,9 @@ use super::moments::expose_moments;
 use super::timeline::{Moment, Timeline, Travel};
 use crate::photo::{Optics, Plan, Session};
 
-/// The largest number of moments that a frame with an open shutter is exposed at. Chosen by trial.
+/// The largest number of moments that a frame with an open shutter is exposed at. No search is
+/// recorded: a smaller number shows fast motion as separate images, and a larger one repeats the
+/// preparation of a moment more often. docs/guide/film.md states it.
 const MOST_MOMENTS: u32 = 16;
 /// The time after which frames that others are making are examined again. It is short beside the
 /// time of a frame, and long beside that of the examination.
@@ -40,7 +42,7 @@ pub(crate) struct Shoot {
 }
 
 /// A report during the rendering of frames.
-pub(crate) enum Event<'a> {
+pub(crate) enum ShootEvent<'a> {
     /// The scene was read, with these messages.
     Opened(&'a Sink),
     /// A frame was written.
@@ -68,11 +70,11 @@ struct Studio {
 }
 
 impl Studio {
-    fn open(shoot: &Shoot, report: &mut dyn FnMut(Event<'_>)) -> Result<Self> {
+    fn open(shoot: &Shoot, report: &mut dyn FnMut(ShootEvent<'_>)) -> Result<Self> {
         record_inputs();
         let session = Session::open(shoot.plan.clone())?;
         check_files(&shoot.folder, &recorded_inputs())?;
-        report(Event::Opened(&session.sink));
+        report(ShootEvent::Opened(&session.sink));
         Ok(Self {
             start: session.pose.clone(),
             lens: lens_travel(&shoot.plan)?,
@@ -146,7 +148,7 @@ impl Shoot {
         &self,
         frames: &[u32],
         expiry: Duration,
-        report: &mut dyn FnMut(Event<'_>),
+        report: &mut dyn FnMut(ShootEvent<'_>),
     ) -> Result<()> {
         let mut claims = Claims::new(&self.folder, expiry);
         let mut studio = None;
@@ -181,7 +183,7 @@ impl Shoot {
                 return Ok(());
             }
             if !is_waiting {
-                report(Event::Waiting(left.len()));
+                report(ShootEvent::Waiting(left.len()));
                 is_waiting = true;
             }
             std::thread::sleep(POLL);
@@ -194,7 +196,7 @@ impl Shoot {
         number: u32,
         is_taken_over: bool,
         studio: &mut Studio,
-        report: &mut dyn FnMut(Event<'_>),
+        report: &mut dyn FnMut(ShootEvent<'_>),
     ) -> Result<()> {
         let path = frame_path(&self.folder, number);
         let word = if is_taken_over {
@@ -214,7 +216,7 @@ impl Shoot {
         }
         picture.save(&path, self.plan.depth)?;
         studio.journal.write("writes", number);
-        report(Event::Frame {
+        report(ShootEvent::Frame {
             number,
             focus: moments[0].focus,
             seconds: exposure.spent.seconds,

@@ -15,7 +15,7 @@ use crc32fast::Hasher;
 use indexmap::IndexMap;
 use ivcam_base::diag::{self, Diagnostic, Result, differences};
 use ivcam_base::files::write_whole;
-use ivcam_render::render::{Alarm, Keeper, Snapshot, Sums};
+use ivcam_render::render::{Alarm, Keeper, StateView, Sums};
 use serde::{Deserialize, Serialize};
 
 /// The first bytes of a checkpoint.
@@ -149,7 +149,7 @@ impl Checkpoint {
 }
 
 /// Writes a checkpoint.
-fn write(path: &Path, label: &Label, snapshot: &Snapshot<'_, '_>) -> Result<()> {
+fn write(path: &Path, label: &Label, snapshot: &StateView<'_, '_>) -> Result<()> {
     write_whole(path, |file| {
         let label = postcard::to_allocvec(label).map_err(std::io::Error::other)?;
         let mut to = Summed::new(file);
@@ -253,7 +253,7 @@ impl Keeper for Watch {
         self.alarm.is_due()
     }
 
-    fn keep(&self, snapshot: &Snapshot<'_, '_>) {
+    fn keep(&self, snapshot: &StateView<'_, '_>) {
         let Some((path, label, every)) = &self.file else {
             return;
         };

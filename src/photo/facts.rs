@@ -6,18 +6,7 @@ use ivcam_optics::sampling::SamplerKind;
 
 use super::checkpoint::Facts;
 use super::plan::Plan;
-use super::session::Session;
-
-/// The options that two runs of one picture may have different values of.
-pub(super) const FREE: [&str; 7] = [
-    "samples",
-    "time",
-    "target-error",
-    "region",
-    "memory",
-    "search",
-    "contain",
-];
+use super::session::{FREE, Session};
 
 impl Session {
     /// Returns what determines the picture, besides its region and its number of samples. `inputs`

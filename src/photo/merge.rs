@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::film::Region;
-use ivcam_render::render::Place;
+use ivcam_render::render::PicturePlace;
 
 use super::checkpoint::{Checkpoint, Label};
 
@@ -15,7 +15,7 @@ use super::checkpoint::{Checkpoint, Label};
 struct PicturePart<'p> {
     path: &'p Path,
     label: Label,
-    place: Place,
+    place: PicturePlace,
 }
 
 /// Adds the parts of a picture.
@@ -34,7 +34,7 @@ pub(crate) fn merge(paths: &[PathBuf]) -> Result<Checkpoint> {
         parts.push(PicturePart { path, label, place });
     }
     let key = |part: &PicturePart<'_>| {
-        let Place { region, first, .. } = part.place;
+        let PicturePlace { region, first, .. } = part.place;
         (region.top, region.left, first)
     };
     check_parts(&parts)?;

@@ -21,7 +21,9 @@ const DARK: f64 = 24.0 / 255.0;
 const BRIGHT_SHARE: f64 = 1e-3;
 /// The linear exposure from which a pixel counts as clipped. A white background is 1.
 const CLIPPED: f32 = 1.1;
-/// The share of clipped pixels from which a picture is almost entirely clipped; chosen by trial.
+/// The share of clipped pixels from which a picture is almost entirely clipped. It decides about a
+/// warning only. No search is recorded: a smaller value warns of pictures with a white background,
+/// and a larger one is silent if a few details are darker.
 const CLIPPED_SHARE: f64 = 0.95;
 /// The rays across and down that look for the cause.
 const GRID: (u32, u32) = (36, 24);

@@ -22,7 +22,7 @@ use ivcam_optics::sampling::{FilterTable, Sampler};
 use ivcam_render::camera::{Camera, LensCamera, film_plane, lens_in_scene};
 use ivcam_render::render::diffraction::diffract;
 use ivcam_render::render::ghosts::GhostRender;
-use ivcam_render::render::report::{RenderReport, Seconds, stated_error};
+use ivcam_render::render::report::{RenderReport, StageSeconds, stated_error};
 use ivcam_render::render::{
     Exposure, Progress, Render, Stop, Stopped, Stopwatch, Summary, SurfaceSum, Task, is_stopped,
 };
@@ -34,7 +34,6 @@ use ivcam_render::team::Team;
 
 use super::camera_choice::camera_file;
 use super::checkpoint::Label;
-use super::facts::FREE;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
@@ -43,7 +42,20 @@ use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use super::snapshot_options::snapshot_options;
 
-/// The number of rays for the ghosts of each light, per sample of a pixel. It was chosen by trial.
+/// The options that two runs of one picture may have different values of.
+pub(super) const FREE: [&str; 7] = [
+    "samples",
+    "time",
+    "target-error",
+    "region",
+    "memory",
+    "search",
+    "contain",
+];
+
+/// The number of rays for the ghosts of each light, per sample of a pixel. No search is recorded:
+/// the time is proportional to it, and the noise of the ghosts to the inverse of its root. The mean
+/// does not depend on it.
 const GHOST_RAYS: u32 = 1 << 17;
 
 /// The key of the metadata of a picture whose render was interrupted.
@@ -73,7 +85,7 @@ pub struct Session {
     /// The processes that share the work of rendering; `None` if this one does it alone.
     pub(crate) team: Option<Arc<Team>>,
     /// The seconds that each step took.
-    pub seconds: Seconds,
+    pub seconds: StageSeconds,
     /// The diagnostics of reading, compiling and the lens.
     pub sink: Sink,
     /// The plan's memory, from which the film and the scene have taken theirs.
@@ -173,7 +185,7 @@ impl Session {
         environment: &Environment,
     ) -> Result<Self> {
         let memory = memory_beside_film(&plan)?;
-        let mut seconds = Seconds::default();
+        let mut seconds = StageSeconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
         for diagnostic in &plan.fonts.warnings {

@@ -8,7 +8,7 @@ use ivcam_optics::prescription::Medium;
 
 use super::case::Case;
 use super::double::Double;
-use super::lens_reference::{Answer, Inputs, distance};
+use super::lens_reference::{Answer, ReferenceInputs, distance};
 
 /// A computation may be as wrong as this many roundings of each number.
 const ROUNDINGS: f64 = 4.0;
@@ -29,7 +29,7 @@ fn ray(origin: [f64; 3], direction: [f64; 3]) -> LensRay {
 /// Returns the case of a ray through a lens. The expected number and the one found are the y of the
 /// direction behind the lens.
 fn traced(name: impl Into<String>, lens: &Lens, ray: &LensRay) -> Case {
-    let inputs = Inputs::of(lens, ray);
+    let inputs = ReferenceInputs::of(lens, ray);
     let expected = inputs.trace();
     let got = lens.trace_from_scene(ray).ok();
     let found = got.map(|r| {
@@ -181,7 +181,7 @@ fn whole(gauss: &Lens) -> Vec<Case> {
 /// The place of the film for objects from near to the end of the world, by the lens equation.
 fn focusing(gauss: &Lens) -> Vec<Case> {
     let axis = ray([0.0; 3], [0.0, 0.0, 1.0]);
-    let inputs = Inputs::of(gauss, &axis);
+    let inputs = ReferenceInputs::of(gauss, &axis);
     let case = |meters: f64| {
         let expected = gauss.length() + inputs.paraxial_image(1e3 * meters);
         let focus = gauss.focus(FocusMethod::Film, Meters(meters));
@@ -226,7 +226,7 @@ mod tests {
         }
         let plane = lens(&[[0.0, 0.0, 1.5]]);
         let steep = ray([0.0, 0.0, -1.0], [0.0, 0.6, 0.8]);
-        let inputs = Inputs::of(&plane, &steep);
+        let inputs = ReferenceInputs::of(&plane, &steep);
         let mut wrong = inputs.trace().expect("a plane is hit");
         wrong[4] = wrong[4] + Double::from(1e-14);
         let exact = inputs.trace().expect("a plane is hit");

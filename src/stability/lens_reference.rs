@@ -7,7 +7,7 @@ use super::double::Double;
 /// The inputs of a ray through a lens, which can be rounded one by one: for each surface its
 /// curvature, its thickness and the index behind it; the index in front; the ray.
 #[derive(Clone, Debug)]
-pub(super) struct Inputs {
+pub(super) struct ReferenceInputs {
     surfaces: Vec<[f64; 3]>,
     object_index: f64,
     ray: [f64; 6],
@@ -16,7 +16,7 @@ pub(super) struct Inputs {
 /// The answer: the point on the last surface and the direction behind it.
 pub(super) type Answer = [Double; 6];
 
-impl Inputs {
+impl ReferenceInputs {
     /// Returns the inputs of a ray through a lens at the lens's wavelength.
     pub(super) fn of(lens: &Lens, ray: &LensRay) -> Self {
         let prescription = lens.prescription();

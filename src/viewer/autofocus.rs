@@ -20,8 +20,10 @@ const PATCH: u32 = 20;
 const SAMPLES: u32 = 8;
 /// The blur of the trials in pixels; negative is in front.
 const TRIALS: [f64; 7] = [-4.0, -2.5, -1.2, 0.0, 1.2, 2.5, 4.0];
-/// The ratio of contrasts above which the trial replaces the surface's distance. It exceeds the
-/// noise of the contrast; chosen by trial.
+/// The ratio of contrasts above which the trial replaces the surface's distance. No search is
+/// recorded: a smaller value lets the noise of the contrast move the focus, and a larger one keeps
+/// the surface's distance where a neighboring one is a little sharper. A wrong trial is at most 4
+/// pixels of blur away.
 const BETTER: f64 = 1.05;
 
 /// The result of autofocus.

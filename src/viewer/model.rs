@@ -51,8 +51,8 @@ pub(crate) struct Flight {
     start: f64,
 }
 
-/// Samples per pixel of the live picture with which an archival one is aligned. Noise then hides no
-/// edges; chosen by trial.
+/// Samples per pixel of the live picture with which an archival one is aligned. No search is
+/// recorded: with fewer samples noise hides edges, and with more the alignment appears later.
 const ALIGNED_SAMPLES: u32 = 4;
 
 /// Seconds of a seek (Inventor's own default is 2).

@@ -298,7 +298,7 @@ impl Keeper for Interruption {
         false
     }
 
-    fn keep(&self, snapshot: &Snapshot<'_, '_>) {
+    fn keep(&self, snapshot: &StateView<'_, '_>) {
         let mut state = self.state.lock().unwrap();
         state.clear();
         snapshot.write(&mut *state).unwrap();
@@ -412,7 +412,7 @@ fn the_rows_of_a_state_are_those_of_its_film() {
         fn is_due(&self) -> bool {
             self.1.is_due()
         }
-        fn keep(&self, snapshot: &Snapshot<'_, '_>) {
+        fn keep(&self, snapshot: &StateView<'_, '_>) {
             self.1.keep(snapshot);
             let mut rows = self.0.lock().unwrap();
             rows.clear();

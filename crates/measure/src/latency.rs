@@ -70,9 +70,7 @@ impl Bench {
             at: Instant::now(),
         });
         self.wait(Instant::now() + PATIENCE, |news| match news {
-            News::Frame(frame) if frame.serial == serial && wanted(&frame) => {
-                Some(Some(*frame))
-            }
+            News::Frame(frame) if frame.serial == serial && wanted(&frame) => Some(Some(*frame)),
             News::Refused(_, error) => {
                 eprintln!("{error}");
                 Some(None)

@@ -150,12 +150,16 @@ impl Machine {
 
     /// Calls a function of the script, if it has it. Returns the values of the outputs that the
     /// script assigned.
-    pub(super) fn call(&mut self, name: &str) -> (Outputs, Option<ScriptFailure>) {
+    pub(super) fn call(&mut self, name: &str) -> (ScriptOutputs, Option<ScriptFailure>) {
         self.run("call", &[js_string!(name).into()])
     }
 
     /// Delivers an event to the function of its name.
-    pub(super) fn receive(&mut self, event: &Event, time: f64) -> (Outputs, Option<ScriptFailure>) {
+    pub(super) fn receive(
+        &mut self,
+        event: &Event,
+        time: f64,
+    ) -> (ScriptOutputs, Option<ScriptFailure>) {
         let kind = script_input(&self.interface, &event.input);
         let value = kind.and_then(|kind| Some((kind, to_type(&event.value, kind)?)));
         let Some((kind, value)) = value else {
@@ -181,7 +185,7 @@ impl Machine {
     }
 
     /// Calls a function of the prelude, and then collects the outputs.
-    fn run(&mut self, name: &str, given: &[JsValue]) -> (Outputs, Option<ScriptFailure>) {
+    fn run(&mut self, name: &str, given: &[JsValue]) -> (ScriptOutputs, Option<ScriptFailure>) {
         let before = self.context.instructions_remaining();
         let called = self.method(name, given);
         let mut problem = called.err().map(|e| failure(&e, &self.meter));
@@ -211,7 +215,7 @@ impl Machine {
     }
 
     /// Returns the name and value of each output that the script assigned.
-    fn collect(&mut self) -> JsResult<Outputs> {
+    fn collect(&mut self) -> JsResult<ScriptOutputs> {
         let collected = self.method("collect", &[])?;
         let mut outputs = Vec::new();
         for entry in items(&collected, &self.meter, &mut self.context)? {
@@ -240,7 +244,7 @@ impl Machine {
 }
 
 /// The name and value of each output that a script assigned.
-pub(super) type Outputs = Vec<(Box<str>, Value)>;
+pub(super) type ScriptOutputs = Vec<(Box<str>, Value)>;
 
 /// Returns the interface of a script, and the values of its fields.
 fn interface(host: &Host) -> (Vec<Interface>, Vec<Option<Value>>) {

@@ -6,10 +6,10 @@ use std::rc::Rc;
 
 use ivcam_base::diag::ErrorKind;
 use ivcam_inventor::iv::{NodeId, NodeRef, Value};
-use ivcam_inventor::snapshot::events::{self, Event, Scripts, Source, World};
+use ivcam_inventor::snapshot::events::{self, Event, ProgramSource, Scripts, World};
 
 use super::host::Host;
-use super::machine::{Machine, Outputs, ScriptFailure};
+use super::machine::{Machine, ScriptFailure, ScriptOutputs};
 use super::meter::Meter;
 
 /// The largest number of scripts in a scene. Each needs about 250 kB. Tests reach the limit sooner.
@@ -63,12 +63,12 @@ impl RunningScripts {
             }
             let program = events::source(&self.world.borrow().document, id);
             match program {
-                Source::Nothing => {}
-                Source::Unsupported(reason) => {
+                ProgramSource::Nothing => {}
+                ProgramSource::Unsupported(reason) => {
                     let message = format!("a `Script` was not run: {reason}");
                     self.world.borrow_mut().warn(id, message).kind = ErrorKind::Unsupported;
                 }
-                Source::Program(program) => {
+                ProgramSource::Program(program) => {
                     self.found += 1;
                     if self.add(id, &program) {
                         new.push(id);
@@ -115,7 +115,7 @@ impl RunningScripts {
     }
 
     /// Sends what a script assigned, and reports its failure.
-    fn finish(&mut self, id: NodeId, (outputs, failure): (Outputs, Option<ScriptFailure>)) {
+    fn finish(&mut self, id: NodeId, (outputs, failure): (ScriptOutputs, Option<ScriptFailure>)) {
         for (name, value) in outputs {
             self.world.borrow_mut().send(id, &name, &value);
         }

@@ -9,7 +9,7 @@ use ivcam_base::math::Meters;
 
 use super::given::GivenOptions;
 use super::lens::lens_options;
-use super::option::{Needs, Takes};
+use super::option::{OptionNeeds, Takes};
 use super::table::all;
 use crate::photo::plan::{Era, LensChoice, Optics, Plan};
 
@@ -34,12 +34,16 @@ impl Plan {
             Optics::Lens(_) => None,
             Optics::Ideal(_) => idle_options(
                 words,
-                &[Needs::Prescription, Needs::Pupil],
+                &[OptionNeeds::Prescription, OptionNeeds::Pupil],
                 "with an ideal lens",
             ),
             Optics::Pinhole => idle_options(
                 words,
-                &[Needs::Lens, Needs::Prescription, Needs::Pupil],
+                &[
+                    OptionNeeds::Lens,
+                    OptionNeeds::Prescription,
+                    OptionNeeds::Pupil,
+                ],
                 "without a lens",
             ),
         };
@@ -127,7 +131,7 @@ impl LensChoice {
 /// not met. `circumstance` describes why.
 pub(crate) fn idle_options(
     words: &GivenOptions,
-    lacking: &[Needs],
+    lacking: &[OptionNeeds],
     circumstance: &str,
 ) -> Option<Box<Diagnostic>> {
     let idle: Vec<String> = all()

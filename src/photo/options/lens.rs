@@ -5,7 +5,7 @@ use ivcam_base::math::{LengthUnit, Mm, parse_length};
 use ivcam_optics::lens::{Coating, FocusMethod, Gap, Iris};
 
 use super::given::GivenOptions;
-use super::option::{Needs, Opt, Takes};
+use super::option::{Opt, OptionNeeds, Takes};
 use super::table::all;
 use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
@@ -26,7 +26,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("LENS"),
         "lens by name or prescription file; ideal has no faults, none is the scene's own pinhole [wide-angle]",
     )
-    .needs(Needs::Camera)
+    .needs(OptionNeeds::Camera)
     .plan(
         |plan, words, _| {
             match words.text("lens") {
@@ -53,7 +53,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         "distance in focus, from the camera; a bare number is meters [the scene camera's focalDistance]",
     )
     .vintage("f")
-    .needs(Needs::Lens)
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let expects = "a distance greater than 0, such as 1.2 or 40cm";
@@ -69,7 +69,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         "scales the lens by this factor; the lenses shipped are about 100 mm [1]",
     )
     .vintage("z")
-    .needs(Needs::Prescription)
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -88,7 +88,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("LENGTH"),
         "scales the lens to this focal length, such as 20mm; --zoom then scales on from there",
     )
-    .needs(Needs::Lens)
+    .needs(OptionNeeds::Lens)
     .plan(focal_length, |plan, _| match &plan.optics {
         Optics::Lens(lens) => if_any(lens.efl, |efl| format!("{}mm", efl.0)),
         Optics::Ideal(ideal) => vec![format!("{}mm", ideal.efl.0)],
@@ -101,7 +101,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         "stops the lens down, such as f/8 or 8 [full aperture]",
     )
     .aliases(&["f-number"])
-    .needs(Needs::Lens)
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let number = words.parsed("aperture", "an f-number such as f/8", f_number)?;
@@ -124,7 +124,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("N"),
         "a tabulated position of a zoom lens, from 0",
     )
-    .needs(Needs::Prescription)
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -142,7 +142,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("N[@DEGREES]"),
         "iris of 3 to 64 straight blades, turned by an angle [round]",
     )
-    .needs(Needs::Prescription)
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -166,7 +166,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
     )
     .aliases(&["focus-by"])
-    .needs(Needs::Prescription)
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -238,7 +238,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("next|previous|position"),
         "the second column of a table: the distance to the next vertex, from the one before, or the position [by evidence]",
     )
-    .needs(Needs::Prescription)
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {

@@ -23,7 +23,7 @@ pub(crate) use conversions::{command_line, idle_options};
 pub(crate) use given::{GivenOptions, MovieFrame, invalid_value};
 pub(crate) use lens::lens_options;
 pub use option::Opt;
-pub(crate) use option::{Needs, Takes};
+pub(crate) use option::{OptionNeeds, Takes};
 pub(crate) use sampling::rear_element;
 pub(crate) use scene::{FONTS, LIMIT, MEMORY, limits, memory, typefaces};
 pub(crate) use shutter::Shutter;

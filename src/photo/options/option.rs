@@ -31,7 +31,7 @@ pub(crate) enum Takes {
 
 /// The requirement without which an option has no effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Needs {
+pub(crate) enum OptionNeeds {
     /// No requirement.
     Nothing,
     /// The lens belongs to the camera and is not part of the scene as solids.
@@ -57,7 +57,7 @@ pub struct Opt {
     /// The line in the help, with the default in brackets.
     pub(crate) help: &'static str,
     /// The requirement without which the option has no effect.
-    pub(crate) needs: Needs,
+    pub(crate) needs: OptionNeeds,
     /// The functions that change a plan by the option and write a plan's value. Options about the
     /// output have none.
     pub(crate) plan: Option<(Parse, Print)>,
@@ -76,7 +76,7 @@ impl Opt {
             aliases: &[],
             takes,
             help,
-            needs: Needs::Nothing,
+            needs: OptionNeeds::Nothing,
             plan: None,
             describe: None,
             examples: &[],
@@ -96,7 +96,7 @@ impl Opt {
     }
 
     /// Sets the requirement.
-    pub(crate) const fn needs(mut self, needs: Needs) -> Self {
+    pub(crate) const fn needs(mut self, needs: OptionNeeds) -> Self {
         self.needs = needs;
         self
     }

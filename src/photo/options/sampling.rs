@@ -5,7 +5,7 @@ use ivcam_optics::sampling::{DiscMap, Filter, SamplerKind};
 use ivcam_render::camera::Aim;
 
 use super::given::GivenOptions;
-use super::option::{Needs, Opt, Takes};
+use super::option::{Opt, OptionNeeds, Takes};
 use super::values::{duration, if_any, set, share, switch, unless_default};
 use crate::photo::plan::{Era, Optics, Plan, SAMPLE_LIMIT};
 
@@ -75,7 +75,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         Takes::One("rear|exit"),
         "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
     )
-    .needs(Needs::Pupil)
+    .needs(OptionNeeds::Pupil)
     .plan(
         |plan, words, _| {
             let rear = Aim::RearElement(disc_map_of(plan.era));
@@ -102,7 +102,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         Takes::One("polar|concentric"),
         "map from samples to the lens [1999: polar, now: concentric]",
     )
-    .needs(Needs::Pupil)
+    .needs(OptionNeeds::Pupil)
     .plan(
         |plan, words, _| {
             let map = words.named("disc", &DISC_MAPS)?;

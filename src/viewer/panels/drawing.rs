@@ -2,7 +2,7 @@
 
 use egui::epaint::{Mesh, Vertex, WHITE_UV};
 use egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Shape, Stroke, pos2};
-use ivcam_optics::diagram::drawing::{Anchor, Drawing, DrawingOutput, Ink, Path, Text};
+use ivcam_optics::diagram::drawing::{Anchor, Drawing, DrawingOutput, DrawingText, Ink, Path};
 
 /// Draws into a rectangle at the largest size that fits.
 pub(super) fn paint(painter: &Painter, rect: Rect, drawing: &Drawing, dark: bool) {
@@ -68,7 +68,7 @@ impl DrawingOutput for DrawingScreen<'_> {
         }
     }
 
-    fn text(&mut self, text: &Text) {
+    fn text(&mut self, text: &DrawingText) {
         let size = (text.size as f32 * self.scale).max(8.0);
         let align = match text.anchor {
             Anchor::Start => Align2::LEFT_BOTTOM,

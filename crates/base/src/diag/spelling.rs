@@ -2,8 +2,9 @@
 
 /// Returns the candidate with the smallest edit distance from `word`, for "did you mean".
 ///
-/// Case does not count. Candidates at a distance of more than 1 + length/4 are too different; this
-/// bound was chosen by trial.
+/// Case does not count. Candidates at a distance of more than 1 + length/4 are too different. No
+/// search is recorded: a larger bound suggests unrelated words, and a smaller one misses two
+/// letters in the wrong order (`the_nearest_word_is_found_and_a_far_one_is_not`).
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = 1 + word.len() / 4;
     candidates

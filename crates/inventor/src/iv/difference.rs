@@ -12,7 +12,7 @@ impl Document {
     /// The order of the nodes in the arena, the spans and the messages are not compared. Which uses
     /// refer to the same node is compared.
     pub fn difference(&self, other: &Self) -> Option<String> {
-        Comparison {
+        DocumentComparison {
             a: self,
             b: other,
             pairs: HashMap::new(),
@@ -36,7 +36,7 @@ impl Document {
 }
 
 /// The state of a comparison.
-struct Comparison<'d> {
+struct DocumentComparison<'d> {
     a: &'d Document,
     b: &'d Document,
     /// The node of `b` that corresponds to each visited node of `a`.
@@ -48,7 +48,7 @@ struct Comparison<'d> {
 /// The result of a comparison. The error describes the difference.
 type Check = Result<(), String>;
 
-impl Comparison<'_> {
+impl DocumentComparison<'_> {
     fn run(mut self) -> Check {
         self.lists(&self.a.roots, &self.b.roots, "roots")?;
         self.drain()?;

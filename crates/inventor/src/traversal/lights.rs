@@ -5,7 +5,7 @@
 //! therefore in force before the shapes around them are visited.
 
 use super::leading::Leading;
-use super::property::{self, Reach};
+use super::property::{self, LightReach};
 use super::state::{LightElement, State};
 use super::visitor::{Repeated, Visitor, WalkOptions};
 use super::walk::{Walk, walk_list};
@@ -13,7 +13,7 @@ use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
 
 /// Whether the document has a node that shines in a given way.
-pub(super) fn has_light(document: &Document, wanted: Reach) -> bool {
+pub(super) fn has_light(document: &Document, wanted: LightReach) -> bool {
     let nodes = (0..document.nodes.len()).map(|i| NodeId(i as u32));
     let reaches = |id: NodeId| property::reach(document.node(id));
     nodes.into_iter().any(|id| reaches(id) == Some(wanted))
@@ -34,16 +34,16 @@ pub(super) fn scene_lights<'a>(
             !self.2.is_in(part)
         }
         fn light(&mut self, light: &LightElement, _: &State<'a>) {
-            if property::reach(self.0.node(light.node)) == Some(Reach::Scene) {
+            if property::reach(self.0.node(light.node)) == Some(LightReach::Scene) {
                 self.1.push(*light);
             }
         }
     }
     let document = snapshot.document();
-    if !has_light(document, Reach::Scene) {
+    if !has_light(document, LightReach::Scene) {
         return Vec::new();
     }
-    let is_scene_light = |node: NodeRef<'_>| property::reach(node) == Some(Reach::Scene);
+    let is_scene_light = |node: NodeRef<'_>| property::reach(node) == Some(LightReach::Scene);
     let leading = Leading::to(document, is_scene_light);
     let mut collector = Collector(document, Vec::new(), leading);
     walk_list(snapshot, list, state.clone(), options, &mut collector);
@@ -58,8 +58,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         };
         self.visitor.light(&light, &self.state);
         let is_in_force = match property::reach(node) {
-            Some(Reach::Scene) => true,
-            Some(Reach::Group) => self.state.lights.backward().any(|l| l.node == node.id),
+            Some(LightReach::Scene) => true,
+            Some(LightReach::Group) => self.state.lights.backward().any(|l| l.node == node.id),
             _ => false,
         };
         if !is_in_force {
@@ -74,7 +74,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         }
         for &id in members {
             let node = self.document.node(id);
-            if property::reach(node) == Some(Reach::Group)
+            if property::reach(node) == Some(LightReach::Group)
                 && let Some(light) = property::light(&self.state, node)
             {
                 self.state.lights.push(light);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::light_list::LightList;
 use super::state::{
-    Coordinates, Diffuse, List, MaterialElement, Profile, ProfileCoordinates, State,
+    Coordinates, Diffuse, List, MaterialElement, ProfileCoordinates, ProfileElement, State,
     TextureCoordinates, TextureElement,
 };
 
@@ -142,8 +142,8 @@ fn is_same_profile_coordinates(a: &ProfileCoordinates<'_>, b: &ProfileCoordinate
     }
 }
 
-fn are_same_profiles(a: &Arc<Vec<Profile<'_>>>, b: &Arc<Vec<Profile<'_>>>) -> bool {
-    let same = |(a, b): (&Profile<'_>, &Profile<'_>)| {
+fn are_same_profiles(a: &Arc<Vec<ProfileElement<'_>>>, b: &Arc<Vec<ProfileElement<'_>>>) -> bool {
+    let same = |(a, b): (&ProfileElement<'_>, &ProfileElement<'_>)| {
         a.node.id == b.node.id && is_same_profile_coordinates(&a.coordinates, &b.coordinates)
     };
     Arc::ptr_eq(a, b) || a.len() == b.len() && a.iter().zip(b.iter()).all(same)

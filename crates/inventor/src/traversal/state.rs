@@ -296,7 +296,7 @@ pub enum DrawStyle {
 
 /// The elements that `DrawStyle` and `PolygonOffset` set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drawing {
+pub struct DrawStyleElement {
     /// How shapes are drawn.
     pub style: DrawStyle,
     /// The width of lines in pixels; 0 means 1.
@@ -314,7 +314,7 @@ pub struct Drawing {
     pub offset_styles: i32,
 }
 
-impl Drawing {
+impl DrawStyleElement {
     /// Inventor's default values.
     pub const DEFAULT: Self = Self {
         style: DrawStyle::Filled,
@@ -473,7 +473,7 @@ pub struct FontElement<'a> {
 
 /// A profile of a `Text3` or NURBS shape.
 #[derive(Clone, Copy)]
-pub struct Profile<'a> {
+pub struct ProfileElement<'a> {
     /// The profile's node.
     pub node: NodeRef<'a>,
     /// The coordinates that it indexes.
@@ -562,7 +562,7 @@ pub struct State<'a> {
     /// Whether shapes show their diffuse color unlit (`LightModel` `BASE_COLOR`).
     pub base_color: bool,
     /// How shapes are drawn.
-    pub drawing: Drawing,
+    pub drawing: DrawStyleElement,
     /// Whether shapes cast shadows (`ShadowStyle`).
     pub casts_shadow: bool,
     /// Whether shapes are drawn over everything else (`Annotation`).
@@ -585,7 +585,7 @@ pub struct State<'a> {
     /// The points that profiles index.
     pub profile_coordinates: ProfileCoordinates<'a>,
     /// The current profiles.
-    pub profiles: Arc<Vec<Profile<'a>>>,
+    pub profiles: Arc<Vec<ProfileElement<'a>>>,
     /// The choice of the last `Switch`, for `SWITCH_INHERIT`.
     pub switch: i32,
     /// The length of the current unit of `Units`, in meters.
@@ -629,7 +629,7 @@ impl State<'_> {
                 ..ShapeHints::DEFAULT
             },
             base_color: false,
-            drawing: Drawing::DEFAULT,
+            drawing: DrawStyleElement::DEFAULT,
             casts_shadow: true,
             on_top: false,
             highlight: None,

@@ -7,7 +7,7 @@ use ivcam_base::diag::Diagnostic;
 use super::frame::WalkFrame;
 use super::kit;
 use super::lights;
-use super::property::{self, Reach};
+use super::property::{self, LightReach};
 use super::role::{self, Role};
 use super::state::{Language, State};
 use super::visitor::{Repeated, Visitor, WalkOptions};
@@ -98,7 +98,7 @@ impl Scratch {
     pub fn new(document: &Document) -> Self {
         Self {
             on_path: vec![false; document.nodes.len()],
-            has_group_lights: lights::has_light(document, Reach::Group),
+            has_group_lights: lights::has_light(document, LightReach::Group),
         }
     }
 }

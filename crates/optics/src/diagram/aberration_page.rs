@@ -8,8 +8,8 @@ use crate::lens::{FieldRow, LensSheet};
 
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
+use super::measures::{GUTTER, MARGIN, WIDTH};
 use super::numbers::{round_number, tidy};
-use super::page::{GUTTER, MARGIN, WIDTH};
 
 const FAN_HEIGHT: f64 = 140.0;
 const CHART_HEIGHT: f64 = 190.0;

@@ -68,7 +68,7 @@ pub struct Path {
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Text {
+pub struct DrawingText {
     /// The position of the anchor, at the lower edge of the letters.
     pub at: [f64; 2],
     /// The part of the text that is at its position.
@@ -116,7 +116,7 @@ pub enum DrawingItem {
         ink: Ink,
     },
     /// A line of text.
-    Text(Text),
+    Text(DrawingText),
 }
 
 /// A target for drawings, which defines how every ink looks.
@@ -130,7 +130,7 @@ pub trait DrawingOutput {
     /// Draws a diagonal cross about a center. `size` is half of its width, in units of the drawing.
     fn cross(&mut self, at: [f64; 2], size: f64, ink: Ink);
     /// Draws a line of text.
-    fn text(&mut self, text: &Text);
+    fn text(&mut self, text: &DrawingText);
 }
 
 /// A drawing of a width and a height.
@@ -256,7 +256,7 @@ impl Drawing {
         (lettering, ink): (Lettering, Ink),
         words: impl Into<String>,
     ) {
-        self.items.push(DrawingItem::Text(Text {
+        self.items.push(DrawingItem::Text(DrawingText {
             at,
             anchor,
             size,

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::drawing::{Anchor, Drawing, DrawingOutput, Ink, Lettering, Path, Text};
+use super::drawing::{Anchor, Drawing, DrawingOutput, DrawingText, Ink, Lettering, Path};
 
 /// Width of the drawing in xfig units: 25 cm.
 const WIDTH: f64 = 25.0 / 2.54 * 1200.0;
@@ -154,7 +154,7 @@ impl DrawingOutput for Fig {
         }
     }
 
-    fn text(&mut self, text: &Text) {
+    fn text(&mut self, text: &DrawingText) {
         let [x, y] = self.place(text.at);
         let anchor = match text.anchor {
             Anchor::Start => 0,

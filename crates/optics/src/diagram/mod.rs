@@ -7,6 +7,7 @@ mod aberration_page;
 pub mod chart;
 pub mod drawing;
 mod fig;
+mod measures;
 mod numbers;
 mod page;
 mod point_spreads;

@@ -5,6 +5,7 @@ use ivcam_base::files::escaped;
 use super::aberration_page;
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
+use super::measures::{GUTTER, MARGIN, WIDTH};
 use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
 use crate::lens::analysis::aberrations::report::Aberrations;
@@ -12,9 +13,6 @@ use crate::lens::{
     About, FieldRow, Lens, LensSheet, Modulation, Plane, PointImage, Shape, Surface, Zone,
 };
 
-pub(super) const WIDTH: f64 = 1040.0;
-pub(super) const MARGIN: f64 = 44.0;
-pub(super) const GUTTER: f64 = 32.0;
 const CHART_HEIGHT: f64 = 190.0;
 
 /// Returns the page as an SVG file.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use ivcam_base::files::escaped;
 
-use super::drawing::{Anchor, Drawing, DrawingOutput, Ink, Lettering, Path, Text};
+use super::drawing::{Anchor, Drawing, DrawingOutput, DrawingText, Ink, Lettering, Path};
 
 /// The colors can be distinguished by people who confuse red and green (after Okabe and Ito).
 const STYLE: &str = "
@@ -109,7 +109,7 @@ impl DrawingOutput for Svg {
         ));
     }
 
-    fn text(&mut self, text: &Text) {
+    fn text(&mut self, text: &DrawingText) {
         let anchor = match text.anchor {
             Anchor::Start => "",
             Anchor::Middle => " text-anchor=\"middle\"",

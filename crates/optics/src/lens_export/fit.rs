@@ -14,7 +14,7 @@ const STEEPEST: f64 = 1.5;
 /// A camera model. All are functions of the angle alone; tangential coefficients are 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Model {
+pub enum CameraModel {
     /// Brown and Conrady: r = f t (1 + k1 t² + k2 t⁴ + k3 t⁶), t being the angle's tangent.
     Brown,
     /// The rational model: r = f t (1 + k1 t² + k2 t⁴ + k3 t⁶)/(1 + k4 t² + k5 t⁴ + k6 t⁶).
@@ -25,9 +25,9 @@ pub enum Model {
 
 /// A model with the coefficients that fit a picture best.
 #[derive(Clone, Debug)]
-pub(crate) struct Fit {
+pub(crate) struct ModelFit {
     /// The model.
-    pub model: Model,
+    pub model: CameraModel,
     /// The focal length f in pixels.
     pub focal: f64,
     /// The coefficients k1, k2, ….
@@ -42,12 +42,12 @@ pub(crate) struct Fit {
 #[derive(Clone, Debug)]
 pub struct Chosen {
     /// The model that is exported.
-    pub(crate) fit: Fit,
+    pub(crate) fit: ModelFit,
     /// Every model with its fit, or the reason why it does not fit.
-    pub(crate) all: Vec<(Model, std::result::Result<Fit, String>)>,
+    pub(crate) all: Vec<(CameraModel, std::result::Result<ModelFit, String>)>,
 }
 
-impl Model {
+impl CameraModel {
     /// The models with the names of OpenCV and of ROS, the simplest first.
     pub(crate) const ALL: [(Self, &'static str, &'static str); 3] = [
         (Self::Brown, "brown", "plumb_bob"),
@@ -85,7 +85,7 @@ impl Model {
 
     /// Fits the model to a picture. Fails with the reason if no residual of at most `tolerance`
     /// pixels can be had.
-    fn fit(self, samples: &[Sample], tolerance: f64) -> std::result::Result<Fit, String> {
+    fn fit(self, samples: &[Sample], tolerance: f64) -> std::result::Result<ModelFit, String> {
         let widest = samples.iter().map(|s| s.angle).fold(0.0, f64::max);
         if self != Self::Fisheye && widest > STEEPEST {
             return Err(format!(
@@ -104,7 +104,7 @@ impl Model {
             Self::Fisheye => odd_series(&points, 4),
         }
         .ok_or("its coefficients cannot be determined")?;
-        let mut fit = Fit {
+        let mut fit = ModelFit {
             model: self,
             focal,
             k,
@@ -129,7 +129,7 @@ impl Model {
     }
 }
 
-impl Fit {
+impl ModelFit {
     /// The radius in pixels at an angle.
     pub(crate) fn radius(&self, angle: f64) -> f64 {
         self.focal * self.model.radius(&self.k, angle)
@@ -145,7 +145,7 @@ impl Fit {
     /// The coefficients in OpenCV's order: k1, k2, p1, p2, k3, k4, …, or k1 to k4 of a fish-eye.
     pub(crate) fn coefficients(&self) -> Vec<f64> {
         match self.model {
-            Model::Fisheye => self.k.clone(),
+            CameraModel::Fisheye => self.k.clone(),
             _ => [&self.k[..2], &[0.0, 0.0], &self.k[2..]].concat(),
         }
     }
@@ -158,11 +158,11 @@ impl Chosen {
     ///
     /// Returns an error with the reason of each if the model, or every one, leaves a residual of
     /// more than `tolerance` pixels.
-    pub fn of(view: &View<'_>, model: Option<Model>, tolerance: f64) -> Result<Self> {
+    pub fn of(view: &View<'_>, model: Option<CameraModel>, tolerance: f64) -> Result<Self> {
         let samples = view.samples();
-        let fit = |(model, ..): &(Model, _, _)| (*model, model.fit(&samples, tolerance));
-        let all: Vec<_> = Model::ALL.iter().map(fit).collect();
-        let wanted = |(m, _): &&(Model, _)| model.is_none_or(|model| model == *m);
+        let fit = |(model, ..): &(CameraModel, _, _)| (*model, model.fit(&samples, tolerance));
+        let all: Vec<_> = CameraModel::ALL.iter().map(fit).collect();
+        let wanted = |(m, _): &&(CameraModel, _)| model.is_none_or(|model| model == *m);
         let chosen = all
             .iter()
             .filter(wanted)
@@ -170,7 +170,8 @@ impl Chosen {
         if let Some(fit) = chosen {
             return Ok(Self { fit, all });
         }
-        let reason = |(model, fit): &(Model, std::result::Result<Fit, String>)| match fit {
+        let reason = |(model, fit): &(CameraModel, std::result::Result<ModelFit, String>)| match fit
+        {
             Ok(fit) => format!("{} fits within {:.3} pixels", model.name(), fit.max),
             Err(reason) => format!("{}: {reason}", model.name()),
         };

@@ -24,7 +24,7 @@ mod stmap;
 mod tests;
 mod view;
 
-pub use fit::{Chosen, Model};
+pub use fit::{CameraModel, Chosen};
 pub use frame::Frame;
 pub use lensfun::lensfun;
 pub use opencv::opencv;

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 
 use crate::lens::{Conjugate, Lens};
-use crate::lens_export::fit::{Chosen, Fit, Model};
+use crate::lens_export::fit::{CameraModel, Chosen, ModelFit};
 use crate::lens_export::{Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros};
 use crate::picture::Picture;
 
@@ -35,11 +35,11 @@ fn direction(view: &View<'_>, pixel: DVec2) -> DVec3 {
 }
 
 /// `cv::projectPoints` without rotation and translation, as OpenCV's documentation states it.
-fn opencv_project(fit: &Fit, middle: DVec2, d: DVec3) -> DVec2 {
+fn opencv_project(fit: &ModelFit, middle: DVec2, d: DVec3) -> DVec2 {
     let c = fit.coefficients();
     let (x, y) = (d.x / d.z, d.y / d.z);
     let r2 = x * x + y * y;
-    if fit.model == Model::Fisheye {
+    if fit.model == CameraModel::Fisheye {
         let r = d.x.hypot(d.y);
         let t = libm::atan2(r, d.z);
         let t2 = t * t;
@@ -59,7 +59,7 @@ fn opencv_project(fit: &Fit, middle: DVec2, d: DVec3) -> DVec2 {
 
 /// The greatest distance in pixels from a grid of pixels to where the model shows the scene points
 /// whose chief rays arrive there.
-fn residual(view: &View<'_>, fit: &Fit) -> f64 {
+fn residual(view: &View<'_>, fit: &ModelFit) -> f64 {
     let mut max = 0.0f64;
     for j in 0..7 {
         for i in 0..7 {
@@ -79,10 +79,10 @@ fn residual(view: &View<'_>, fit: &Fit) -> f64 {
 #[test]
 fn exported_coefficients_show_scene_points_where_their_chief_rays_arrive() {
     for (name, half, model) in [
-        ("double-gauss", 40.0, Model::Brown),
-        ("telephoto", 5.0, Model::Brown),
-        ("biogon", 100.0, Model::Rational),
-        ("fisheye", 130.0, Model::Fisheye),
+        ("double-gauss", 40.0, CameraModel::Brown),
+        ("telephoto", 5.0, CameraModel::Brown),
+        ("biogon", 100.0, CameraModel::Rational),
+        ("fisheye", 130.0, CameraModel::Fisheye),
     ] {
         let lens = Lens::named(name).unwrap();
         let view = view(&lens, half);
@@ -114,7 +114,7 @@ fn a_near_object_is_shown_where_its_chief_rays_arrive() {
     let frame = Frame::of(Some([36.0, 24.0]), 0.0, None).unwrap();
     let view = View::of(&lens, conjugate, frame).unwrap();
     let fit = Chosen::of(&view, None, 0.25).unwrap().fit;
-    assert_eq!(fit.model, Model::Brown);
+    assert_eq!(fit.model, CameraModel::Brown);
     let max = residual(&view, &fit);
     assert!(max <= fit.max * 1.05 + 1e-6, "{max} against {}", fit.max);
 }
@@ -123,16 +123,16 @@ fn a_near_object_is_shown_where_its_chief_rays_arrive() {
 fn a_fish_eye_is_refused_by_models_of_the_tangent_with_the_reason() {
     let lens = Lens::named("nikkor-16").unwrap();
     let wide = view(&lens, 21.6);
-    for model in [Model::Brown, Model::Rational] {
+    for model in [CameraModel::Brown, CameraModel::Rational] {
         let error = Chosen::of(&wide, Some(model), 0.25).unwrap_err();
         assert!(error.message.contains("degrees from the axis"), "{error}");
         assert!(error.message.contains(model.name()), "{error}");
     }
     let fit = Chosen::of(&wide, None, 0.25).unwrap().fit;
-    assert_eq!(fit.model, Model::Fisheye);
+    assert_eq!(fit.model, CameraModel::Fisheye);
     // Half of its field is 76 degrees, so the tangent is finite, but not like the lens.
     let lens = Lens::named("fisheye").unwrap();
-    let error = Chosen::of(&view(&lens, 130.0), Some(Model::Brown), 0.25).unwrap_err();
+    let error = Chosen::of(&view(&lens, 130.0), Some(CameraModel::Brown), 0.25).unwrap_err();
     assert!(error.message.contains("pixels at most"), "{error}");
     assert!(error.help.unwrap().contains("rational fits"));
 }
@@ -141,7 +141,7 @@ fn a_fish_eye_is_refused_by_models_of_the_tangent_with_the_reason() {
 fn a_residual_above_the_tolerance_is_refused_with_the_residual() {
     let lens = Lens::named("wide-angle").unwrap();
     let view = view(&lens, 70.0);
-    let error = Chosen::of(&view, Some(Model::Brown), 1e-6).unwrap_err();
+    let error = Chosen::of(&view, Some(CameraModel::Brown), 1e-6).unwrap_err();
     assert!(error.message.contains("pixels at most"), "{error}");
 }
 

@@ -72,17 +72,17 @@ impl Sampler {
     pub fn pixel(&self, number: u64, [x, y]: [u32; 2]) -> PixelSampler {
         let key = mix(self.seed ^ mix(number.wrapping_add(0x9e37_79b9_7f4a_7c15)));
         let layout = match self.kind {
-            SamplerKind::Jittered => Layout::Jittered(self.samples),
-            SamplerKind::Random => Layout::Random,
-            SamplerKind::Sobol => Layout::Sobol(Sobol::new(key)),
+            SamplerKind::Jittered => SampleLayout::Jittered(self.samples),
+            SamplerKind::Random => SampleLayout::Random,
+            SamplerKind::Sobol => SampleLayout::Sobol(Sobol::new(key)),
             SamplerKind::Golden => {
-                Layout::Golden(std::array::from_fn(|d| unit(mix(key ^ mix(d as u64)))))
+                SampleLayout::Golden(std::array::from_fn(|d| unit(mix(key ^ mix(d as u64)))))
             }
             SamplerKind::Blue => {
                 let bits = self.samples.max(1).next_power_of_two().trailing_zeros();
                 let block = u64::from(x >> BLOCK_BITS) << 32 | u64::from(y >> BLOCK_BITS);
                 let seed = mix(self.seed ^ mix(block));
-                Layout::Blue {
+                SampleLayout::Blue {
                     sequence: Sobol::new(seed),
                     start: u64::from(shuffled_morton(x, y, seed)) << bits,
                     bits,
@@ -107,12 +107,12 @@ impl Sampler {
 #[derive(Clone, Copy, Debug)]
 pub struct PixelSampler {
     key: u64,
-    layout: Layout,
+    layout: SampleLayout,
 }
 
 /// The parameters of a pixel's samples.
 #[derive(Clone, Copy, Debug)]
-enum Layout {
+enum SampleLayout {
     /// The number of samples in a set of strata.
     Jittered(u32),
     Random,
@@ -135,7 +135,7 @@ impl PixelSampler {
     /// on. They are stratified over a pixel's samples, and shuffled relative to the other
     /// dimensions.
     pub fn wavelengths(&self, first: u32, out: &mut [f64]) {
-        if let Layout::Random = self.layout {
+        if let SampleLayout::Random = self.layout {
             for (index, out) in (first..).zip(out) {
                 *out = unit(mix(self.key ^ mix((u64::from(index) << 3) | 4)));
             }
@@ -151,8 +151,8 @@ impl PixelSampler {
     #[inline]
     fn net(&self, index: u32) -> Option<(Sobol, u32)> {
         match self.layout {
-            Layout::Sobol(sobol) => Some((sobol, index)),
-            Layout::Blue {
+            SampleLayout::Sobol(sobol) => Some((sobol, index)),
+            SampleLayout::Blue {
                 sequence,
                 start,
                 bits,
@@ -171,16 +171,16 @@ impl PixelSampler {
     #[inline]
     pub fn sample(&self, index: u32) -> LensSample {
         let [a, b, c, d] = match self.layout {
-            Layout::Jittered(samples) => return jittered(self.key, samples, index),
-            Layout::Random => {
+            SampleLayout::Jittered(samples) => return jittered(self.key, samples, index),
+            SampleLayout::Random => {
                 let n = |d| unit(mix(self.key ^ mix((u64::from(index) << 3) | d)));
                 [n(0), n(1), n(2), n(3)]
             }
-            Layout::Sobol(_) | Layout::Blue { .. } => match self.net(index) {
+            SampleLayout::Sobol(_) | SampleLayout::Blue { .. } => match self.net(index) {
                 Some((sobol, place)) => sobol.point(place),
                 None => [0.0; 4],
             },
-            Layout::Golden(shift) => {
+            SampleLayout::Golden(shift) => {
                 let n = f64::from(index) + 1.0;
                 std::array::from_fn(|d| (shift[d] + n * GOLDEN[d]).fract())
             }
@@ -223,7 +223,7 @@ impl Samples {
     /// Requests samples of a pixel, to be drawn by [`Self::draw`]. They are bit-identical to those
     /// of [`PixelSampler::sample`].
     pub fn request(&mut self, pixel: &PixelSampler, indices: Range<u32>) {
-        if let Layout::Sobol(sobol) = pixel.layout {
+        if let SampleLayout::Sobol(sobol) = pixel.layout {
             return self.pending.push_all(&sobol, indices);
         }
         for index in indices {

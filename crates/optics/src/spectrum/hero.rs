@@ -13,7 +13,7 @@ pub const SETS: usize = 8;
 
 /// A wavelength of a hero set.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
+pub struct SpectralLine {
     /// The wavelength in nanometers.
     pub nm: f64,
     /// The matrix from a radiance in linear RGB to what it adds to the film at this wavelength.
@@ -132,14 +132,14 @@ impl Spectrum {
     /// The difference between the identity and the sum of a set's matrices, at most 0.15 of the
     /// identity, is added to them in equal parts. The mean of that over all sets is less than
     /// 0.005, so the colors of a spectrum are those of the matching functions.
-    pub fn hero_sets(&self) -> [[Line; HERO]; SETS] {
+    pub fn hero_sets(&self) -> [[SpectralLine; HERO]; SETS] {
         let total: f64 = range().map(weight).sum();
         std::array::from_fn(|set| {
             let mut lines = std::array::from_fn(|i| {
                 let share = (i as f64 + (set as f64 + 0.5) / SETS as f64) / HERO as f64;
                 let nm = wavelength_at(share * total);
                 let density = HERO as f64 * weight(nm) / total;
-                Line {
+                SpectralLine {
                     nm,
                     color: self.color(nm) * density.recip(),
                 }
@@ -241,7 +241,7 @@ mod tests {
         let mut mean = DMat3::ZERO;
         for lines in spectrum.hero_sets() {
             let true_color =
-                |l: &Line| spectrum.color(l.nm) * (total / (HERO as f64 * weight(l.nm)));
+                |l: &SpectralLine| spectrum.color(l.nm) * (total / (HERO as f64 * weight(l.nm)));
             let sum = lines.iter().fold(DMat3::ZERO, |sum, l| sum + true_color(l));
             assert!(farthest(sum) < 0.15, "{sum}");
             mean += sum * (SETS as f64).recip();

@@ -17,4 +17,4 @@
 
 mod hero;
 
-pub use hero::{HERO, Line, MAIN, OTHERS, SETS, Spectrum};
+pub use hero::{HERO, MAIN, OTHERS, SETS, SpectralLine, Spectrum};

@@ -24,6 +24,10 @@ pub struct Hit {
 /// distance.
 pub const COPLANAR: f32 = 1.0 / (1 << 20) as f32;
 
+/// Two hits that differ by at most this fraction of their distance are close. It is twice the
+/// thickness of a plane ([`COPLANAR`]).
+pub(super) const CLOSE: f32 = 2.0 * COPLANAR;
+
 /// What a traversal asks about primitives: their transmittance, and the hits on those that are not
 /// triangles. A ray hits such a primitive at up to two distances; a distance without a hit is NaN.
 pub trait Primitives {

@@ -3,9 +3,8 @@
 use ivcam_base::math::lanes::bits;
 
 use super::block::{Block, BlockHits};
-use super::hit::{Hit, Primitives};
+use super::hit::{CLOSE, Hit, Primitives};
 use super::nodes::{Bvh, Child};
-use super::prepared_packet::CLOSE;
 use super::triangle::PreparedRay;
 
 /// The nearest hit of a ray so far.

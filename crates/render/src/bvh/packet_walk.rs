@@ -8,13 +8,15 @@
 use ivcam_base::math::lanes::{LANES, RaysInLanes, VectorKernel, Vectors, bits, dispatch_vectors};
 
 use super::block::{BLOCK, Block};
-use super::hit::Primitives;
+use super::hit::{CLOSE, Primitives};
 use super::nodes::{Bvh, Child, WIDTH, WideNode};
-use super::prepared_packet::{CLOSE, Interval, PreparedPacket};
+use super::prepared_packet::{Interval, PreparedPacket};
 use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
 
-/// The largest number of rays that are traced one by one, chosen by trial.
+/// The largest number of rays that are traced one by one. Hits have the same bits with any value.
+/// No search is recorded: a test of a box or a triangle in lanes takes as long for one ray as for
+/// all, so that for a few rays single tests are faster.
 const FEW: u32 = 3;
 
 /// A box that some rays of a packet still have to visit.

@@ -2,14 +2,9 @@
 
 use ivcam_base::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, Width, dispatch, of_lane};
 
-use super::hit::COPLANAR;
 use super::nearest_hit::NearestHit;
 use super::packet::{PacketHits, RayPacket};
 use super::triangle::{PreparedRay, axes, invert};
-
-/// Two hits that differ by at most this fraction of their distance are close. It is twice the
-/// thickness of a plane ([`COPLANAR`]).
-pub(super) const CLOSE: f32 = 2.0 * COPLANAR;
 
 /// A packet during its traversal: rays from distance 0 with the same direction octant.
 #[derive(Clone, Debug)]

@@ -8,7 +8,7 @@ use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{
     Aims, Bundle, ExitPupil, FilmPlace, Lens, PupilTarget, PupilTransmission,
 };
-use ivcam_optics::spectrum::{HERO, Line, MAIN, SETS, Spectrum};
+use ivcam_optics::spectrum::{HERO, MAIN, SETS, SpectralLine, Spectrum};
 
 use super::film_samples::FilmSamples;
 use super::lens_camera::LensCamera;
@@ -25,7 +25,7 @@ const MEASURED: [usize; 3] = [0, SETS / 2, SETS - 1];
 #[derive(Clone, Debug)]
 pub(super) struct SpectralLenses {
     /// The wavelengths of each set.
-    pub sets: [[Line; HERO]; SETS],
+    pub sets: [[SpectralLine; HERO]; SETS],
     /// The lens at each of the wavelengths.
     pub lenses: [[Lens; HERO]; SETS],
     /// The size of each wavelength's color: the root of the sum of the squares of its matrix.
@@ -71,7 +71,7 @@ impl SpectralLenses {
         let lenses = sets
             .each_ref()
             .map(|lines| lines.each_ref().map(|line| lens.at_wavelength(line.nm)));
-        let size = |line: &Line| {
+        let size = |line: &SpectralLine| {
             let entries = line.color.to_cols_array();
             entries.iter().map(|x| x * x).sum::<f64>().sqrt()
         };

@@ -13,7 +13,7 @@ use super::exposure::{Counts, Exposure, Progress, Stop, Stopped};
 use super::segment::Segment;
 use super::shares::SampleShares;
 use super::stopwatch::{Spent, Stopwatch};
-use super::sums::{Keeper, Place, Sums};
+use super::sums::{Keeper, PicturePlace, Sums};
 use super::tile::{Tile, strips};
 use super::units::{border_after, border_before};
 use crate::camera::Camera;
@@ -146,7 +146,7 @@ impl Render<'_> {
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let watch = Stopwatch::start();
-        let Place { first, .. } = sums.place;
+        let PicturePlace { first, .. } = sums.place;
         let run = PassRun {
             last,
             before: sums.spent,
@@ -163,7 +163,7 @@ impl Render<'_> {
             }
         }
         let watch = Stopwatch::start();
-        let Place { region, done, .. } = sums.place;
+        let PicturePlace { region, done, .. } = sums.place;
         let is_part = first > 0 || last < self.stop.samples;
         let mut film = sums.film();
         if stopped.is_none() && !is_part && measured.samples < done {
@@ -194,7 +194,7 @@ impl Render<'_> {
         let mut had_ended = sums.place.done == sums.place.until;
         sums.place.until = sums.place.until.min(run.last).max(sums.place.end);
         loop {
-            let Place { first, done, .. } = sums.place;
+            let PicturePlace { first, done, .. } = sums.place;
             if done == sums.place.until && done > first {
                 let is_due = had_ended || done >= sums.place.next_estimate;
                 if self.stop.error.is_some() && is_due {
@@ -227,7 +227,7 @@ impl Render<'_> {
         run: &PassRun<'_>,
         error: Option<f64>,
     ) -> Result<(), Stopped> {
-        let Place {
+        let PicturePlace {
             region,
             first,
             done,
@@ -276,7 +276,7 @@ impl Render<'_> {
 
     /// Estimates the error of sums at the end of a pass.
     fn measured_sums(&self, sums: &mut Sums) -> Measured {
-        let Place { region, done, .. } = sums.place;
+        let PicturePlace { region, done, .. } = sums.place;
         let mut counts = Counts::default();
         let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts));
         sums.counts.add(&counts);
@@ -318,9 +318,11 @@ impl Render<'_> {
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, or of
-    /// the time if that is less, at least 2 and at most 16 (chosen by trial). Its rays are counted;
-    /// its light is discarded. It covers the whole picture, so that the shares in a region are
-    /// those of the whole picture.
+    /// the time if that is less, at least 2 and at most 16. Its rays are counted; its light is
+    /// discarded (docs/decisions/0009-adaptive-sampling.md). No search for the limit of 16 is
+    /// recorded: it bounds the cost, and shares are powers of two that need no exact noise. The
+    /// pass covers the whole picture, so that the shares in a region are those of the whole
+    /// picture.
     pub(super) fn pilot_pass(&self, counts: &mut Counts, keepers: &[&dyn Keeper]) -> SampleShares {
         if !self.adaptive {
             return SampleShares::EVEN;

@@ -26,12 +26,12 @@ pub trait Keeper: Sync {
     /// one gets the answer true.
     fn is_due(&self) -> bool;
     /// Keeps the state.
-    fn keep(&self, state: &Snapshot<'_, '_>);
+    fn keep(&self, state: &StateView<'_, '_>);
 }
 
 /// Where a render is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Place {
+pub struct PicturePlace {
     /// The size of the picture.
     pub picture: Resolution,
     /// The part of the picture that is rendered.
@@ -48,7 +48,7 @@ pub struct Place {
     pub next_estimate: u32,
 }
 
-impl Place {
+impl PicturePlace {
     /// Returns whether all pixels have the same samples.
     pub fn is_even(&self) -> bool {
         self.done == self.end
@@ -59,7 +59,7 @@ impl Place {
 #[derive(Clone, Debug)]
 pub struct Sums {
     /// What is rendered, and which samples the pixels have.
-    pub place: Place,
+    pub place: PicturePlace,
     /// The distribution of the samples over the pixels.
     pub(super) shares: Arc<SampleShares>,
     /// The films of finished units that are not folded into the last one, in order.
@@ -83,7 +83,7 @@ impl Sums {
         shares: Arc<SampleShares>,
     ) -> Self {
         Self {
-            place: Place {
+            place: PicturePlace {
                 picture,
                 region,
                 first,
@@ -104,7 +104,7 @@ impl Sums {
     /// Begins the next samples that are exposed together, at most those of the pass. They are
     /// those of whole units, or some of one unit.
     pub(super) fn begin(&mut self) {
-        let Place {
+        let PicturePlace {
             first, done, until, ..
         } = self.place;
         if !self.place.is_even() {
@@ -155,7 +155,7 @@ impl Sums {
                 self.earlier.push(std::mem::replace(&mut self.last, unit));
             }
         }
-        let Place { done, .. } = next.place;
+        let PicturePlace { done, .. } = next.place;
         (self.place.done, self.place.end, self.place.until) = (done, done, done);
         self.add_cost(&next.counts, next.spent);
     }
@@ -164,7 +164,7 @@ impl Sums {
     pub fn on(&self, region: Region) -> Self {
         let blank = || vec![Exposed::default(); region.resolution().pixels()];
         let mut whole = Self {
-            place: Place {
+            place: PicturePlace {
                 region,
                 ..self.place.clone()
             },
@@ -213,7 +213,7 @@ impl Sums {
 
     /// Returns where the render was stopped, if some pixels have more samples than others.
     pub fn stopped(&self) -> Option<Stopped> {
-        let Place {
+        let PicturePlace {
             first, done, end, ..
         } = self.place;
         let tiles = Tile::count(self.place.region) as f64;
@@ -231,7 +231,7 @@ impl Sums {
     }
 
     /// Calls `look` with the state between samples that are exposed together.
-    pub fn show(&mut self, look: &mut dyn FnMut(&Snapshot<'_, '_>)) {
+    pub fn show(&mut self, look: &mut dyn FnMut(&StateView<'_, '_>)) {
         let mut last = std::mem::take(&mut self.last);
         let done = self.place.done;
         let segment = Segment::new(self.place.region, done..done, &mut last, &self.finished);
@@ -246,8 +246,8 @@ impl Sums {
         &'s self,
         segment: &'s Segment<'p>,
         spent: Spent,
-    ) -> Snapshot<'s, 'p> {
-        Snapshot {
+    ) -> StateView<'s, 'p> {
+        StateView {
             sums: self,
             segment,
             spent,
@@ -256,13 +256,13 @@ impl Sums {
 }
 
 /// The state of a render while threads may be exposing its last film.
-pub struct Snapshot<'s, 'p> {
+pub struct StateView<'s, 'p> {
     sums: &'s Sums,
     segment: &'s Segment<'p>,
     spent: Spent,
 }
 
-impl Snapshot<'_, '_> {
+impl StateView<'_, '_> {
     /// Writes the state, which [`Sums::read`] reads.
     ///
     /// # Errors
@@ -331,7 +331,7 @@ impl Sums {
         let left = left.ok_or_else(cut_short)?;
         let mut head = vec![0; head_length as usize];
         from.read_exact(&mut head)?;
-        let head: (Place, SampleShares, u32) =
+        let head: (PicturePlace, SampleShares, u32) =
             postcard::from_bytes(&head).map_err(|e| Error::new(ErrorKind::InvalidData, e))?;
         let (place, shares, films) = head;
         if !place.is_possible() || !shares.fit(place.picture) {
@@ -389,7 +389,7 @@ impl Sums {
 /// The bytes after the pixels: the numbers of rays and the times.
 const TAIL: u64 = 7 * 8;
 
-impl Place {
+impl PicturePlace {
     /// Returns whether the numbers do not contradict each other.
     fn is_possible(&self) -> bool {
         let Resolution { width, height } = self.picture;

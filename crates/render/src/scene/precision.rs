@@ -3,9 +3,13 @@
 use glam::DVec3;
 use ivcam_base::diag::Diagnostic;
 
+/// Points with a larger coordinate, in meters, are left out, because the square of a distance would
+/// overflow `f32`.
+pub(super) const MAX_COORDINATE: f32 = 1e18;
+
 /// The farthest position in meters. Files and rays keep 24 bits of a position, which are steps of
 /// 8 m at this distance.
-const FARTHEST: f64 = 1e8;
+const FAR_AWAY: f64 = 1e8;
 /// The smallest size of a scene in meters. The area of smaller faces is dominated by rounding.
 const SMALLEST: f64 = 1e-12;
 
@@ -19,12 +23,12 @@ pub fn precision_warning(
     let scene = bounds.map_or(0.0, |(min, max)| farthest(min).max(farthest(max)));
     let size = bounds.map_or(1.0, |(min, max)| (max - min).max_element());
     let camera = camera.map_or(0.0, farthest);
-    let (what, help) = if scene > FARTHEST {
+    let (what, help) = if scene > FAR_AWAY {
         (
             format!("the scene extends to {scene:.1e} m from the origin"),
             "a scale that brings it below 1e8 m draws it exactly",
         )
-    } else if camera > FARTHEST {
+    } else if camera > FAR_AWAY {
         (
             format!("the camera is {camera:.1e} m from the origin"),
             "a camera and a scene nearer to the origin are drawn exactly",

@@ -37,7 +37,8 @@ impl FieldSlot {
 }
 
 /// The largest number of fields that a file may declare for a class. Fields are found by linear
-/// search, so without a limit a hostile file takes quadratic time. The value was chosen by trial.
+/// search, so without a limit a hostile file takes quadratic time. No search is recorded: with this
+/// number the search takes 12.5 million comparisons.
 pub(super) const MAX_FIELDS: usize = 5_000;
 
 /// The top-level nodes and classes that a file adds to a document.

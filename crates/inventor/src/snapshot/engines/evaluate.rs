@@ -39,7 +39,7 @@ pub(in crate::snapshot) fn evaluate(
 }
 
 /// The largest number of bounding boxes that are computed. Each needs a traversal, so the number
-/// bounds the time for hostile files; it was chosen by trial.
+/// bounds the time for hostile files. No search is recorded; an engine beyond it has no output.
 const MAX_BOXES: usize = 100;
 
 /// The state of an evaluation.

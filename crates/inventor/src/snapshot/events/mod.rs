@@ -23,7 +23,7 @@ pub use engine::{ScriptEngine, Scripts};
 pub use play::FRAME;
 pub(super) use play::play;
 pub use reach::script_input;
-pub use source::{Source, scripts, source};
+pub use source::{ProgramSource, scripts, source};
 pub use world::{Event, World};
 
 #[cfg(test)]

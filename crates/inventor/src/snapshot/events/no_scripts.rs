@@ -6,7 +6,7 @@ use std::rc::Rc;
 use ivcam_base::diag::ErrorKind;
 
 use super::engine::Scripts;
-use super::source::{self, Source};
+use super::source::{self, ProgramSource};
 use super::world::{Event, World};
 
 /// The scripts of a scene, none of which runs.
@@ -19,10 +19,10 @@ impl NoScripts {
         let world = &mut *world.borrow_mut();
         for id in source::scripts(&world.document, 0) {
             let (reason, help) = match source::source(&world.document, id) {
-                Source::Nothing => continue,
-                Source::Unsupported(reason) => (reason, None),
-                Source::Program(text) if text.trim().is_empty() => continue,
-                Source::Program(_) => {
+                ProgramSource::Nothing => continue,
+                ProgramSource::Unsupported(reason) => (reason, None),
+                ProgramSource::Program(text) if text.trim().is_empty() => continue,
+                ProgramSource::Program(_) => {
                     let reason = "this program is built without the feature `scripts`".to_owned();
                     let help = "`cargo install --path . --features viewer,scripts` adds it";
                     (reason, Some(help))

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use super::engine::{ScriptEngine, Scripts};
 use super::no_scripts::NoScripts;
-use super::source::{self, Source};
+use super::source::{self, ProgramSource};
 use super::wires::Wires;
 use super::world::World;
 use crate::iv::{Document, NodeId};
@@ -22,8 +22,9 @@ const MAX_FRAMES: f64 = 1_000.0;
 /// end.
 const MAX_TIMES: usize = 10_000;
 
-/// The number of sensors that can start one another at the same time. The value was chosen by
-/// trial.
+/// The number of sensors that can start one another at the same time. It ends circles of sensors.
+/// No search is recorded: `a_sensor_starts_another_when_it_begins_a_cycle_or_ends` tests a chain of
+/// two.
 const MAX_CHAIN: usize = 16;
 
 /// Returns the document at a time, after all events until then, or `None` if no event can change
@@ -34,7 +35,7 @@ pub(in crate::snapshot) fn play(
     engine: Option<&'static dyn ScriptEngine>,
 ) -> Option<Document> {
     let scripts = source::scripts(document, 0);
-    let has_program = |id: &NodeId| source::source(document, *id) != Source::Nothing;
+    let has_program = |id: &NodeId| source::source(document, *id) != ProgramSource::Nothing;
     let has_scripts = scripts.iter().any(has_program);
     if !has_scripts && Wires::of(document).is_empty() {
         return None;

@@ -10,7 +10,7 @@ const MAX_BYTES: usize = 1 << 20;
 
 /// The program of a script.
 #[derive(Debug, PartialEq)]
-pub enum Source {
+pub enum ProgramSource {
     /// ECMAScript, or vrmlscript, which is a part of it.
     Program(String),
     /// No program: the script has no `url`.
@@ -28,10 +28,10 @@ pub fn scripts(document: &Document, first: usize) -> Vec<NodeId> {
 }
 
 /// Returns the program of a script: the first entry of its `url` in a language that runs here.
-pub fn source(document: &Document, id: NodeId) -> Source {
+pub fn source(document: &Document, id: NodeId) -> ProgramSource {
     let node = NodeRef { document, id };
     let Some(Value::Strings(urls)) = node.value("url") else {
-        return Source::Nothing;
+        return ProgramSource::Nothing;
     };
     let mut reason = None;
     for url in urls.iter().filter(|u| !u.trim().is_empty()) {
@@ -40,11 +40,11 @@ pub fn source(document: &Document, id: NodeId) -> Source {
                 let message = format!("it is larger than {MAX_BYTES} bytes");
                 reason = reason.or(Some(message));
             }
-            Ok(text) => return Source::Program(text),
+            Ok(text) => return ProgramSource::Program(text),
             Err(message) => reason = reason.or(Some(message)),
         }
     }
-    reason.map_or(Source::Nothing, Source::Unsupported)
+    reason.map_or(ProgramSource::Nothing, ProgramSource::Unsupported)
 }
 
 /// Returns the program that one entry holds or names, or why there is none.

@@ -9,8 +9,8 @@ use super::wires::{End, Wires};
 use crate::grammar::class;
 use crate::iv::{Document, NodeId, NodeRef, Value};
 
-/// The largest number of events that are delivered. It bounds the time for hostile files and was
-/// chosen by trial: 2 million events take about 2 seconds.
+/// The largest number of events that are delivered. It bounds the time for hostile files: 2 million
+/// events take about 2 seconds. docs/decisions/0018-how-a-scene-plays.md states it.
 const MAX_EVENTS: usize = 2_000_000;
 
 /// An event on its way to a node.

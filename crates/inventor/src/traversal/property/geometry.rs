@@ -9,8 +9,8 @@ use crate::grammar::{
 };
 use crate::iv::NodeRef;
 use crate::traversal::state::{
-    Binding, Complexity, Coordinates, Diffuse, DrawStyle, FontElement, Language, Profile,
-    ProfileCoordinates, State, TextureCoordinates, VertexOrdering,
+    Binding, Complexity, Coordinates, Diffuse, DrawStyle, FontElement, Language,
+    ProfileCoordinates, ProfileElement, State, TextureCoordinates, VertexOrdering,
 };
 
 /// Applies a `Normal`.
@@ -177,7 +177,7 @@ pub(super) fn font_style<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 
 /// Adds a profile, or begins a new list of profiles.
 pub(super) fn profile<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
-    let entry = Profile {
+    let entry = ProfileElement {
         node,
         coordinates: state.profile_coordinates,
     };

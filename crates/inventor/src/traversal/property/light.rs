@@ -11,7 +11,7 @@ use crate::traversal::state::{LightElement, LightKind, State};
 
 /// How far a light shines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::traversal) enum Reach {
+pub(in crate::traversal) enum LightReach {
     /// On the shapes that follow it, up to the end of the separator: Inventor's lights.
     Following,
     /// On the siblings of the node and all that is below them, also on those before it: VRML97's
@@ -22,12 +22,12 @@ pub(in crate::traversal) enum Reach {
 }
 
 /// Returns how far a node shines, or `None` if it is not a light.
-pub(in crate::traversal) fn reach(node: NodeRef<'_>) -> Option<Reach> {
+pub(in crate::traversal) fn reach(node: NodeRef<'_>) -> Option<LightReach> {
     let class = node.known_class().filter(|c| c.role == Role::Light)?;
     Some(match class.id {
-        _ if !class.is_vrml97() => Reach::Following,
-        class::VRML97_DIRECTIONAL_LIGHT => Reach::Group,
-        _ => Reach::Scene,
+        _ if !class.is_vrml97() => LightReach::Following,
+        class::VRML97_DIRECTIONAL_LIGHT => LightReach::Group,
+        _ => LightReach::Scene,
     })
 }
 

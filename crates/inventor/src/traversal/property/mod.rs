@@ -14,6 +14,6 @@ mod transform;
 pub(crate) use apply::apply;
 pub use environment::fog97;
 pub use geometry::vertex_property;
-pub(super) use light::{Reach, light, reach};
+pub(super) use light::{LightReach, light, reach};
 pub(super) use material::highlight;
 pub(super) use transform::{transform, turn_z};

@@ -27,7 +27,7 @@ pub struct Conjugate {
 
 /// What distortion is measured against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Projection {
+pub(super) enum ProjectionLaw {
     /// The image height is proportional to the tangent of the angle.
     Tangent,
     /// The image height is proportional to the angle.
@@ -36,7 +36,7 @@ pub(super) enum Projection {
     ObjectHeight,
 }
 
-impl Projection {
+impl ProjectionLaw {
     /// The name in the data sheet.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -115,20 +115,20 @@ impl Conjugate {
     }
 
     /// The height on the film over what it is proportional to in a projection.
-    fn scale(&self, chief: &LensRay, height: f64, projection: Projection) -> Option<f64> {
+    fn scale(&self, chief: &LensRay, height: f64, projection: ProjectionLaw) -> Option<f64> {
         let angle = angle_of(chief.direction);
         let reference = match projection {
-            Projection::Tangent if angle < std::f64::consts::FRAC_PI_2 => libm::tan(angle),
-            Projection::Tangent => return None,
-            Projection::Angle => angle,
-            Projection::ObjectHeight => self.object(chief)?.abs(),
+            ProjectionLaw::Tangent if angle < std::f64::consts::FRAC_PI_2 => libm::tan(angle),
+            ProjectionLaw::Tangent => return None,
+            ProjectionLaw::Angle => angle,
+            ProjectionLaw::ObjectHeight => self.object(chief)?.abs(),
         };
         Some(height / reference).filter(|s| s.is_finite())
     }
 
     /// The scale of the image near the axis: millimeters per unit of the tangent, per radian, or
     /// per millimeter of the object.
-    pub(super) fn central_scale(&self, lens: &Lens, height: f64, to: Projection) -> Option<f64> {
+    pub(super) fn central_scale(&self, lens: &Lens, height: f64, to: ProjectionLaw) -> Option<f64> {
         let height = 1e-4 * height;
         let chief = lens.chief_ray(DVec2::new(0.0, height), self.film_z)?;
         self.scale(&chief, height, to)
@@ -194,7 +194,7 @@ impl Conjugate {
         &self,
         lines: &[Lens; 3],
         image_height: f64,
-        projection: Projection,
+        projection: ProjectionLaw,
     ) -> Vec<FieldRow> {
         let lens = &lines[1];
         let center = lens.irradiance(DVec2::ZERO, self.film_z);

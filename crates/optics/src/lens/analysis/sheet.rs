@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::lens::analysis::beam::Beam;
-use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Projection, Zone};
+use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, ProjectionLaw, Zone};
 use crate::lens::analysis::points::{PointImage, PointWaves, point_image};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
@@ -125,9 +125,9 @@ impl LensSheet {
         let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
         let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
         let projection = match conjugate.distance.is_finite() {
-            _ if half > 60f64.to_radians() => Projection::Angle,
-            true => Projection::ObjectHeight,
-            false => Projection::Tangent,
+            _ if half > 60f64.to_radians() => ProjectionLaw::Angle,
+            true => ProjectionLaw::ObjectHeight,
+            false => ProjectionLaw::Tangent,
         };
         let scale = conjugate.central_scale(lens, image_height, projection);
         let frequencies = match setting.frequencies.is_empty() {

@@ -10,7 +10,7 @@ use crate::prescription::surface::Plane;
 /// position for infinity. Returns the lens with its gaps changed. The group stays between its
 /// neighbors.
 pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), FocusFault> {
-    let travel = Travel::of(lens)?;
+    let travel = GroupTravel::of(lens)?;
     if distance.is_infinite() {
         let at_rest = focus(lens.first_order(), FocusMethod::Film, distance)?;
         let focus = Focus {
@@ -35,7 +35,7 @@ pub(super) fn move_group(lens: &Lens, distance: f64) -> Result<(Lens, Focus), Fo
 }
 
 /// The travel of a focusing group. Lengths are in millimeters.
-struct Travel<'a> {
+struct GroupTravel<'a> {
     lens: &'a Lens,
     group: FocusGroup,
     /// Whether the group contains the last surface.
@@ -48,7 +48,7 @@ struct Travel<'a> {
     after: f64,
 }
 
-impl<'a> Travel<'a> {
+impl<'a> GroupTravel<'a> {
     /// The travel of the focusing group of a lens.
     fn of(lens: &'a Lens) -> Result<Self, FocusFault> {
         let group = lens.prescription().focus_group.ok_or(FocusFault::NoGroup)?;

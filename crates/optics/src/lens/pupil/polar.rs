@@ -28,12 +28,15 @@ const RADIAL_CELLS: [u32; 2] = [4, 256];
 /// Cells of a quarter of this size in both directions take four times as long to measure, and on a
 /// film of 36×24 mm, larger than its image, the anamorphic lens then gets 3% more rays through.
 const END_CELLS: u32 = 64;
-/// The least arc of a cell, as a share of the film's radius. It was chosen by trial.
+/// The least arc of a cell, as a share of the film's radius. Shorter arcs take longer to measure
+/// and lose fewer rays. With it the median of the shipped lenses lets 96.4 to 98.0% of the rays
+/// aimed at six blades through (`measure -- pupils`, docs/accuracy.md).
 const MIN_ARC: f64 = 1.0 / 32.0;
 /// The least arc where light ends, as for [`END_CELLS`].
 const MIN_END_ARC: f64 = 1.0 / 8.0;
 /// The least arc if the lens has rotational symmetry, so that only the distance of the film differs
-/// around the axis. It was chosen by trial.
+/// around the axis. With it the median of the shipped lenses lets 97.2% or more of the aimed rays
+/// through to a film that is tilted by .05 (`measure -- pupils`, docs/accuracy.md).
 const MIN_ARC_ROTATIONAL: f64 = 0.2;
 
 /// The places along a side of a cell at which open shares are measured.

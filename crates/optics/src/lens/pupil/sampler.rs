@@ -12,18 +12,20 @@ use crate::lens::pupil::sides::SIDES;
 use crate::lens::pupil::support::{MARGIN, widened};
 
 /// The number of intervals of the film's radius between the film points from which secondary
-/// openings are searched. It is multiplied by [`PupilSearch::grid`]. Its cost is proportional to
-/// it, and it was chosen by trial, with the thresholds below: of 8,343 random lenses, 2 lost some
-/// of their rays (docs/decisions/0011-measuring-a-pupil.md).
+/// openings are searched. It is multiplied by [`PupilSearch::grid`], and its cost is proportional
+/// to it. With it and the thresholds below, 2 of 8,343 random lenses lost some of their rays
+/// (docs/decisions/0011-measuring-a-pupil.md).
 const SEARCHES: usize = 16;
-/// The number of film points beyond the end of a table from which light is searched again. It was
-/// chosen by trial.
+/// The number of film points beyond the end of a table from which light is searched again. The cost
+/// is proportional to it. The record is that of [`SEARCHES`].
 const SEARCHES_BEYOND: usize = 16;
 /// A ray whose fill is below this may get through from a neighboring film point, so the film point
-/// is moved. A larger value costs more of these searches. It was chosen by trial.
+/// is moved. A larger value costs more of these searches, and a smaller one misses openings between
+/// film points. The record is that of [`SEARCHES`].
 const NEARLY_THROUGH: f64 = 1.2;
 /// A fill that the search lowers to less than this is regarded as that of a ray that gets through:
-/// the search may end 1% above the minimum. It was chosen by trial.
+/// the search may end 1% above the minimum. A larger value finds secondary openings where there are
+/// none, which costs 2.5% of the rays there and no bias (docs/decisions/0011-measuring-a-pupil.md).
 const THROUGH: f64 = 1.01;
 
 /// Measures the pupil from points of a film.

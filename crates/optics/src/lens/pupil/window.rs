@@ -11,7 +11,8 @@ use crate::sampling::DiscMap;
 /// secondary openings. It makes the density a defensive mixture (Hesterberg 1995), so that every
 /// ray that gets through has a known density above 0. Most of these rays are lost, so the share is
 /// small: doubling it loses another 2.5% of the rays, and halving it doubles the variance of the
-/// light through secondary openings. The value was chosen by trial.
+/// light through secondary openings. The mean is right for any value
+/// (docs/decisions/0011-measuring-a-pupil.md).
 const DEFENSIVE_FRACTION: f64 = 0.025;
 
 /// The part of the rear vertex plane at which rays from one film point are aimed. It lives on the

@@ -8,9 +8,9 @@ use serde::Serialize;
 
 use crate::render::exposure::Counts;
 
-/// Seconds of each phase of a render.
+/// StageSeconds of each phase of a render.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
-pub struct Seconds {
+pub struct StageSeconds {
     /// Reading the scene file and the files it names.
     pub read: f64,
     /// Compiling the scene.
@@ -23,7 +23,7 @@ pub struct Seconds {
     pub write: f64,
 }
 
-impl Seconds {
+impl StageSeconds {
     /// Returns the sum of all phases.
     pub fn total(&self) -> f64 {
         self.read + self.compile + self.pupil + self.render + self.write
@@ -41,11 +41,11 @@ pub struct RenderReport {
     pub picture: String,
     /// Every option that the picture was made with, by name.
     pub plan: IndexMap<String, String>,
-    /// Seconds of each phase.
-    pub seconds: Seconds,
-    /// Seconds of all phases.
+    /// StageSeconds of each phase.
+    pub seconds: StageSeconds,
+    /// StageSeconds of all phases.
     pub total_seconds: f64,
-    /// Seconds of processors that rendering took, summed over threads; `null` if the system does
+    /// StageSeconds of processors that rendering took, summed over threads; `null` if the system does
     /// not say.
     pub processor_seconds: Option<f64>,
     /// Samples per pixel.

@@ -9,7 +9,7 @@ pub mod deviation;
 mod peers;
 mod slope;
 
-pub use account::{RenderReport, Seconds, count, error_text, percent, stated_error};
+pub use account::{RenderReport, StageSeconds, count, error_text, percent, stated_error};
 pub use chart::Across;
 pub use convergence::{Convergence, Row, Slopes};
 pub use peers::Peer;

@@ -22,6 +22,6 @@ pub(crate) use reports::Reports;
 pub(crate) use runs::{Broken, Runs, counted};
 pub(crate) use triangle_list::{IndexedTriangle, TriangleList};
 pub(crate) use vertices::{
-    NormalPer, Normals, Place, Vertices, count, faces_are_parts, indices, is_per_vertex,
+    NormalPer, Normals, VertexPlace, Vertices, count, faces_are_parts, indices, is_per_vertex,
     without_index, wrapped,
 };

@@ -25,7 +25,7 @@ pub(crate) fn count(node: NodeRef<'_>, field: Field<i32>) -> usize {
 
 /// The numbers of a corner in its shape, which the bindings use.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Place {
+pub(crate) struct VertexPlace {
     /// The index of its coordinate.
     pub coordinate: usize,
     /// The index in `coordIndex`, or the corner's number if there is no index.
@@ -90,7 +90,7 @@ pub(crate) struct Vertices<'a, 's> {
 
 impl Vertices<'_, '_> {
     /// Returns a corner, or `None` if its coordinate does not exist.
-    pub(crate) fn corner(&self, place: Place) -> Option<Corner> {
+    pub(crate) fn corner(&self, place: VertexPlace) -> Option<Corner> {
         let position = self.coordinates.get(place.coordinate)?;
         let normal = self.normal(place);
         let texture = match &self.boxed {
@@ -115,7 +115,7 @@ impl Vertices<'_, '_> {
         counts: &[u32],
     ) -> Option<[Corner; 3]> {
         let [a, b, c] = triangle.corners.map(|p| {
-            self.corner(Place {
+            self.corner(VertexPlace {
                 coordinate: runs.coordinate(p as usize),
                 position: p as usize,
                 count: counts[p as usize] as usize,
@@ -126,7 +126,7 @@ impl Vertices<'_, '_> {
         Some([a?, b?, c?])
     }
 
-    fn normal(&self, place: Place) -> Vec3 {
+    fn normal(&self, place: VertexPlace) -> Vec3 {
         let given = match &self.normals {
             Normals::None => return Vec3::Z,
             Normals::Zero => return Vec3::ZERO,
@@ -150,12 +150,12 @@ impl Vertices<'_, '_> {
             .unwrap_or(Vec3::Z)
     }
 
-    fn material(&self, place: Place) -> u32 {
+    fn material(&self, place: VertexPlace) -> u32 {
         self.pick(self.material_binding, self.material_index, place) as u32
     }
 
     /// Returns the index of a corner's entry in a list with a binding.
-    fn pick(&self, binding: Binding, index: Option<&[i32]>, place: Place) -> usize {
+    fn pick(&self, binding: Binding, index: Option<&[i32]>, place: VertexPlace) -> usize {
         let through = |list: Option<&[i32]>, at: usize, otherwise: usize| match list {
             Some(list) => list
                 .get(at)
@@ -176,7 +176,7 @@ impl Vertices<'_, '_> {
         }
     }
 
-    fn texture(&self, place: Place, at: (Vec3, Vec3), boxed: &BoxCoordinates) -> Vec3 {
+    fn texture(&self, place: VertexPlace, at: (Vec3, Vec3), boxed: &BoxCoordinates) -> Vec3 {
         let index = if self.state.texture_indexed && self.coord_index.is_some() {
             self.texture_index
                 .or(self.coord_index)

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use glam::{DVec3, DVec4, Vec3, Vec4};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::state::{
-    DrawStyle, Drawing, LightElement, State, TextureCoordinates, TextureModel,
+    DrawStyle, DrawStyleElement, LightElement, State, TextureCoordinates, TextureModel,
 };
 
 use super::scene_builder::SceneBuilder;
 use crate::scene::looks::{
-    CornerNormals, Filter, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
-    TextureFiles, TextureUse,
+    CornerNormals, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
+    TextureFiles, TextureFilter, TextureUse,
 };
 
 /// The lights and textures that shapes share.
@@ -107,7 +107,7 @@ impl SceneBuilder {
                 t: element.repeat_t,
                 r: element.repeat_r,
             },
-            filter: Filter::of(element.quality),
+            filter: TextureFilter::of(element.quality),
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
@@ -161,7 +161,7 @@ impl SceneBuilder {
             model: TextureModel::Modulate,
             blend_color: Vec3::ZERO,
             repeat: Repeat::NONE,
-            filter: Filter::Nearest,
+            filter: TextureFilter::Nearest,
             matrix: glam::Mat4::IDENTITY,
             mapping: Mapping::Stored,
         });
@@ -172,7 +172,7 @@ impl SceneBuilder {
 
 /// Returns the layer of a shape: 0 if a polygon offset moves it back, 2 if it moves it forward,
 /// else 1.
-fn layer(drawing: &Drawing) -> u8 {
+fn layer(drawing: &DrawStyleElement) -> u8 {
     let style = match drawing.style {
         DrawStyle::Filled => 1,
         DrawStyle::Lines => 2,

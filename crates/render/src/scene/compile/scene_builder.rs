@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3, Vec2, Vec3};
 use ivcam_base::diag::Diagnostic;
 use ivcam_base::memory::{MemoryBudget, size_text};
 use ivcam_inventor::iv::NodeRef;
-use ivcam_inventor::traversal::state::{DrawStyle, Drawing, FogKind, State};
+use ivcam_inventor::traversal::state::{DrawStyle, DrawStyleElement, FogKind, State};
 
 use super::appearance::Shared;
 use super::deferred_text::DeferredText;
@@ -18,6 +18,7 @@ use crate::scene::census::Census;
 use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles};
 use crate::scene::options::CompileOptions;
 use crate::scene::placement::Placement;
+use crate::scene::precision::MAX_COORDINATE;
 use crate::scene::render_scene::RenderScene;
 
 /// The lists that are kept for the triangles of the current shape. See [`Surface`] for their
@@ -40,7 +41,7 @@ pub(super) struct CurrentShape {
     /// Inventor's complexity from 0 to 1.
     pub complexity: f32,
     /// The draw style.
-    pub drawing: Drawing,
+    pub drawing: DrawStyleElement,
     /// The lists that are kept.
     pub uses: Uses,
     /// The number of pixels of the line pattern that are used so far.
@@ -114,7 +115,7 @@ impl SceneBuilder {
             shape: CurrentShape {
                 number: 0,
                 complexity: 0.5,
-                drawing: Drawing::DEFAULT,
+                drawing: DrawStyleElement::DEFAULT,
                 uses: Uses::default(),
                 pattern_at: 0.0,
                 face_normal: Vec3::ZERO,
@@ -322,7 +323,7 @@ impl Canvas for SceneBuilder {
         self.shape.number = self.shapes;
         self.shapes += 1;
         self.shape.drawing = if self.options.ignore_draw_style {
-            Drawing::DEFAULT
+            DrawStyleElement::DEFAULT
         } else {
             state.drawing
         };
@@ -471,14 +472,10 @@ impl Canvas for SceneBuilder {
     }
 }
 
-/// Points with a larger coordinate are left out, because the square of a distance would overflow
-/// `f32`.
-const FARTHEST: f32 = 1e18;
-
 /// Whether a point can be drawn, which means that it is finite and not too far away.
 #[inline]
 pub(super) fn in_reach(p: Vec3) -> bool {
-    let reaches = |v: f32| v.abs() < FARTHEST; // false for NaN
+    let reaches = |v: f32| v.abs() < MAX_COORDINATE; // false for NaN
     reaches(p.x) & reaches(p.y) & reaches(p.z)
 }
 

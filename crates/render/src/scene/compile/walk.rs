@@ -21,8 +21,8 @@ use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::scene::{shapes, survey};
 
-/// The largest number of triangles for which memory is reserved in advance. It was chosen by trial;
-/// the lists grow beyond it.
+/// The largest number of triangles for which memory is reserved in advance. The lists grow beyond
+/// it, so its exact value does not matter: it bounds what a false count can reserve.
 const MAX_RESERVED: usize = 1 << 18;
 
 /// The visitor that compiles a scene.

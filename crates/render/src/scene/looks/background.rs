@@ -13,7 +13,7 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::rotation_of;
 use ivcam_inventor::traversal::state::State;
 
-use super::texture::{Filter, Repeat, Texture};
+use super::texture::{Repeat, Texture, TextureFilter};
 use super::texture_files::{PANORAMA, TextureFiles};
 
 /// The background of a scene. Without a `Background` node it is black.
@@ -117,7 +117,7 @@ impl Background {
             }
             if let Some(picture) = picture {
                 let across = Vec2::new(direction.dot(right), direction.dot(top)) / depth;
-                let texel = picture.sample(0.5 * across + 0.5, Filter::Linear, Repeat::NONE);
+                let texel = picture.sample(0.5 * across + 0.5, TextureFilter::Linear, Repeat::NONE);
                 return plain.lerp(texel.truncate(), texel.w);
             }
         }

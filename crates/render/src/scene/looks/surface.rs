@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::{EnvironmentElement, TextureModel};
 
-use super::texture::{Filter, Repeat, Texture};
+use super::texture::{Repeat, Texture, TextureFilter};
 
 /// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub struct TextureUse {
     /// The coordinates along which it repeats.
     pub(crate) repeat: Repeat,
     /// How it is filtered.
-    pub(crate) filter: Filter,
+    pub(crate) filter: TextureFilter,
     /// The matrix that is applied to texture coordinates.
     pub matrix: Mat4,
     /// The source of texture coordinates.

@@ -9,7 +9,7 @@ use ivcam_optics::picture::{Raster, Samples};
 /// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
 /// Coin's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Filter {
+pub(crate) enum TextureFilter {
     /// The nearest texel, for a quality below 0.2.
     Nearest,
     /// Bilinear interpolation, for a quality below 0.5.
@@ -19,7 +19,7 @@ pub(crate) enum Filter {
     Smooth,
 }
 
-impl Filter {
+impl TextureFilter {
     /// The filter for a texture quality.
     pub(crate) fn of(quality: f32) -> Self {
         match quality {
@@ -182,12 +182,12 @@ impl Texture {
     }
 
     /// Returns the color at (s, t), interpolated between texel centers.
-    pub(crate) fn sample(&self, at: Vec2, filter: Filter, repeat: Repeat) -> Vec4 {
+    pub(crate) fn sample(&self, at: Vec2, filter: TextureFilter, repeat: Repeat) -> Vec4 {
         if self.is_empty() || !at.is_finite() {
             return Vec4::ONE;
         }
         let side = match filter {
-            Filter::Nearest => nearest,
+            TextureFilter::Nearest => nearest,
             _ => between,
         };
         let (x0, x1, fx) = side(at.x, self.width, repeat.s);
@@ -223,7 +223,7 @@ impl Texture {
         &self,
         at: Vec3,
         texels: f32,
-        filter: Filter,
+        filter: TextureFilter,
         repeat: Repeat,
     ) -> Vec4 {
         let slice = |i: usize| match i {
@@ -235,7 +235,7 @@ impl Texture {
             return flat(0);
         }
         let side = match filter {
-            Filter::Nearest => nearest,
+            TextureFilter::Nearest => nearest,
             _ => between,
         };
         let (near, far, share) = side(at.z, self.depth(), repeat.r);
@@ -249,10 +249,10 @@ impl Texture {
         &self,
         at: Vec2,
         texels: f32,
-        filter: Filter,
+        filter: TextureFilter,
         repeat: Repeat,
     ) -> Vec4 {
-        if filter != Filter::Smooth || !(texels > 1.0) {
+        if filter != TextureFilter::Smooth || !(texels > 1.0) {
             return self.sample(at, filter, repeat);
         }
         let smaller = self.smaller();
@@ -430,21 +430,27 @@ mod tests {
     #[test]
     fn a_texture_is_exact_at_texel_centers_and_linear_between() {
         let t = two_by_one();
-        let at = |s: f32| t.sample(Vec2::new(s, 0.5), Filter::Linear, Repeat::NONE).x;
+        let at = |s: f32| {
+            t.sample(Vec2::new(s, 0.5), TextureFilter::Linear, Repeat::NONE)
+                .x
+        };
         assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
     }
 
     #[test]
     fn edges_repeat_or_are_clamped() {
         let t = two_by_one();
-        assert_eq!(t.sample(Vec2::new(1.0, 0.5), Filter::Linear, ALL).x, 0.5);
         assert_eq!(
-            t.sample(Vec2::new(1.0, 0.5), Filter::Linear, Repeat::NONE)
+            t.sample(Vec2::new(1.0, 0.5), TextureFilter::Linear, ALL).x,
+            0.5
+        );
+        assert_eq!(
+            t.sample(Vec2::new(1.0, 0.5), TextureFilter::Linear, Repeat::NONE)
                 .x,
             1.0
         );
         assert_eq!(
-            t.sample(Vec2::new(-3.0, 0.5), Filter::Linear, Repeat::NONE)
+            t.sample(Vec2::new(-3.0, 0.5), TextureFilter::Linear, Repeat::NONE)
                 .x,
             0.0
         );
@@ -455,7 +461,7 @@ mod tests {
         let t = two_by_one();
         let at = |s: f32| {
             let at = Vec3::new(s, 0.5, 0.0);
-            t.sample_deep(at, 9.0, Filter::of(0.1), ALL).x
+            t.sample_deep(at, 9.0, TextureFilter::of(0.1), ALL).x
         };
         let seen = [0.0, 0.49, 0.51, 0.99, 1.0, -0.2].map(at);
         assert_eq!(seen, [0.0, 0.0, 1.0, 1.0, 0.0, 1.0]);
@@ -473,7 +479,7 @@ mod tests {
             t.sample_deep(
                 at,
                 0.0,
-                Filter::Linear,
+                TextureFilter::Linear,
                 if repeat { ALL } else { Repeat::NONE },
             )
             .x
@@ -503,8 +509,8 @@ mod tests {
             let at = Vec2::new(x, 0.5);
             let seen = all
                 .each_ref()
-                .map(|t| t.sample_wide(at, texels, Filter::Smooth, ALL));
-            let expected = unpacked.sample_wide(at, texels, Filter::Smooth, ALL);
+                .map(|t| t.sample_wide(at, texels, TextureFilter::Smooth, ALL));
+            let expected = unpacked.sample_wide(at, texels, TextureFilter::Smooth, ALL);
             assert_eq!(seen, [expected; 4]);
         }
         for texture in &all {

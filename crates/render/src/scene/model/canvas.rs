@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, Vec3};
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
-use ivcam_inventor::traversal::state::{DrawStyle, Drawing, ShapeHints, State};
+use ivcam_inventor::traversal::state::{DrawStyle, DrawStyleElement, ShapeHints, State};
 
 use super::feature::Feature;
 use super::material::Material;
@@ -18,14 +18,12 @@ use crate::scene::canvas::{
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
 use crate::scene::placement::Placement;
-
-/// Points with a larger coordinate are left out, as in pictures.
-const FARTHEST: f32 = 1e18;
+use crate::scene::precision::MAX_COORDINATE;
 
 /// The current shape.
 struct Shape {
     surface: Surface,
-    drawing: Drawing,
+    drawing: DrawStyleElement,
     complexity: f32,
     hints: ShapeHints,
     sides: Option<Sides>,
@@ -114,7 +112,7 @@ impl MeshCanvas {
 
     /// Returns a corner in object space, or `None` if it cannot be drawn.
     fn place(&mut self, corner: &Corner) -> Option<Corner> {
-        let reaches = |p: Vec3| p.abs().max_element() < FARTHEST;
+        let reaches = |p: Vec3| p.abs().max_element() < MAX_COORDINATE;
         let is_sound = corner.position.is_finite()
             && reaches(corner.position)
             && reaches(self.placement.point(corner.position));
@@ -307,7 +305,7 @@ impl Canvas for MeshCanvas {
         let mut report = |d: Box<Diagnostic>| reports.add(*d);
         let (surface, mut features) = Surface::of(state, &mut self.images, &mut report);
         let drawing = if self.ignores_draw_style {
-            Drawing::DEFAULT
+            DrawStyleElement::DEFAULT
         } else {
             state.drawing
         };

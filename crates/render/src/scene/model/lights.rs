@@ -7,10 +7,10 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
 
 use super::feature::Place;
+use crate::scene::precision::MAX_COORDINATE;
 
-/// The largest coordinate, in meters, and the largest element of a matrix. The product of two such
-/// numbers is 1e36, which the 32-bit numbers of files hold.
-pub(super) const FARTHEST: f64 = 1e18;
+/// The largest coordinate, in meters, and the largest element of a matrix.
+pub(super) const FARTHEST: f64 = MAX_COORDINATE as f64;
 
 /// The shape of a light. Angles are in radians from its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,7 +12,7 @@ use ivcam_inventor::traversal::state::{State, TextureCoordinates, TextureElement
 use super::feature::Feature;
 use super::image::Image;
 use super::material::{Material, Texture};
-use crate::scene::looks::{self, Filter, MaterialColors, TextureFiles};
+use crate::scene::looks::{self, MaterialColors, TextureFiles, TextureFilter};
 use crate::scene::options::CompileOptions;
 
 /// The source of texture coordinates.
@@ -142,7 +142,7 @@ impl Surface {
                 model: element.model,
                 blend_color: element.blend_color,
                 repeat: [element.repeat_s, element.repeat_t],
-                smooth: Filter::of(element.quality) != Filter::Nearest,
+                smooth: TextureFilter::of(element.quality) != TextureFilter::Nearest,
                 matrix: flat(state.texture_matrix),
             }),
         };

@@ -8,8 +8,8 @@ use ivcam_inventor::traversal::state::{Binding, Language, State};
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::scene::canvas::{
-    Broken, Canvas, NormalPer, Normals, Place, Runs, Vertices, count, faces_are_parts, indices,
-    is_per_vertex, without_index,
+    Broken, Canvas, NormalPer, Normals, Runs, VertexPlace, Vertices, count, faces_are_parts,
+    indices, is_per_vertex, without_index,
 };
 
 /// The index fields of an indexed shape.
@@ -190,7 +190,7 @@ fn outlines(faces: &Runs<'_>, vertices: &Vertices<'_, '_>, out: &mut dyn Canvas)
     for (number, face) in faces.runs.iter().enumerate() {
         corners.clear();
         for (i, position) in face.positions().enumerate() {
-            corners.extend(vertices.corner(Place {
+            corners.extend(vertices.corner(VertexPlace {
                 coordinate: faces.coordinate(position),
                 position,
                 count: count + i,

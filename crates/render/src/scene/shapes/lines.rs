@@ -9,7 +9,7 @@ use ivcam_inventor::traversal::state::{Binding, DrawStyle, Language, State};
 use super::markers;
 use crate::geometry::BoxCoordinates;
 use crate::scene::canvas::{
-    Canvas, Normals, Place, Vertices, count, counted, indices, without_index,
+    Canvas, Normals, VertexPlace, Vertices, count, counted, indices, without_index,
 };
 
 /// Returns the lists of a line set or point set.
@@ -44,7 +44,7 @@ fn vertices<'a, 's>(
 }
 
 /// Converts a binding of a line set. Inventor's parts are segments and its faces are whole lines,
-/// but in [`Place`] a segment is a face and a line is a part.
+/// but in [`VertexPlace`] a segment is a face and a line is a part.
 fn segments_and_lines(binding: Binding) -> Binding {
     match binding {
         Binding::PerPart => Binding::PerFace,
@@ -140,7 +140,7 @@ fn polyline(
 ) {
     let drawing = &vertices.state.drawing;
     let corner = |i: usize, k: usize| {
-        vertices.corner(Place {
+        vertices.corner(VertexPlace {
             coordinate: line[i + k].0,
             position: line[i + k].1,
             count: before.0 + i + k,
@@ -251,8 +251,8 @@ fn dot(vertices: &Vertices<'_, '_>, coordinate: usize, i: usize, size: f32, out:
 }
 
 /// Returns the numbers of a point that has the number `i` by every count.
-fn place_of(coordinate: usize, i: usize) -> Place {
-    Place {
+fn place_of(coordinate: usize, i: usize) -> VertexPlace {
+    VertexPlace {
         coordinate,
         position: i,
         count: i,

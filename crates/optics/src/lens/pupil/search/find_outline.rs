@@ -16,11 +16,14 @@ const COARSE: f64 = 4e-4;
 /// The relative error of the rim points from which areas and irradiance are computed.
 const FINE: f64 = 1e-10;
 /// A point with a fill below this is far enough inside the rim to be the center of a search. Nearer
-/// to the rim, the slope from the center says nothing about the far side. It was chosen by trial.
+/// to the rim, the slope from the center says nothing about the far side. No search is recorded: it
+/// decides only whether the search begins at a neighbor's center or without a guess, which takes
+/// more rays.
 const MAX_CENTER_FILL: f64 = 0.99;
 /// A guess is rejected if the nearest point of the outline is nearer to its center than this share
 /// of the mean distance: directions from such a center cover the far side of the outline too
-/// thinly. It was chosen by trial; a larger value rejects more guesses, which costs time.
+/// thinly. No search is recorded: a larger value rejects more guesses, which costs time, and a
+/// smaller one accepts less exact outlines.
 const MIN_DISTANCE: f64 = 0.2;
 
 impl PupilSearch<'_> {
@@ -109,8 +112,8 @@ impl PupilSearch<'_> {
         const MAX_ROUNDS: usize = 8;
         /// The most that the fill may rise from the center to the rim according to a slope. It
         /// rises by 1 from a center of fill 0. The slopes of a neighbor whose center was at its own
-        /// rim are far steeper, and with them any distance would pass for the rim's. Chosen by
-        /// trial.
+        /// rim are far steeper, and with them any distance would pass for the rim's. No search is
+        /// recorded: a rejected guess costs a search without one.
         const MAX_RISE: f64 = 4.0;
         let count = directions.len();
         let mut at: Lane = std::array::from_fn(|i| at[i.min(count - 1)]);

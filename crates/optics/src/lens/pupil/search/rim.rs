@@ -69,8 +69,8 @@ pub(super) struct Bracket {
 }
 
 /// The number of rounds in which the secant alone chooses the distance. Later every third round
-/// bisects, so that the search ends for any fill. Nearly every search ends before. It was chosen by
-/// trial.
+/// bisects, so that the search ends for any fill. Nearly every search ends before, so the exact
+/// value does not matter.
 const SECANT_ROUNDS: usize = 6;
 
 impl Bracket {

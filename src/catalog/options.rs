@@ -1,0 +1,40 @@
+//! The options of a catalog.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::iv::Limits;
+use ivcam_optics::film::Resolution;
+use ivcam_render::geometry::text::Fonts;
+
+/// The options of a catalog.
+#[derive(Clone, Debug)]
+pub(crate) struct CatalogOptions {
+    /// The folder of scenes.
+    pub folder: PathBuf,
+    /// The folder of the catalog.
+    pub out: PathBuf,
+    /// Folders with files converted from the scenes, in addition to `out`.
+    pub converted: Vec<PathBuf>,
+    /// Folders that are searched for files of scenes.
+    pub search: Vec<PathBuf>,
+    /// The folder below which files of scenes must be.
+    pub contain: Option<PathBuf>,
+    /// Typefaces that are preferred to the shipped ones.
+    pub fonts: Arc<Fonts>,
+    /// Limits on the size of a scene.
+    pub limits: Limits,
+    /// How much memory a scene may use. Scenes that are read at the same time share it.
+    pub memory: MemoryLimit,
+    /// The number of threads.
+    pub threads: usize,
+    /// Whether all entries are made again.
+    pub force: bool,
+    /// The size of a thumbnail in pixels.
+    pub thumbnail: Resolution,
+    /// The samples of each pixel of a thumbnail.
+    pub samples: u32,
+    /// The words of the options that entries depend on.
+    pub words: Vec<String>,
+}
