@@ -9,7 +9,7 @@ use crate::prescription::surface::Plane;
 
 impl Prescription {
     /// The first-order data in the plane of the axis and y at a wavelength.
-    fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
+    pub(crate) fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
         FirstOrder::of(self, &self.indices(wavelength_nm), Plane::Y)
     }
 

@@ -128,15 +128,21 @@ impl Shape {
         k: f64,
         terms: impl IntoIterator<Item = (usize, f64)>,
     ) -> Result<Self, usize> {
-        let conic = match k {
-            0.0 => Self::Sphere,
-            _ => Self::Conic { k },
-        };
-        let mut terms = terms.into_iter().filter(|(_, value)| *value != 0.0);
-        terms.try_fold(conic, |shape, (power, value)| match power {
-            0..=MAX_POWER => Ok(shape.with_term(power, value)),
-            _ => Err(power),
-        })
+        let mut terms: Vec<(usize, f64)> = terms.into_iter().collect();
+        terms.retain(|(_, value)| *value != 0.0);
+        match terms.iter().find(|(power, _)| *power > MAX_POWER) {
+            Some((power, _)) => Err(*power),
+            None => Ok(Self::rotational(k, polynomial(terms))),
+        }
+    }
+
+    /// The simplest shape of a conic constant and the coefficients of a polynomial in r.
+    pub(crate) fn rotational(k: f64, terms: Box<[f64; MAX_POWER + 1]>) -> Self {
+        if terms.iter().any(|term| *term != 0.0) {
+            Self::Asphere { k, terms }
+        } else {
+            Self::Sphere.with_conic(k)
+        }
     }
 
     /// The shape with another coefficient of r^`power`, which is at most [`MAX_POWER`].
@@ -148,6 +154,22 @@ impl Shape {
         };
         terms[power] = value;
         Self::Asphere { k, terms }
+    }
+
+    /// The shape with another conic constant. Cylinders and toroids keep theirs, and so does a
+    /// conic if the new one is 0.
+    pub(crate) fn with_conic(self, k: f64) -> Self {
+        match self {
+            Self::Asphere { terms, .. } => Self::Asphere { k, terms },
+            Self::Sphere | Self::Conic { .. } if k != 0.0 => Self::Conic { k },
+            other => other,
+        }
+    }
+
+    /// A toroid with this curvature in x, whose profile is a conic.
+    pub(crate) fn toroid(across: Curvature, k: f64) -> Self {
+        let terms = Box::new([0.0; MAX_POWER + 1]);
+        Self::Toroid { across, k, terms }
     }
 
     /// The name of the kind, as in the JSON format.
@@ -187,6 +209,18 @@ impl Shape {
             other => other.clone(),
         }
     }
+}
+
+/// The coefficients of a polynomial whose terms are powers of r, at most [`MAX_POWER`], with their
+/// coefficients. The last of several terms of one power counts.
+pub(crate) fn polynomial(
+    terms: impl IntoIterator<Item = (usize, f64)>,
+) -> Box<[f64; MAX_POWER + 1]> {
+    let mut coefficients = Box::new([0.0; MAX_POWER + 1]);
+    for (power, value) in terms {
+        coefficients[power] = value;
+    }
+    coefficients
 }
 
 /// A surface and the gap to the next one.
@@ -245,6 +279,11 @@ impl Surface {
     pub fn is_dummy(&self, before: &Medium) -> bool {
         let is_open = self.semi_diameter == f64::INFINITY && !self.is_stop;
         self.is_plane() && is_open && self.medium == *before
+    }
+
+    /// Replaces the shape by another one that is made of it.
+    pub(crate) fn change_shape(&mut self, change: impl FnOnce(Shape) -> Shape) {
+        self.shape = change(std::mem::replace(&mut self.shape, Shape::Sphere));
     }
 
     fn has_terms(&self) -> bool {

@@ -51,20 +51,6 @@ pub(crate) struct Word<'a> {
     pub span: Span,
 }
 
-/// Reads the first argument of a command as a number.
-///
-/// # Errors
-/// The command has no argument, or the argument is not a finite number.
-pub(crate) fn first_number(command: &[Word<'_>], source: &Arc<Source>) -> Result<f64> {
-    match command.get(1) {
-        Some(word) => word.number(source),
-        None => {
-            let message = format!("`{}` has no value", command[0].text);
-            Err(Diagnostic::error(message).at(source, command[0].span))
-        }
-    }
-}
-
 impl<'a> Word<'a> {
     /// Makes a word of a piece of text that begins at byte `start` of its file.
     pub(crate) fn at(piece: &'a str, text: &'a str, start: usize) -> Self {

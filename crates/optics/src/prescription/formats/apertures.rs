@@ -19,13 +19,30 @@ pub(crate) const F_NUMBER_TOLERANCE: f64 = 5e-3;
 pub(super) struct Beam {
     /// The diameter of the entrance pupil.
     pub entrance_diameter: Option<f64>,
+    /// The f-number of the image.
     pub f_number: Option<f64>,
     /// Half of the field, in degrees.
     pub half_field: f64,
-    /// The part of the beam's radius that vignetting leaves at the edge of the field.
-    pub edge_share: f64,
+    /// The part of the beam's radius that vignetting takes at the edge of the field.
+    pub vignetting: f64,
     /// The height of the edge of the field in the image, if the file gives it instead of an angle.
     pub image_height: Option<f64>,
+    /// The place of the f-number or of the entrance pupil in the file, if that is stated.
+    pub stated: Option<Span>,
+}
+
+impl Beam {
+    /// Takes over the entrance pupil that a file states at a place; 0 states none.
+    pub(super) fn state_entrance(&mut self, diameter: f64, span: Span) {
+        self.entrance_diameter = Some(diameter).filter(|d| *d > 0.0);
+        self.stated = Some(span);
+    }
+
+    /// Takes over the f-number that a file states at a place; 0 states none.
+    pub(super) fn state_f_number(&mut self, f_number: f64, span: Span) {
+        self.f_number = Some(f_number).filter(|n| *n > 0.0);
+        self.stated = Some(span);
+    }
 }
 
 /// Fills in the semi-diameters that are not finite. Returns whether there were any.
@@ -69,7 +86,7 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
         let wide = if i == stop {
             axial
         } else {
-            axial.max(beam.edge_share * axial + chief)
+            axial.max((1.0 - beam.vignetting) * axial + chief)
         };
         let c = surface.curvature.per_mm().abs();
         surface.semi_diameter = if c * wide > 0.98 { 0.98 / c } else { wide };
@@ -79,9 +96,10 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
 
 /// Notes the f-number that the file states, or that follows from its entrance pupil, if paraxial
 /// rays through the apertures contradict it by more than [`F_NUMBER_TOLERANCE`].
-/// The file may mean real rays, which only `lens` can trace. `span` is the place of the number.
-pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam, span: Span) {
-    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+/// The file may mean real rays, which only `lens` can trace.
+pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam) {
+    let Some(span) = beam.stated else { return };
+    let optics = lens.first_order(D_LINE);
     let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
         return;
     };
@@ -175,7 +193,6 @@ mod tests {
         let beam = Beam {
             entrance_diameter: Some(4.0),
             half_field: 45.0,
-            edge_share: 1.0,
             ..Beam::default()
         };
         assert!(fill(&mut lens, beam));

@@ -8,18 +8,17 @@
 //! in steps of two. With the constant `AsphericalA2` they begin at r², and with
 //! `AsphericalOddCount` n they begin at r³ and go in steps of one for n odd powers.
 
-use std::sync::Arc;
+use std::iter;
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::diag::{Result, Sink};
 
 use crate::prescription::formats::apertures::{Beam, note_f_number};
 use crate::prescription::formats::format::Format;
-use crate::prescription::formats::origin::name_of;
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader, open_if_zero};
 use crate::prescription::glass::medium::Medium;
-use crate::prescription::prescription::{Column, Prescription, ZoomPosition, check, check_count};
+use crate::prescription::prescription::{Prescription, ZoomPosition};
 use crate::prescription::surface::{MAX_POWER, Shape, Surface};
-use crate::prescription::text::{Word, lines, text};
+use crate::prescription::text::{Word, lines};
 
 /// The text of the Optical Bench, recognized by the heading of its table.
 pub(crate) static FORMAT: Format = Format {
@@ -28,7 +27,7 @@ pub(crate) static FORMAT: Format = Format {
         let mut lines = text.lines().map(str::trim);
         lines.any(|line| line.eq_ignore_ascii_case("[lens data]"))
     },
-    read: |source, how, sink| read(source, &how.glasses, sink),
+    read,
 };
 
 /// The largest number of zoom positions.
@@ -37,9 +36,9 @@ const MAX_POSITIONS: usize = 100;
 /// A line: the values between its tabs, which may be empty.
 type Line<'a> = Vec<Word<'a>>;
 
-/// The sections of a file.
-#[derive(Default)]
-struct Sections<'a> {
+/// The sections of a file of the Optical Bench.
+struct BenchReader<'a> {
+    file: PrescriptionReader<'a>,
     title: Option<&'a str>,
     constants: Vec<Line<'a>>,
     variables: Vec<Line<'a>>,
@@ -47,100 +46,74 @@ struct Sections<'a> {
     aspheres: Vec<Line<'a>>,
 }
 
-struct Reader<'a> {
-    source: &'a Arc<Source>,
-    glasses: &'a Catalogue,
-    sections: Sections<'a>,
-}
-
 /// Reads the text of the Optical Bench.
-fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
-    let reader = Reader {
-        source,
-        glasses,
-        sections: sections(text(source)),
-    };
-    let rows = &reader.sections.surfaces;
-    check_count(rows.len(), source)?;
-    let mut lens = reader.lens()?;
-    reader.aspheres(&mut lens)?;
-    let beam = Beam {
-        f_number: reader.stated("F-Number", 0).filter(|n| *n > 0.0),
-        ..Beam::default()
-    };
-    if let Some(line) = reader.variable("F-Number").filter(|_| lens.zoom.is_empty()) {
-        note_f_number(&mut lens, beam, line[0].span);
+fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
+    let reader = BenchReader::new(file);
+    file.check_count(reader.surfaces.len())?;
+    let mut draft = reader.draft()?;
+    reader.aspheres(&mut draft.lens)?;
+    let line = reader.variable("F-Number");
+    if let Some(line) = line.filter(|_| draft.lens.zoom.is_empty()) {
+        let mut beam = Beam::default();
+        let f_number = reader.stated("F-Number", 0).unwrap_or(0.0);
+        beam.state_f_number(f_number, line[0].span);
+        note_f_number(&mut draft.lens, beam);
     }
-    check(&mut lens, source, sink, |surface, column| {
-        let at = match column {
-            Column::Radius => 1,
-            Column::Thickness => 2,
-            Column::Index => 3,
-            Column::SemiDiameter => 4,
-        };
-        let row = rows.get(surface);
-        row.and_then(|row| row.get(at).or(row.first()))
-            .map_or(Span::at(0), |word| word.span)
-    })?;
-    Ok(lens)
-}
-
-/// Divides a text into its sections.
-fn sections(text: &str) -> Sections<'_> {
-    let mut sections = Sections::default();
-    let mut section = String::new();
-    for (start, line) in lines(text) {
-        let trimmed = line.trim();
-        if trimmed.is_empty() || trimmed.starts_with('#') {
-            continue;
-        }
-        if trimmed.starts_with('[') {
-            section = trimmed.to_ascii_lowercase();
-            continue;
-        }
-        let values = values(line, start);
-        match section.as_str() {
-            "[descriptive data]" if values[0].is("title") => {
-                sections.title = values.get(1).map(|word| word.text);
-            }
-            "[constants]" => sections.constants.push(values),
-            "[variable distances]" => sections.variables.push(values),
-            "[lens data]" => sections.surfaces.push(values),
-            "[aspherical data]" => sections.aspheres.push(values),
-            _ => {}
-        }
-    }
-    sections
+    file.finish(draft, sink)
 }
 
 /// The values of a line. A line that has lost its tabs is divided at its blanks.
 fn values(line: &str, start: usize) -> Line<'_> {
-    let word = |piece: &'_ str| {
-        (
-            piece.as_ptr() as usize - line.as_ptr() as usize,
-            piece.len(),
-        )
-    };
-    let pieces: Vec<(usize, usize)> = match line.contains('\t') {
+    let word = |text| Word::at(line, text, start);
+    match line.contains('\t') {
         true => line.split('\t').map(str::trim).map(word).collect(),
         false => line.split_whitespace().map(word).collect(),
-    };
-    let at = |(from, length): (usize, usize)| Word {
-        text: &line[from..from + length],
-        span: Span::new(start + from, start + from + length),
-    };
-    pieces.into_iter().map(at).collect()
+    }
 }
 
-impl<'a> Reader<'a> {
-    fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
-        Diagnostic::error(message).at(self.source, span)
+fn is_number(word: &Word<'_>) -> bool {
+    word.text.parse::<f64>().is_ok()
+}
+
+impl<'a> BenchReader<'a> {
+    /// Divides a text into its sections.
+    fn new(file: PrescriptionReader<'a>) -> Self {
+        let mut sections = Self {
+            file,
+            title: None,
+            constants: Vec::new(),
+            variables: Vec::new(),
+            surfaces: Vec::new(),
+            aspheres: Vec::new(),
+        };
+        let mut section = String::new();
+        for (start, line) in lines(file.text()) {
+            let trimmed = line.trim();
+            if trimmed.is_empty() || trimmed.starts_with('#') {
+                continue;
+            }
+            if trimmed.starts_with('[') {
+                section = trimmed.to_ascii_lowercase();
+                continue;
+            }
+            let values = values(line, start);
+            match section.as_str() {
+                "[descriptive data]" if values[0].is("title") => {
+                    sections.title = values.get(1).map(|word| word.text);
+                }
+                "[constants]" => sections.constants.push(values),
+                "[variable distances]" => sections.variables.push(values),
+                "[lens data]" => sections.surfaces.push(values),
+                "[aspherical data]" => sections.aspheres.push(values),
+                _ => {}
+            }
+        }
+        sections
     }
 
     /// The line of a variable distance, or of another value in that section.
     fn variable(&self, name: &str) -> Option<&Line<'a>> {
-        let variables = &self.sections.variables;
-        variables.iter().find(|line| line[0].is(name))
+        self.variables.iter().find(|line| line[0].is(name))
     }
 
     /// The value of a variable in a position, if it is a number.
@@ -152,65 +125,51 @@ impl<'a> Reader<'a> {
 
     /// A number, or the name of a variable distance in a position.
     fn value(&self, word: Word<'_>, position: usize) -> Result<f64> {
-        if let Ok(number) = word.text.parse::<f64>() {
-            return match number.is_finite() {
-                true => Ok(number),
-                false => Ok(0.0),
-            };
+        let name = word.text;
+        if let Ok(number) = name.parse::<f64>() {
+            return Ok(if number.is_finite() { number } else { 0.0 });
         }
-        if self.variable(word.text).is_none() {
-            let message = format!(
-                "`{}` is neither a number nor a variable distance",
-                word.text
-            );
-            return Err(self
-                .fail(word.span, message)
-                .with_help("names such as `d13` have their values in [variable distances]"));
+        if self.variable(name).is_none() {
+            let message = format!("`{name}` is neither a number nor a variable distance");
+            let help = "names such as `d13` have their values in [variable distances]";
+            return Err(self.file.refuse(word.span, message, help));
         }
-        self.stated(word.text, position).ok_or_else(|| {
-            self.fail(
-                word.span,
-                format!("the distance `{}` has no number", word.text),
-            )
-        })
+        let no_number = || format!("the distance `{name}` has no number");
+        self.stated(name, position)
+            .ok_or_else(|| self.file.fail(word.span, no_number()))
     }
 
-    fn lens(&self) -> Result<Prescription> {
-        let mut surfaces = Vec::new();
-        let mut medium = Medium::air();
-        for row in &self.sections.surfaces {
-            let surface = self.surface(row, &medium)?;
-            medium = surface.medium.clone();
-            surfaces.push(surface);
+    /// The lens without the polynomials of its aspheres.
+    fn draft(&self) -> Result<Draft> {
+        let mut draft = self.file.draft(self.title);
+        for row in &self.surfaces {
+            let (surface, places) = self.surface(row, draft.medium())?;
+            draft.push(surface, places);
         }
-        let name = self.sections.title.map(str::to_owned);
-        let mut lens = Prescription::new(name.unwrap_or_else(|| name_of(self.source)), surfaces);
-        for (name, note) in [("Focal Length", "focal length"), ("F-Number", "f-number")] {
+        for (name, note, unit) in [
+            ("Focal Length", "focal length", ""),
+            ("F-Number", "f-number", ""),
+            ("Angle of View", "field", " degrees"),
+        ] {
             let value = self.stated(name, 0);
-            lens.notes
-                .extend(value.map(|value| format!("{note}: {value}")));
+            let note = value.map(|value| format!("{note}: {value}{unit}"));
+            draft.lens.notes.extend(note);
         }
-        let field = self.stated("Angle of View", 0);
-        lens.notes
-            .extend(field.map(|field| format!("field: {field} degrees")));
-        lens.image_height = self
-            .stated("Image Height", 0)
-            .map(|h| 0.5 * h)
-            .filter(|h| *h > 0.0);
-        lens.zoom = self.positions()?;
-        Ok(lens)
+        let height = self.stated("Image Height", 0).map(|h| 0.5 * h);
+        draft.lens.image_height = height.filter(|h| *h > 0.0);
+        draft.lens.zoom = self.positions()?;
+        Ok(draft)
     }
 
     /// A row: number, radius, thickness, index, diameter, Abbe number and glass. A row without tabs
     /// that is of air has no index.
-    fn surface(&self, row: &Line<'a>, before: &Medium) -> Result<Surface> {
+    fn surface(&self, row: &Line<'a>, before: &Medium) -> Result<(Surface, Places)> {
         let cell = |at: usize| row.get(at).copied().filter(|word| !word.text.is_empty());
         let (Some(number), Some(radius), Some(thickness)) = (cell(0), cell(1), cell(2)) else {
+            let help = "a surface is: number, radius, thickness, index, diameter, Abbe number";
             return Err(self
-                .fail(row[0].span, "too few values in this surface".into())
-                .with_help(
-                    "a surface is: number, radius, thickness, index, diameter, Abbe number",
-                ));
+                .file
+                .refuse(row[0].span, "too few values in this surface", help));
         };
         let is_stop = radius.is("AS");
         let is_flat = is_stop || ["FS", "CG", "INFINITY", "INF"].iter().any(|w| radius.is(w));
@@ -228,19 +187,16 @@ impl<'a> Reader<'a> {
             None if is_stop || radius.is("FS") => before.clone(),
             None => Medium::air(),
         };
-        let semi_diameter = match diameter {
-            Some(word) => match self.value(word, 0)? {
-                0.0 => f64::INFINITY,
-                diameter => 0.5 * diameter,
-            },
-            None => f64::INFINITY,
-        };
+        let diameter = diameter.map_or(Ok(0.0), |word| self.value(word, 0))?;
+        let semi_diameter = 0.5 * open_if_zero(diameter);
         let surface = Surface::sphere(bend, self.value(thickness, 0)?, medium, semi_diameter);
-        Ok(Surface {
+        let surface = Surface {
             is_stop,
             span: number.span,
             ..surface
-        })
+        };
+        let places = [1, 2, 3, 4].map(|at| row.get(at).unwrap_or(&row[0]).span);
+        Ok((surface, places))
     }
 
     /// The medium of an index and an Abbe number. The dispersion is that of the glass of the
@@ -251,73 +207,67 @@ impl<'a> Reader<'a> {
         abbe: Option<Word<'_>>,
         glass: Option<Word<'_>>,
     ) -> Result<Medium> {
-        let n_d = index.number(self.source)?;
-        let abbe = abbe.map(|word| word.number(self.source)).transpose()?;
-        let named = glass.and_then(|word| self.glasses.find(word.text));
-        if let Some(glass) = named.filter(|glass| (glass.n_d - n_d).abs() < 1e-4) {
-            return Ok(Medium {
+        let n_d = self.file.number(index)?;
+        let abbe = abbe.map(|word| self.file.number(word)).transpose()?;
+        let glasses = &self.file.options.glasses;
+        let named = glass.and_then(|word| glasses.find(word.text));
+        Ok(match named.filter(|glass| (glass.n_d - n_d).abs() < 1e-4) {
+            Some(glass) => Medium {
                 n_d,
                 ..glass.clone()
-            });
-        }
-        Ok(match abbe {
-            Some(abbe) if abbe > 0.0 => Medium::from_abbe(n_d, abbe),
-            _ => Medium::constant(n_d),
+            },
+            None => Medium::from_index(n_d, abbe),
         })
     }
 
     /// The positions of the zoom or of the focus, if distances have more than one value.
     fn positions(&self) -> Result<Vec<ZoomPosition>> {
-        let rows = self.sections.surfaces.iter().enumerate();
-        let is_name = |word: &Word<'a>| word.text.parse::<f64>().is_err();
+        let rows = self.surfaces.iter().enumerate();
         let varied: Vec<(usize, Word<'a>)> = rows
-            .filter_map(|(i, row)| Some((i, *row.get(2).filter(|word| is_name(word))?)))
+            .filter_map(|(i, row)| Some((i, *row.get(2).filter(|word| !is_number(word))?)))
             .collect();
-        let values = |name: &str| {
-            let numbers = |line: &Line<'a>| line.iter().skip(1).filter(|w| !is_name(w)).count();
-            self.variable(name).map_or(0, numbers)
+        let values = |(_, name): &(usize, Word<'a>)| {
+            let numbers = |line: &Line<'a>| line.iter().skip(1).filter(|w| is_number(w)).count();
+            self.variable(name.text).map_or(0, numbers)
         };
-        let count = varied
-            .iter()
-            .map(|(_, name)| values(name.text))
-            .max()
-            .unwrap_or(0);
+        let count = varied.iter().map(values).max().unwrap_or(0);
         if count < 2 {
             return Ok(Vec::new());
         }
         let position = |position: usize| {
-            let gaps = varied
-                .iter()
-                .map(|(i, name)| Ok((*i, self.value(*name, position)?)));
-            let word = |name: &str| self.variable(name)?.get(position + 1).map(|w| w.text);
-            let focal = word("Focal Length").filter(|w| w.parse::<f64>().is_ok());
-            let name = match (focal, word("d0"), word("Magnification")) {
-                (Some(f), Some(d0), _) => format!("{f} mm, object at {d0}"),
-                (Some(f), ..) => format!("{f} mm"),
-                (None, Some(d0), _) => format!("object at {d0}"),
-                (None, None, Some(m)) => format!("magnification {m}"),
-                _ => format!("position {}", position + 1),
-            };
+            let gap = |(i, name): &(usize, Word<'a>)| Ok((*i, self.value(*name, position)?));
             Ok(ZoomPosition {
-                name,
-                gaps: gaps.collect::<Result<_>>()?,
+                name: self.position_name(position),
+                gaps: varied.iter().map(gap).collect::<Result<_>>()?,
                 stop_semi_diameter: None,
             })
         };
         (0..count.min(MAX_POSITIONS)).map(position).collect()
     }
 
-    /// The powers of r of the coefficients.
+    /// The name of a position: its focal length, the distance of its object or its magnification.
+    fn position_name(&self, position: usize) -> String {
+        let word = |name: &str| self.variable(name)?.get(position + 1);
+        let focal = word("Focal Length").filter(|word| is_number(word));
+        match (focal, word("d0"), word("Magnification")) {
+            (Some(f), Some(d0), _) => format!("{} mm, object at {}", f.text, d0.text),
+            (Some(f), ..) => format!("{} mm", f.text),
+            (None, Some(d0), _) => format!("object at {}", d0.text),
+            (None, None, Some(m)) => format!("magnification {}", m.text),
+            _ => format!("position {}", position + 1),
+        }
+    }
+
+    /// The powers of r of the coefficients: those that are read, and then further even ones.
     fn powers(&self) -> Result<Vec<usize>> {
-        let constant = |name: &str| self.sections.constants.iter().find(|line| line[0].is(name));
+        let constant = |name: &str| self.constants.iter().find(|line| line[0].is(name));
         let odd = match constant("AsphericalOddCount").and_then(|line| line.get(1)) {
-            Some(word) => word.number(self.source)?.clamp(0.0, MAX_POWER as f64) as usize,
+            Some(word) => self.file.number(*word)?.clamp(0.0, MAX_POWER as f64) as usize,
             None => 0,
         };
-        let first = if constant("AsphericalA2").is_some() {
-            2
-        } else {
-            4
+        let first = match constant("AsphericalA2") {
+            Some(_) => 2,
+            None => 4,
         };
         let even = (first..=MAX_POWER).step_by(2);
         let mut powers: Vec<usize> = (1..=odd).map(|i| 2 * i + 1).chain(even).collect();
@@ -325,38 +275,67 @@ impl<'a> Reader<'a> {
         Ok(powers)
     }
 
+    /// Gives the surfaces their conic constants and polynomials.
     fn aspheres(&self, lens: &mut Prescription) -> Result<()> {
         let powers = self.powers()?;
-        for line in &self.sections.aspheres {
-            let rows = &self.sections.surfaces;
-            let Some(surface) = rows.iter().position(|row| row[0].text == line[0].text) else {
+        for line in &self.aspheres {
+            let same = |row: &Line<'a>| row[0].text == line[0].text;
+            let Some(surface) = self.surfaces.iter().position(same) else {
                 let message = format!("there is no surface `{}`", line[0].text);
-                return Err(self.fail(line[0].span, message));
+                return Err(self.file.fail(line[0].span, message));
             };
             let filled = line.iter().skip(2).filter(|word| !word.text.is_empty());
-            let numbers: Vec<(f64, Span)> = filled
-                .map(|word| Ok((word.number(self.source)?, word.span)))
-                .collect::<Result<_>>()?;
-            let Some(((k, _), coefficients)) = numbers.split_first() else {
+            let words: Vec<Word<'a>> = filled.copied().collect();
+            let numbers = self.file.numbers(&words)?;
+            let Some((k, coefficients)) = numbers.split_first() else {
                 continue;
             };
-            let mut terms = Box::new([0.0; MAX_POWER + 1]);
-            for (i, (value, span)) in coefficients.iter().enumerate() {
-                match powers.get(i) {
-                    Some(power) => terms[*power] = *value,
-                    None if *value == 0.0 => {}
-                    None => {
-                        let message = format!("powers of r above {MAX_POWER} are not read");
-                        return Err(self.fail(*span, message));
-                    }
-                }
-            }
-            lens.surfaces[surface].shape = match terms.iter().any(|t| *t != 0.0) {
-                true => Shape::Asphere { k: *k, terms },
-                false if *k != 0.0 => Shape::Conic { k: *k },
-                false => Shape::Sphere,
-            };
+            let beyond = iter::repeat(MAX_POWER + 1);
+            let terms = powers
+                .iter()
+                .copied()
+                .chain(beyond)
+                .zip(coefficients.iter().copied());
+            lens.surfaces[surface].shape = Shape::from_terms(*k, terms).map_err(|_| {
+                let message = format!("powers of r above {MAX_POWER} are not read");
+                let is_wrong = |(i, value): &(usize, &f64)| {
+                    powers.get(*i).is_none_or(|p| *p > MAX_POWER) && **value != 0.0
+                };
+                let mut wrong = coefficients.iter().enumerate();
+                let at = wrong.find(is_wrong).map_or(0, |(i, _)| i + 1);
+                self.file.fail(words[at].span, message)
+            })?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ivcam_base::diag::Source;
+
+    use super::*;
+
+    /// With 20 odd powers, from 3 to 41, between the even ones, the 19th coefficient is that of r^21.
+    #[test]
+    fn a_power_above_the_highest_is_refused_at_its_coefficient() {
+        let read = |coefficients: usize| {
+            let text = format!(
+                "[constants]\nAsphericalOddCount\t20\n[lens data]\n1\t50\t5\t1.5\t20\n\
+                 2\t-50\t40\t\t20\n[aspherical data]\n1\t50\t0{}",
+                "\t1".repeat(coefficients)
+            );
+            let source = Arc::new(Source::new("a.txt", text.into_bytes()));
+            crate::prescription::formats::read(&source, &mut Sink::new())
+        };
+        assert!(
+            matches!(&read(18).unwrap().surfaces[0].shape, Shape::Asphere { terms, .. }
+            if terms[1..4] == [0.0, 0.0, 1.0] && terms[MAX_POWER] == 1.0)
+        );
+        let error = read(19).unwrap_err();
+        assert!(error.message.contains("above 20"), "{error}");
+        assert_eq!(error.location().1, Some((7, 6 + 2 * 19)));
     }
 }

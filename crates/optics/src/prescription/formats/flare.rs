@@ -3,33 +3,30 @@
 //! number behind the surface, the semi-diameter, the layers of the coating, and perhaps a kind:
 //! `sph`, `cyl_x`, `cyl_y`, or `toric` with the radius in y.
 
-use std::sync::Arc;
-
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::formats::format::Format;
-use crate::prescription::formats::origin::name_of;
+use crate::prescription::formats::reader::{Places, PrescriptionReader};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
-use crate::prescription::prescription::{Column, Prescription, check, check_count};
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
-use crate::prescription::text::{Word, lines, text, words};
+use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::{Curvature, Shape, Surface};
+use crate::prescription::text::{Word, lines, words};
 
 /// The `.lens` tables, recognized by the line above their rows.
 pub(crate) static FORMAT: Format = Format {
     name: "lens flare table",
     recognizes: |text| text.lines().any(|line| line.trim() == "surfaces:"),
-    read: |source, _, sink| read(source, sink),
+    read,
 };
 
 const HELP: &str = "a row is: radius, thickness, index, Abbe number, semi-diameter, coating";
 
-fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
-    let mut name = None;
-    let mut notes = Vec::new();
+fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
+    let mut draft = file.draft(None);
     let mut rows: Vec<Vec<Word<'_>>> = Vec::new();
     let mut inside = false;
-    for (start, line) in lines(text(source)) {
+    for (start, line) in lines(file.text()) {
         let data = line.split('#').next().unwrap_or("");
         let words = words(data, start);
         if words.is_empty() {
@@ -38,101 +35,115 @@ fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
         if inside {
             rows.push(words);
         } else if let Some(stated) = data.trim().strip_prefix("name:") {
-            name = Some(stated.trim().to_owned()).filter(|name| !name.is_empty());
+            draft.lens.name = file.name(Some(stated.trim()));
         } else if let Some(stated) = data.trim().strip_prefix("focal_length:") {
-            notes.push(format!("focal length: {}", stated.trim()));
+            let note = format!("focal length: {}", stated.trim());
+            draft.lens.notes.push(note);
         } else {
             inside = data.trim() == "surfaces:";
         }
     }
-    check_count(rows.len(), source)?;
-    let mut surfaces = Vec::with_capacity(rows.len());
-    let mut medium = Medium::air();
+    file.check_count(rows.len())?;
     for row in &rows {
-        let surface = surface(source, row, &medium)?;
-        medium = surface.medium.clone();
-        surfaces.push(surface);
+        let (surface, places) = surface(file, row, draft.medium())?;
+        draft.push(surface, places);
     }
-    let name = name.unwrap_or_else(|| name_of(source));
-    let mut lens = Prescription {
-        notes,
-        ..Prescription::new(name, surfaces)
-    };
-    check(&mut lens, source, sink, |surface, column| {
-        let at = match column {
-            Column::Radius => 0,
-            Column::Thickness => 1,
-            Column::Index => 2,
-            Column::SemiDiameter => 4,
-        };
-        let row = rows.get(surface);
-        row.and_then(|row| row.get(at))
-            .map_or(Span::at(0), |word| word.span)
-    })?;
-    Ok(lens)
+    file.finish(draft, sink)
 }
 
-fn surface(source: &Arc<Source>, row: &[Word<'_>], before: &Medium) -> Result<Surface> {
-    let fail = |span, message: String| Diagnostic::error(message).at(source, span);
+/// The surface of a row, and the places of its numbers.
+fn surface(
+    file: PrescriptionReader<'_>,
+    row: &[Word<'_>],
+    before: &Medium,
+) -> Result<(Surface, Places)> {
     let [radius, thickness, index, abbe, semi_diameter, rest @ ..] = row else {
         let last = row.last().map_or(Span::at(0), |word| word.span);
         let message = format!("too few numbers in this row: {} instead of 5", row.len());
-        return Err(fail(Span::at(last.end as usize), message).with_help(HELP));
+        return Err(file.refuse(Span::at(last.end as usize), message, HELP));
     };
     let is_stop = radius.is("stop");
     let bend = match is_stop || radius.is("inf") || radius.is("flat") {
         true => 0.0,
-        false => radius.number(source)?,
+        false => file.number(*radius)?,
     };
-    let (n_d, abbe) = (index.number(source)?, abbe.number(source)?);
-    let medium = match (is_stop, abbe > 0.0) {
-        (true, _) => before.clone(),
-        (false, true) => Medium::from_abbe(n_d, abbe),
-        (false, false) => Medium::constant(n_d),
+    let (n_d, abbe) = (file.number(*index)?, file.number(*abbe)?);
+    let medium = match is_stop {
+        true => before.clone(),
+        false => Medium::from_index(n_d, Some(abbe)),
     };
-    let plain = Surface::sphere(
-        bend,
-        thickness.number(source)?,
-        medium,
-        semi_diameter.number(source)?,
-    );
-    let layers = match rest.first() {
-        Some(word) => word.number(source)?,
-        None => 0.0,
+    let plain = Surface {
+        is_stop,
+        span: radius.span,
+        ..Surface::sphere(
+            bend,
+            file.number(*thickness)?,
+            medium,
+            file.number(*semi_diameter)?,
+        )
     };
-    let shape = match rest.get(1).map(|word| (word.text, word.span)) {
-        None | Some(("sph" | "spherical", _)) => Shape::Sphere,
-        Some(("cyl_x" | "cylinder_x", _)) => Shape::CylinderX,
-        Some(("cyl_y" | "cylinder_y", _)) => Shape::CylinderY,
-        Some(("toric", span)) => {
+    let layers = rest.first().map_or(Ok(0.0), |word| file.number(*word))?;
+    let coating = match layers > 0.0 {
+        true => Coating::MagnesiumFluoride,
+        false => Coating::default(),
+    };
+    let surface = Surface {
+        coating,
+        ..with_kind(file, plain, &rest[rest.len().min(1)..])?
+    };
+    let places = [radius, thickness, index, semi_diameter].map(|word| word.span);
+    Ok((surface, places))
+}
+
+/// A surface of the kind that the last words of its row name; a sphere without such words.
+fn with_kind(file: PrescriptionReader<'_>, plain: Surface, words: &[Word<'_>]) -> Result<Surface> {
+    let Some(kind) = words.first() else {
+        return Ok(plain);
+    };
+    let (curvature, shape) = match kind.text {
+        "sph" | "spherical" => (plain.curvature, Shape::Sphere),
+        "cyl_x" | "cylinder_x" => (plain.curvature, Shape::CylinderX),
+        "cyl_y" | "cylinder_y" => (plain.curvature, Shape::CylinderY),
+        "toric" => {
             // The radius of the row is that in x.
-            let Some(radius) = rest.get(2) else {
-                return Err(fail(span, "a `toric` surface has no radius in y".into()));
+            let Some(radius) = words.get(1) else {
+                let message = "a `toric` surface has no radius in y";
+                return Err(file.fail(kind.span, message));
             };
-            return Ok(Surface {
-                shape: Shape::Toroid {
-                    across: Curvature::from_radius(bend),
-                    k: 0.0,
-                    terms: Box::new([0.0; MAX_POWER + 1]),
-                },
-                curvature: Curvature::from_radius(radius.number(source)?),
-                span,
-                ..plain
-            });
+            let in_y = Curvature::from_radius(file.number(*radius)?);
+            (in_y, Shape::toroid(plain.curvature, 0.0))
         }
-        Some((word, span)) => {
-            return Err(fail(span, format!("`{word}` is not a kind of surface"))
-                .with_help("the kinds are sph, cyl_x, cyl_y and toric"));
+        other => {
+            let message = format!("`{other}` is not a kind of surface");
+            let help = "the kinds are sph, cyl_x, cyl_y and toric";
+            return Err(file.refuse(kind.span, message, help));
         }
     };
     Ok(Surface {
+        curvature,
         shape,
-        is_stop,
-        coating: match layers > 0.0 {
-            true => Coating::MagnesiumFluoride,
-            false => Coating::default(),
-        },
-        span: radius.span,
         ..plain
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use ivcam_base::diag::Source;
+
+    use super::*;
+
+    /// The radius of a row is that in x, whatever else the row says.
+    #[test]
+    fn a_toric_row_keeps_its_coating() {
+        let text = "surfaces:\n50 5 1.5 60 9 1 toric 40\n-50 60 1 0 9 0\n";
+        let source = Arc::new(Source::new("a.lens", text.into()));
+        let lens = crate::prescription::formats::read(&source, &mut Sink::new()).unwrap();
+        let front = &lens.surfaces[0];
+        assert_eq!(front.coating, Coating::MagnesiumFluoride);
+        assert_eq!(front.curvature.radius(), 40.0);
+        let across = Curvature::from_radius(50.0);
+        assert_eq!(front.shape, Shape::toroid(across, 0.0));
+    }
 }

@@ -1,9 +1,8 @@
 //! The description of a file format of prescriptions: how it is recognized, and its reader.
 
-use std::sync::Arc;
+use ivcam_base::diag::{Result, Sink};
 
-use ivcam_base::diag::{Result, Sink, Source};
-
+use crate::prescription::formats::reader::PrescriptionReader;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
@@ -18,7 +17,8 @@ pub(crate) struct Format {
     pub name: &'static str,
     /// Whether a text is in this format, judged by its content.
     pub recognizes: fn(&str) -> bool,
-    pub read: fn(&Arc<Source>, &Reading, &mut Sink) -> Result<Prescription>,
+    /// Reads a file in this format. What is wrong but not fatal goes to the sink.
+    pub read: fn(PrescriptionReader<'_>, &mut Sink) -> Result<Prescription>,
 }
 
 /// Options of reading that a file does not state.

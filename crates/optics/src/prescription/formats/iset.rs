@@ -7,82 +7,72 @@
 //! values, and a transformation of each surface: pairs of equals, indices over the lines of the
 //! Abbe number and transformations that do nothing are read, others are refused.
 
-use std::sync::Arc;
-
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde_json::Value;
 
+use crate::prescription::formats::dat::adopt_a_stop;
 use crate::prescription::formats::format::Format;
-use crate::prescription::formats::index_table::interpolated;
-use crate::prescription::formats::json::{Places, parse};
-use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium};
-use crate::prescription::prescription::{Column, Prescription, check, check_count};
+use crate::prescription::formats::index_table;
+use crate::prescription::formats::json_text::{JsonPlaces, parse};
+use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::glass::medium::Medium;
+use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Shape, Surface};
+
 /// ISET's JSON.
 pub(crate) static FORMAT: Format = Format {
     name: "JSON of ISET",
     recognizes: |text| text.trim_start().starts_with('{') && is_iset(text),
-    read: |source, _, sink| read(source, sink),
+    read,
 };
 
 /// Whether a JSON text is in this format: it has the key `semi_aperture`, and no schema.
-pub(crate) fn is_iset(text: &str) -> bool {
+fn is_iset(text: &str) -> bool {
     text.contains("\"semi_aperture\"") && !text.contains("\"schema\"")
 }
 
 /// Reads a prescription in ISET's JSON.
-fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
-    let root = parse(source)?;
-    let places = Places::new(source);
-    let rows = root.get("surfaces").and_then(Value::as_array);
-    let rows = rows.ok_or_else(|| {
-        Diagnostic::error("there is no list of `surfaces`").at(source, Span::at(0))
-    })?;
-    check_count(rows.len(), source)?;
-    let mut medium = Medium::air();
-    let mut surfaces = Vec::with_capacity(rows.len());
+fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
+    let root = parse(file.source)?;
+    let places = JsonPlaces::new(file.source);
+    let Some(rows) = root.get("surfaces").and_then(Value::as_array) else {
+        return Err(file.fail(Span::at(0), "there is no list of `surfaces`"));
+    };
+    file.check_count(rows.len())?;
+    let name = root.get("name").and_then(Value::as_str).map(str::trim);
+    let mut draft = file.draft(name);
     for (number, row) in rows.iter().enumerate() {
-        let row = Row {
-            source,
+        let row = IsetSurface {
+            file,
             places: &places,
             number,
             row,
         };
-        surfaces.push(row.surface(&mut medium)?);
+        let surface = row.surface(draft.medium())?;
+        let columns: [&[&str]; 4] = [&["radius"], &["thickness"], &["ior"], &["semi_aperture"]];
+        draft.push(surface, places.columns(number, columns));
     }
-    let name = root.get("name").and_then(Value::as_str).map(str::trim);
-    let name = name.filter(|n| !n.is_empty());
-    let name = name.map_or_else(
-        || crate::prescription::formats::origin::name_of(source),
-        str::to_owned,
-    );
     let microlenses = root.get("microlens").and_then(Value::as_object);
     if microlenses.is_some_and(|m| !m.is_empty()) {
         sink.warn(Span::at(0), "the array of microlenses is left out");
     }
-    let mut lens = Prescription::new(name, surfaces);
-    crate::prescription::formats::dat::adopt_a_stop(&mut lens);
-    check(&mut lens, source, sink, |surface, column| match column {
-        Column::Radius => places.value(surface, &["\"radius\""]),
-        Column::Thickness => places.value(surface, &["\"thickness\""]),
-        Column::Index => places.value(surface, &["\"ior\""]),
-        Column::SemiDiameter => places.value(surface, &["\"semi_aperture\""]),
-    })?;
-    Ok(lens)
+    adopt_a_stop(&mut draft.lens);
+    file.finish(draft, sink)
 }
 
 /// One of the `surfaces`.
-struct Row<'a> {
-    source: &'a Arc<Source>,
-    places: &'a Places,
+struct IsetSurface<'a> {
+    file: PrescriptionReader<'a>,
+    places: &'a JsonPlaces,
     number: usize,
     row: &'a Value,
 }
 
-impl Row<'_> {
+impl IsetSurface<'_> {
     fn refuse(&self, key: &str, what: &str) -> Box<Diagnostic> {
-        let span = self.places.value(self.number, &[&format!("\"{key}\"")]);
-        Diagnostic::error(format!("surface {} {what}", self.number)).at(self.source, span)
+        let span = self.places.value(self.number, &[key]);
+        self.file
+            .fail(span, format!("surface {} {what}", self.number))
     }
 
     /// A number, which may be given for x and y; none if the key is missing.
@@ -96,44 +86,33 @@ impl Row<'_> {
 
     fn value(&self, key: &str) -> Result<f64> {
         self.maybe(key)?.ok_or_else(|| {
-            Diagnostic::error(format!("surface {} has no number `{key}`", self.number))
-                .at(self.source, self.places.object(self.number))
-                .with_help("a surface has radius, thickness, ior and semi_aperture")
+            let message = format!("surface {} has no number `{key}`", self.number);
+            let help = "a surface has radius, thickness, ior and semi_aperture";
+            let span = self.places.object(self.number);
+            self.file.refuse(span, message, help)
         })
     }
 
-    /// Makes the surface. `medium` is the medium in front of it, and is replaced by the one behind
-    /// it.
-    fn surface(&self, medium: &mut Medium) -> Result<Surface> {
+    /// Makes the surface behind a medium.
+    fn surface(&self, before: &Medium) -> Result<Surface> {
         let radius = self.value("radius")?;
         let glass = match self.row.get("ior").and_then(over_wavelengths) {
             Some(glass) => glass,
             None => Medium::constant(self.value("ior")?),
         };
         let is_stop = radius == 0.0 && glass.n_d == 0.0;
-        if !is_stop {
-            *medium = glass;
-        }
+        let medium = if is_stop { before.clone() } else { glass };
         self.refuse_unsupported()?;
         let k = match self.maybe("conic_constant")? {
             Some(k) => k,
             None => self.maybe("conic")?.unwrap_or(0.0),
         };
-        let surface = Surface::sphere(
-            radius,
-            self.value("thickness")?,
-            medium.clone(),
-            self.value("semi_aperture")?,
-        );
+        let (thickness, aperture) = (self.value("thickness")?, self.value("semi_aperture")?);
         Ok(Surface {
             is_stop,
             span: self.places.object(self.number),
-            shape: if k == 0.0 {
-                Shape::Sphere
-            } else {
-                Shape::Conic { k }
-            },
-            ..surface
+            shape: Shape::Sphere.with_conic(k),
+            ..Surface::sphere(radius, thickness, medium, aperture)
         })
     }
 
@@ -141,18 +120,14 @@ impl Row<'_> {
         let turned = self.row.get("transform").map(flat).unwrap_or_default();
         let identity = |(at, x): (usize, &f64)| *x == if at % 5 == 0 { 1.0 } else { 0.0 };
         if !turned.iter().enumerate().all(identity) {
-            return Err(self.refuse(
-                "transform",
-                "is shifted or tilted, which ivcam does not trace",
-            ));
+            let what = "is shifted or tilted, which ivcam does not trace";
+            return Err(self.refuse("transform", what));
         }
         for key in ["aspheric_coefficients", "asphericCoefficients"] {
             let coefficients = self.row.get(key).map(flat).unwrap_or_default();
             if coefficients.iter().any(|a| *a != 0.0) {
-                return Err(self.refuse(
-                    key,
-                    "is a polynomial asphere, which is read from other formats only",
-                ));
+                let what = "is a polynomial asphere, which is read from other formats only";
+                return Err(self.refuse(key, what));
             }
         }
         Ok(())
@@ -176,23 +151,22 @@ fn over_wavelengths(value: &Value) -> Option<Medium> {
     if wavelengths.len() != indices.len() {
         return None;
     }
-    let table: Vec<(f64, f64)> = wavelengths.into_iter().zip(indices).collect();
-    let (first, same) = (
-        table.first()?.1,
-        table.iter().all(|(_, n)| *n == table[0].1),
-    );
-    let at = |nm| interpolated(&table, nm);
-    match (at(F_LINE), at(D_LINE), at(C_LINE)) {
-        _ if same => Some(Medium::constant(first)),
-        (Some(f), Some(d), Some(c)) => Some(Medium::from_lines(f, d, c)),
-        (_, Some(d), _) => Some(Medium::constant(d)),
-        _ => None,
+    let first = *indices.first()?;
+    if indices.iter().all(|n| *n == first) {
+        return Some(Medium::constant(first));
     }
+    let table: Vec<(f64, f64)> = wavelengths.into_iter().zip(indices).collect();
+    index_table::medium(&table)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use ivcam_base::diag::Source;
+
     use super::*;
+    use crate::prescription::formats::format::Reading;
 
     fn read_text(index: &str) -> Result<Prescription> {
         let text = format!(
@@ -202,10 +176,13 @@ mod tests {
             {{"ior": 1.0, "radius": -50, "semi_aperture": 9, "thickness": 0}}]}}"#
         );
         assert!(is_iset(&text));
-        read(
-            &Arc::new(Source::new("a.json", text.into_bytes())),
-            &mut Sink::new(),
-        )
+        read_json(text)
+    }
+
+    fn read_json(text: String) -> Result<Prescription> {
+        let source = &Arc::new(Source::new("a.json", text.into_bytes()));
+        let options = &Reading::default();
+        read(PrescriptionReader { source, options }, &mut Sink::new())
     }
 
     #[test]
@@ -241,20 +218,16 @@ mod tests {
                   "thickness": 0, "conic_constant": []}}], "microlens": {{}}}}"#
             )
         };
-        let read = |text: String| {
-            let source = Arc::new(Source::new("a.json", text.into_bytes()));
-            read(&source, &mut Sink::new())
-        };
-        let lens = read(text("[50, 50]", "0")).unwrap();
+        let lens = read_json(text("[50, 50]", "0")).unwrap();
         assert_eq!(lens.surfaces[0].curvature.radius(), 50.0);
         assert_eq!(lens.surfaces[0].medium, Medium::constant(1.5));
         assert_eq!(lens.surfaces[0].shape, Shape::Conic { k: -1.0 });
-        let error = read(text("[50, 40]", "0")).unwrap_err();
+        let error = read_json(text("[50, 40]", "0")).unwrap_err();
         assert!(
             error.message.contains("surface 0 is not of revolution"),
             "{error}"
         );
-        let error = read(text("50", "2")).unwrap_err();
+        let error = read_json(text("50", "2")).unwrap_err();
         assert!(error.message.contains("surface 0 is shifted"), "{error}");
     }
 }

@@ -14,186 +14,240 @@
 //! `coating` is none, mgf2 or ideal. It belongs to a surface or, beside `surfaces`, to all surfaces
 //! without one.
 
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
-use ivcam_base::math::LengthUnit;
+use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
+use serde::Deserialize;
+use serde::de::value::MapDeserializer;
 use serde_json::{Map, Value};
 
+use crate::prescription::about::KEYS;
 use crate::prescription::formats::format::Format;
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::json_text::{JsonPlaces, parse};
+use crate::prescription::formats::origin::at_zoom_list;
+use crate::prescription::formats::reader::{PrescriptionReader, spelling};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
-use crate::prescription::prescription::{
-    Column, FocusGroup, Iris, Prescription, ZoomPosition, check, check_count,
-};
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface, polynomial};
 
 const KINDS: [&str; 8] = [
     "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
 ];
 
-/// Fields of a surface, beside lists that begin with `A4`, and which of them are numbers.
-const FIELDS: [(&str, bool); 26] = [
-    ("i", false),
-    ("kind", false),
-    ("R", true),
-    ("radius", true),
-    ("c", true),
-    ("curvature", true),
-    ("t", true),
-    ("thickness", true),
-    ("n_d", true),
-    ("n", true),
-    ("V_d", true),
-    ("n_F", true),
-    ("n_C", true),
-    ("glass", false),
-    ("cauchy", false),
-    ("sellmeier", false),
-    ("formula", true),
-    ("coefficients", false),
-    ("semi_diameter", true),
-    ("a", true),
-    ("stop", false),
-    ("k", true),
-    ("radial_poly", false),
-    ("R_x", true),
-    ("c_x", true),
-    ("coating", false),
+/// The names of the fields of [`SurfaceFields`], and of those that are read in another way. There
+/// are lists beside them that begin with `A4`.
+const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
+                      sellmeier formula coefficients semi_diameter a stop k radial_poly R_x c_x \
+                      coating";
+
+/// The names of the fields of each column of the table.
+const COLUMNS: [&[&str]; 4] = [
+    &["R", "radius", "c"],
+    &["t", "thickness"],
+    &["n_d", "n"],
+    &["semi_diameter", "a"],
 ];
+
 /// ivcam's own JSON, schema `ivlens-1`.
 pub(crate) static FORMAT: Format = Format {
     name: "JSON",
     recognizes: |text| text.trim_start().starts_with('{'),
-    read: |source, how, sink| read(source, &how.glasses, sink),
+    read,
 };
 
-/// Reads a prescription of schema `ivlens-1`.
-fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
-    let root = parse(source)?;
-    let places = Places::new(source);
-    let reader = Reader {
-        source,
-        places: &places,
-        glasses,
-    };
-    let mut lens = reader.lens(&root, sink)?;
-    check(&mut lens, source, sink, |surface, column| {
-        places.of(surface, column)
-    })?;
-    Ok(lens)
+/// A file of the schema `ivlens-1`, without its design data.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct LensFields {
+    units: Option<String>,
+    n_object: Option<f64>,
+    object_medium: Option<Map<String, Value>>,
+    h_max: Option<f64>,
+    coating: Option<Value>,
+    iris: Option<IrisFields>,
+    zoom: Option<Vec<ZoomFields>>,
+    focus_group: Option<Value>,
 }
 
-/// Parses a JSON text.
-pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
-    serde_json::from_slice(&source.bytes).map_err(|error| {
-        let offset = offset_of(&source.bytes, error.line(), error.column());
-        let rest = source.bytes.get(offset..).unwrap_or_default();
-        let no_number = ["NaN", "Infinity", "-Infinity", "nan", "inf", "-inf"]
-            .into_iter()
-            .find(|word| rest.starts_with(word.as_bytes()));
-        let message = match no_number {
-            Some(word) => format!("`{word}` is not a number"),
-            None => format!("this is not valid JSON: {}", reason(&error)),
+/// The shape of the hole in the stop.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct IrisFields {
+    blades: Option<u64>,
+    outline: Vec<[f64; 2]>,
+    rotation_deg: f64,
+}
+
+/// `{"name": "14 mm", "gaps": {"4": 1.5}, "stop": 5.6}`
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct ZoomFields {
+    name: String,
+    gaps: BTreeMap<String, Value>,
+    stop: Option<f64>,
+}
+
+/// The fields of a surface. Some have two names, of which the first counts.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+struct SurfaceFields {
+    kind: Option<String>,
+    #[serde(rename = "R")]
+    r: Option<f64>,
+    radius: Option<f64>,
+    c: Option<f64>,
+    curvature: Option<f64>,
+    t: Option<f64>,
+    thickness: Option<f64>,
+    n_d: Option<f64>,
+    n: Option<f64>,
+    #[serde(rename = "V_d")]
+    abbe: Option<f64>,
+    #[serde(rename = "n_F")]
+    n_f: Option<f64>,
+    #[serde(rename = "n_C")]
+    n_c: Option<f64>,
+    glass: Option<String>,
+    cauchy: Option<Vec<f64>>,
+    sellmeier: Option<Vec<f64>>,
+    formula: Option<f64>,
+    coefficients: Option<Vec<f64>>,
+    semi_diameter: Option<f64>,
+    a: Option<f64>,
+    stop: Option<bool>,
+    k: Option<f64>,
+    /// The coefficients of r^4, r^6 and so on.
+    #[serde(rename = "A4")]
+    even_terms: Option<Vec<f64>>,
+    radial_poly: Option<BTreeMap<String, f64>>,
+    #[serde(rename = "R_x")]
+    radius_x: Option<f64>,
+    #[serde(rename = "c_x")]
+    curvature_x: Option<f64>,
+    coating: Option<Value>,
+}
+
+/// The name of a field of the wrong type, and the type that it should have.
+type WrongField<'a> = (&'a str, String);
+
+/// Reads the fields of an object. A field whose name begins with `A4` is `A4`.
+fn fields<'a, T: Deserialize<'a>>(
+    object: &'a Map<String, Value>,
+) -> std::result::Result<T, WrongField<'a>> {
+    let mut last = "";
+    let fields = object.iter().map(|(name, value)| {
+        last = name;
+        let is_even = name.starts_with("A4");
+        (if is_even { "A4" } else { name.as_str() }, value)
+    });
+    T::deserialize(MapDeserializer::new(fields)).map_err(|error: serde_json::Error| {
+        let text = error.to_string();
+        let expected = match text.rsplit_once("expected ") {
+            Some((_, "f64")) => "a number",
+            Some((_, "u64")) => "a whole number",
+            Some((_, "a sequence")) => "a list",
+            Some((_, "a boolean")) => "true or false",
+            Some((_, what)) if what == "a map" || what.starts_with("struct") => "an object",
+            Some((_, what)) => what,
+            None => "allowed twice",
         };
-        Diagnostic::error(message).at(source, Span::at(offset))
+        (last, expected.to_owned())
     })
 }
 
-/// The message of serde_json without its position, because the diagnostic has its own.
-fn reason(error: &serde_json::Error) -> String {
-    let text = error.to_string();
-    text.rsplit_once(" at line")
-        .map_or(text.clone(), |(reason, _)| reason.to_owned())
+/// Reads a prescription of schema `ivlens-1`.
+fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
+    let root = parse(file.source)?;
+    let reader = LensJsonReader {
+        file,
+        places: JsonPlaces::new(file.source),
+    };
+    reader.lens(&root, sink)
 }
 
-fn offset_of(bytes: &[u8], line: usize, column: usize) -> usize {
-    let start: usize = bytes
-        .split_inclusive(|&b| b == b'\n')
-        .take(line.saturating_sub(1))
-        .map(<[u8]>::len)
-        .sum();
-    (start + column.saturating_sub(1)).min(bytes.len())
+/// A file of the schema `ivlens-1`, with the places of its surfaces.
+struct LensJsonReader<'a> {
+    file: PrescriptionReader<'a>,
+    places: JsonPlaces,
 }
 
-struct Reader<'a> {
-    source: &'a Arc<Source>,
-    places: &'a Places,
-    glasses: &'a Catalogue,
-}
-
-impl Reader<'_> {
-    fn fail(&self, surface: Option<usize>, message: String) -> Box<Diagnostic> {
+impl LensJsonReader<'_> {
+    /// An error about a surface, or about the whole lens.
+    fn fail(&self, surface: Option<usize>, message: impl Into<String>) -> Box<Diagnostic> {
         let span = surface.map_or(Span::at(0), |i| self.places.object(i));
-        Diagnostic::error(message).at(self.source, span)
+        self.file.fail(span, message)
     }
 
     fn lens(&self, root: &Value, sink: &mut Sink) -> Result<Prescription> {
         let schema = root.get("schema").and_then(Value::as_str);
-        if schema.is_some_and(|s| s != "ivlens-1") {
-            let message = format!("the schema `{}` is not `ivlens-1`", schema.unwrap_or(""));
+        if let Some(schema) = schema.filter(|schema| *schema != "ivlens-1") {
+            let message = format!("the schema `{schema}` is not `ivlens-1`");
             return Err(self.fail(None, message));
         }
-        let rows = root
-            .get("surfaces")
-            .and_then(Value::as_array)
-            .ok_or_else(|| {
-                self.fail(None, "there is no list of `surfaces`".into())
-                    .with_help("ivcam reads JSON prescriptions of schema `ivlens-1`")
-            })?;
-        let unit = match root.get("units").and_then(Value::as_str) {
-            None => 1.0,
-            Some(name) => LengthUnit::parse(name)
-                .ok_or_else(|| {
-                    self.fail(None, format!("`{name}` is not a unit of length"))
-                        .with_help("mm, cm, in or m")
-                })?
-                .millimeters(),
+        let Some(rows) = root.get("surfaces").and_then(Value::as_array) else {
+            let help = "ivcam reads JSON prescriptions of schema `ivlens-1`";
+            let message = "there is no list of `surfaces`";
+            return Err(self.file.refuse(Span::at(0), message, help));
         };
-        let mut medium = match number(root, &["n_object"]) {
-            Some(n) if n >= 0.999 && n.is_finite() => Medium::constant(n),
-            Some(n) => return Err(self.fail(None, format!("`n_object` is {n}, less than 1"))),
-            None => Medium::air(),
-        };
-        if let Some(row) = root.get("object_medium") {
-            medium = self.medium(0, row, &medium, false)?;
-        }
-        let object_medium = medium.clone();
-        let coating = self.coating(root, None)?.unwrap_or_default();
-        check_count(rows.len(), self.source)?;
+        let stated = self.lens_fields(root)?;
+        let unit = stated.units.as_deref().unwrap_or("mm");
+        let unit = self.file.unit(unit, Span::at(0))?;
+        let mut draft = self.file.draft(root.get("name").and_then(Value::as_str));
+        draft.lens.object_medium = self.object_medium(&stated)?;
+        let coating = self.coating(stated.coating.as_ref(), None)?;
+        let coating = coating.unwrap_or_default();
+        self.file.check_count(rows.len())?;
         if schema.is_none() {
             self.refuse_foreign(root, rows)?;
         }
-        let mut surfaces = Vec::with_capacity(rows.len());
         for (i, row) in rows.iter().enumerate() {
-            let surface = self.surface(i, row, &medium, coating)?;
+            let surface = self.surface(i, row, draft.medium(), coating)?;
             self.warn_of_unknown_fields(i, row, sink);
-            medium = surface.medium.clone();
-            surfaces.push(surface);
+            draft.push(surface, self.places.columns(i, COLUMNS));
         }
-        let name = root.get("name").and_then(Value::as_str);
-        let name = name.map_or_else(
-            || crate::prescription::formats::origin::name_of(self.source),
-            str::to_owned,
-        );
-        let mut lens = Prescription {
-            object_medium,
-            ..Prescription::new(name, surfaces)
+        draft.lens.notes = notes(root);
+        draft.lens.image_height = stated.h_max.filter(|h| *h > 0.0);
+        draft.lens.iris = self.iris(stated.iris.unwrap_or_default())?;
+        draft.lens.zoom = self.zoom(stated.zoom.unwrap_or_default(), rows.len())?;
+        draft.lens.focus_group = self.focus_group(stated.focus_group, rows.len())?;
+        if unit != 1.0 {
+            draft.lens = draft.lens.scaled(unit);
+        }
+        self.file.finish(draft, sink)
+    }
+
+    /// The fields of the lens apart from its surfaces and its design data.
+    fn lens_fields(&self, root: &Value) -> Result<LensFields> {
+        let empty = Map::new();
+        fields(root.as_object().unwrap_or(&empty)).map_err(|(name, expected)| {
+            let span = self.file.find(&format!("\"{name}\""));
+            let message = format!("`{name}` can't be read: something in it is not {expected}");
+            self.file.fail(span, message)
+        })
+    }
+
+    fn object_medium(&self, stated: &LensFields) -> Result<Medium> {
+        let medium = match stated.n_object {
+            Some(n) if !(n >= 0.999) => {
+                return Err(self.fail(None, format!("`n_object` is {n}, less than 1")));
+            }
+            Some(n) => Medium::constant(n),
+            None => Medium::air(),
         };
-        lens.notes = notes(root);
-        lens.image_height = number(root, &["h_max"]).filter(|h| *h > 0.0);
-        lens.iris = self.iris(root)?;
-        lens.zoom = self.zoom(root, lens.surfaces.len())?;
-        lens.focus_group = focus_group(root, lens.surfaces.len());
-        if root.get("focus_group").is_some_and(|g| !g.is_null()) && lens.focus_group.is_none() {
-            let message = "`focus_group` is not the first and the last of some surfaces";
-            let key = "\"focus_group\"".as_bytes();
-            let mut windows = self.source.bytes.windows(key.len());
-            let at = windows.position(|w| w == key).unwrap_or(0);
-            return Err(Diagnostic::error(message).at(self.source, Span::new(at, at + key.len())));
+        match &stated.object_medium {
+            Some(row) => self.medium(0, &self.fields(0, row)?, &medium, false),
+            None => Ok(medium),
         }
-        Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
+    }
+
+    /// The fields of a surface.
+    fn fields(&self, i: usize, row: &Map<String, Value>) -> Result<SurfaceFields> {
+        fields(row).map_err(|(name, expected)| {
+            let value = row.get(name).unwrap_or(&Value::Null);
+            let message = format!("surface {i}: `{name}` is {value}, which is not {expected}");
+            self.file.fail(self.places.value(i, &[name]), message)
+        })
     }
 
     /// Refuses a list of surfaces of another program: a surface, other than the stop and the last,
@@ -221,226 +275,144 @@ impl Reader<'_> {
     }
 
     fn surface(&self, i: usize, row: &Value, before: &Medium, coating: Coating) -> Result<Surface> {
-        let Some(row_map) = row.as_object() else {
+        let Some(row) = row.as_object() else {
             return Err(self.fail(Some(i), format!("surface {i} is not an object")));
         };
-        let kind = row.get("kind").and_then(Value::as_str);
+        let fields = self.fields(i, row)?;
+        let kind = fields.kind.as_deref();
         if let Some(kind) = kind.filter(|k| !KINDS.contains(k)) {
-            let help = match nearest(kind, KINDS) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the kinds are {}", KINDS.join(", ")),
-            };
             let message = format!("surface {i} is of the unknown kind `{kind}`");
-            return Err(self.fail(Some(i), message).with_help(help));
+            let error = self.fail(Some(i), message);
+            return Err(error.with_help(spelling(kind, "kinds", &KINDS)));
         }
-        self.check_numbers(i, row_map)?;
-        let is_stop = kind == Some("stop") || row.get("stop") == Some(&Value::Bool(true));
-        let curvature = match (
-            number(row, &["R", "radius"]),
-            number(row, &["c", "curvature"]),
-        ) {
+        let is_stop = kind == Some("stop") || fields.stop == Some(true);
+        let radius = fields.r.or(fields.radius).map(Curvature::from_radius);
+        let curvature = fields.c.or(fields.curvature).map(Curvature::from_curvature);
+        let curvature = match radius.or(curvature) {
             _ if kind == Some("plane") => Curvature::PLANE,
-            (Some(radius), _) => Curvature::from_radius(radius),
-            (None, Some(c)) => Curvature::from_curvature(c),
-            (None, None) if kind.is_none_or(|k| k == "stop") => Curvature::PLANE,
-            (None, None) => {
-                return Err(self.fail(Some(i), format!("surface {i} has no radius `R`")));
-            }
+            Some(curvature) => curvature,
+            None if kind.is_none_or(|k| k == "stop") => Curvature::PLANE,
+            None => return Err(self.fail(Some(i), format!("surface {i} has no radius `R`"))),
         };
-        let medium = self.medium(i, row, before, is_stop)?;
-        let semi_diameter = match row.get("semi_diameter").or(row.get("a")) {
-            None | Some(Value::Null) => f64::INFINITY,
-            Some(value) => value.as_f64().unwrap_or(f64::NAN),
-        };
+        let thickness = fields.t.or(fields.thickness).unwrap_or(0.0);
+        let medium = self.medium(i, &fields, before, is_stop)?;
+        let semi_diameter = fields.semi_diameter.or(fields.a).unwrap_or(f64::INFINITY);
         Ok(Surface {
-            shape: self.shape(i, kind, row_map)?,
+            shape: self.shape(i, &fields)?,
             curvature,
-            thickness: number(row, &["t", "thickness"]).unwrap_or(0.0),
-            medium,
-            semi_diameter,
             is_stop,
-            coating: self.coating(row, Some(i))?.unwrap_or(coating),
+            coating: self
+                .coating(fields.coating.as_ref(), Some(i))?
+                .unwrap_or(coating),
             span: self.places.object(i),
+            ..Surface::sphere(0.0, thickness, medium, semi_diameter)
         })
-    }
-
-    /// Warns of a number in quotes, which would otherwise be ignored.
-    fn check_numbers(&self, i: usize, row: &Map<String, Value>) -> Result<()> {
-        for (name, value) in row {
-            let is_list = ["sellmeier", "coefficients", "cauchy"].contains(&name.as_str());
-            let right = match value {
-                Value::Null => true,
-                Value::Array(list) if is_list || name.starts_with("A4") => {
-                    list.iter().all(Value::is_number)
-                }
-                value if FIELDS.contains(&(name.as_str(), true)) => value.is_number(),
-                _ => true,
-            };
-            if !right {
-                let span = self.places.value(i, &[&format!("\"{name}\"")]);
-                let message = format!("surface {i}: `{name}` is {value}, which is not a number");
-                return Err(Diagnostic::error(message).at(self.source, span));
-            }
-        }
-        Ok(())
-    }
-
-    /// `"zoom": [{"name": "14 mm", "gaps": {"4": 1.5}, "stop": 5.6}, …]`
-    fn zoom(&self, root: &Value, count: usize) -> Result<Vec<ZoomPosition>> {
-        let list = root.get("zoom").and_then(Value::as_array);
-        let mut positions = Vec::new();
-        for position in list.into_iter().flatten() {
-            let stated = |key: &str| position.get(key).and_then(Value::as_str).unwrap_or("");
-            let name = stated("name").to_owned();
-            let mut gaps = Vec::new();
-            let listed = position.get("gaps").and_then(Value::as_object);
-            for (surface, gap) in listed.into_iter().flatten() {
-                let number = surface.parse().ok().filter(|i: &usize| *i < count);
-                let (Some(number), Some(gap)) = (number, gap.as_f64()) else {
-                    let message = match number {
-                        None => format!("there is no surface `{surface}`"),
-                        Some(_) => {
-                            format!("the gap behind surface {surface} is {gap}, not a number")
-                        }
-                    };
-                    let message = format!("zoom position `{name}`: {message}");
-                    let error = Diagnostic::error(message).at(self.source, Span::at(0));
-                    return Err(crate::prescription::formats::origin::at_zoom_list(
-                        error,
-                        self.source,
-                    ));
-                };
-                gaps.push((number, gap));
-            }
-            gaps.sort_by_key(|(surface, _)| *surface);
-            positions.push(ZoomPosition {
-                name,
-                gaps,
-                stop_semi_diameter: number(position, &["stop"]),
-            });
-        }
-        Ok(positions)
     }
 
     /// Warns of an unknown field, which is probably misspelt.
     fn warn_of_unknown_fields(&self, i: usize, row: &Value, sink: &mut Sink) {
-        let fields = FIELDS.map(|(name, _)| name);
-        let names = row.as_object().into_iter().flatten().map(|(name, _)| name);
-        for name in names {
-            if fields.contains(&name.as_str()) || name.starts_with("A4") {
-                continue;
+        let known: Vec<&str> = FIELDS.split(' ').collect();
+        for (name, _) in row.as_object().into_iter().flatten() {
+            if !known.contains(&name.as_str()) && !name.starts_with("A4") {
+                let message = format!("surface {i}: there is no field `{name}`; it is not read");
+                sink.warn(self.places.value(i, &[name]), message)
+                    .help(spelling(name, "fields", &known));
             }
-            let span = self.places.value(i, &[&format!("\"{name}\"")]);
-            let message = format!("surface {i}: there is no field `{name}`; it is not read");
-            let help = match nearest(name, fields) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("the fields are {}", fields.join(", ")),
-            };
-            let warning = Diagnostic::warning(message).at(self.source, span);
-            sink.add(*warning.with_help(help));
         }
     }
 
     /// The medium behind a surface. A stop without an index, or with 0, keeps the medium in front
     /// of it, and a glass that has only a name is looked up in the catalogue.
-    fn medium(&self, i: usize, row: &Value, before: &Medium, is_stop: bool) -> Result<Medium> {
-        let n_d = number(row, &["n_d", "n"]);
-        let name = row.get("glass").and_then(Value::as_str);
-        if let (None, Some(name)) = (n_d, name) {
-            let span = self.places.value(i, &["\"glass\""]);
-            return self.glasses.get(name, self.source, span);
+    fn medium(
+        &self,
+        i: usize,
+        fields: &SurfaceFields,
+        before: &Medium,
+        is_stop: bool,
+    ) -> Result<Medium> {
+        let n_d = fields.n_d.or(fields.n);
+        if let (None, Some(name)) = (n_d, &fields.glass) {
+            return self.file.glass(name, self.places.value(i, &["glass"]));
         }
         if n_d.is_none_or(|n| n == 0.0) && is_stop {
             return Ok(before.clone());
         }
         let n_d = n_d.unwrap_or(1.0);
-        let lines = (number(row, &["n_F"]), number(row, &["n_C"]));
-        let mut medium = match (lines, number(row, &["V_d"])) {
-            ((Some(n_f), Some(n_c)), _) => Medium::from_lines(n_f, n_d, n_c),
-            (_, Some(abbe)) if abbe > 0.0 => Medium::from_abbe(n_d, abbe),
-            _ => Medium::constant(n_d),
+        let mut medium = match (fields.n_f, fields.n_c) {
+            (Some(n_f), Some(n_c)) => Medium::from_lines(n_f, n_d, n_c),
+            _ => Medium::from_index(n_d, fields.abbe),
         };
-        if let [a, b] = numbers(row.get("cauchy"))[..] {
-            medium.dispersion = Dispersion::Cauchy { a, b };
+        if let Some([a, b]) = fields.cauchy.as_deref() {
+            medium.dispersion = Dispersion::Cauchy { a: *a, b: *b };
         }
-        let sellmeier = numbers(row.get("sellmeier"));
-        let listed = numbers(row.get("coefficients"));
-        let formula = number(row, &["formula"]).map(|n| Formula::from_number(n as u32));
-        let curve = match formula {
-            Some(Some(formula)) if !listed.is_empty() => Some((formula, listed)),
-            Some(None) => {
-                let message = format!("surface {i} names no known dispersion formula");
-                return Err(self.fail(Some(i), message));
-            }
-            _ if sellmeier.len() == 6 => Some((Formula::Sellmeier1, sellmeier)),
-            _ => None,
-        };
-        if let Some((formula, k)) = curve {
+        if let Some((formula, k)) = self.curve(i, fields)? {
             let k = std::array::from_fn(|j| k.get(j).copied().unwrap_or(0.0));
             if let Some(glass) = Medium::from_formula(formula, k) {
                 medium = Medium { n_d, ..glass };
             }
         }
-        Ok(match name {
-            Some(name) => medium.named(name),
-            None => medium,
-        })
+        Ok(medium.named(fields.glass.as_deref().unwrap_or("")))
     }
 
-    fn shape(&self, i: usize, kind: Option<&str>, row: &Map<String, Value>) -> Result<Shape> {
-        let k = row.get("k").and_then(Value::as_f64).unwrap_or(0.0);
-        let terms = self.terms(i, row)?;
-        let has_terms = terms.iter().any(|t| *t != 0.0);
-        Ok(match kind {
+    /// The formula of a surface's glass, and its coefficients.
+    fn curve<'f>(
+        &self,
+        i: usize,
+        fields: &'f SurfaceFields,
+    ) -> Result<Option<(Formula, &'f [f64])>> {
+        let listed = fields.coefficients.as_deref().unwrap_or(&[]);
+        let sellmeier = fields.sellmeier.as_deref().filter(|k| k.len() == 6);
+        let formula = fields.formula.map(|n| Formula::from_number(n as u32));
+        match formula {
+            Some(Some(formula)) if !listed.is_empty() => Ok(Some((formula, listed))),
+            Some(None) => {
+                let message = format!("surface {i} names no known dispersion formula");
+                Err(self.fail(Some(i), message))
+            }
+            _ => Ok(sellmeier.map(|k| (Formula::Sellmeier1, k))),
+        }
+    }
+
+    fn shape(&self, i: usize, fields: &SurfaceFields) -> Result<Shape> {
+        let k = fields.k.unwrap_or(0.0);
+        let terms = self.terms(i, fields)?;
+        Ok(match fields.kind.as_deref() {
             Some("cyl_x") => Shape::CylinderX,
             Some("cyl_y") => Shape::CylinderY,
             Some("toroid") => {
-                let value = |key: &str| row.get(key).and_then(Value::as_f64);
-                let across = match value("c_x") {
+                let across = match fields.curvature_x {
                     Some(c) => Curvature::from_curvature(c),
-                    None => Curvature::from_radius(value("R_x").unwrap_or(0.0)),
+                    None => Curvature::from_radius(fields.radius_x.unwrap_or(0.0)),
                 };
                 Shape::Toroid { across, k, terms }
             }
-            _ if has_terms => Shape::Asphere { k, terms },
-            _ if k != 0.0 => Shape::Conic { k },
-            _ => Shape::Sphere,
+            _ => Shape::rotational(k, terms),
         })
     }
 
-    fn terms(&self, i: usize, row: &Map<String, Value>) -> Result<Box<[f64; MAX_POWER + 1]>> {
-        let mut terms = Box::new([0.0; MAX_POWER + 1]);
-        for (j, value) in numbers(even_terms(row)).into_iter().enumerate() {
-            match terms.get_mut(4 + 2 * j) {
-                Some(term) => *term = value,
-                None => return Err(self.too_high(i, 4 + 2 * j)),
-            }
-        }
-        let radial = row.get("radial_poly").and_then(Value::as_object);
-        for (power, value) in radial.into_iter().flatten() {
-            let Ok(power) = power.parse::<usize>() else {
+    /// The coefficients of the powers of r: the list of even ones from r^4, and those that are
+    /// given by their powers.
+    fn terms(&self, i: usize, fields: &SurfaceFields) -> Result<Box<[f64; MAX_POWER + 1]>> {
+        let even = fields.even_terms.iter().flatten().copied();
+        let mut terms: Vec<(usize, f64)> = (4..).step_by(2).zip(even).collect();
+        for (power, value) in fields.radial_poly.iter().flatten() {
+            let Ok(power) = power.parse() else {
                 let message = format!("surface {i}: `{power}` is not a power of r");
                 return Err(self.fail(Some(i), message));
             };
-            match (terms.get_mut(power), value.as_f64()) {
-                (Some(term), Some(value)) => *term = value,
-                _ => return Err(self.too_high(i, power)),
-            }
+            terms.push((power, *value));
         }
-        Ok(terms)
-    }
-
-    fn too_high(&self, i: usize, power: usize) -> Box<Diagnostic> {
-        self.fail(
-            Some(i),
-            format!("surface {i}: the term r^{power} can't be used"),
-        )
-        .with_help(format!("powers of r go from 1 to {MAX_POWER}"))
+        if let Some((power, _)) = terms.iter().find(|(power, _)| *power > MAX_POWER) {
+            let message = format!("surface {i}: the term r^{power} can't be used");
+            let help = format!("powers of r go from 1 to {MAX_POWER}");
+            return Err(self.fail(Some(i), message).with_help(help));
+        }
+        Ok(polynomial(terms))
     }
 
     /// The coating of a surface, or of all surfaces without one of their own.
-    fn coating(&self, row: &Value, surface: Option<usize>) -> Result<Option<Coating>> {
-        let Some(word) = row.get("coating") else {
+    fn coating(&self, word: Option<&Value>, surface: Option<usize>) -> Result<Option<Coating>> {
+        let Some(word) = word else {
             return Ok(None);
         };
         match word.as_str().and_then(Coating::named) {
@@ -451,33 +423,63 @@ impl Reader<'_> {
         }
     }
 
-    fn iris(&self, root: &Value) -> Result<Iris> {
-        let Some(iris) = root.get("iris") else {
-            return Ok(Iris::Round);
-        };
-        let rotation = number(iris, &["rotation_deg"]).unwrap_or(0.0).to_radians();
-        if let Some(count) = iris.get("blades").and_then(Value::as_u64) {
-            return match u32::try_from(count) {
-                Ok(count @ 3..=1000) => Ok(Iris::Blades { count, rotation }),
-                _ => Err(self
-                    .fail(None, format!("an iris of {count} blades can't be made"))
-                    .with_help("give 3 blades or more")),
+    fn zoom(&self, list: Vec<ZoomFields>, count: usize) -> Result<Vec<ZoomPosition>> {
+        let position = |ZoomFields { name, gaps, stop }| {
+            let gap = |(surface, gap): (&String, &Value)| {
+                let number = surface.parse().ok().filter(|i: &usize| *i < count);
+                let message = match (number, gap.as_f64()) {
+                    (Some(number), Some(gap)) => return Ok((number, gap)),
+                    (None, _) => format!("there is no surface `{surface}`"),
+                    _ => format!("the gap behind surface {surface} is {gap}, not a number"),
+                };
+                let message = format!("zoom position `{name}`: {message}");
+                Err(at_zoom_list(Diagnostic::error(message), self.file.source))
             };
+            let mut gaps: Vec<(usize, f64)> = gaps.iter().map(gap).collect::<Result<_>>()?;
+            gaps.sort_by_key(|(surface, _)| *surface);
+            Ok(ZoomPosition {
+                name,
+                gaps,
+                stop_semi_diameter: stop,
+            })
+        };
+        list.into_iter().map(position).collect()
+    }
+
+    /// `"focus_group": [first, last]`
+    fn focus_group(&self, stated: Option<Value>, count: usize) -> Result<Option<FocusGroup>> {
+        let Some(stated) = stated else {
+            return Ok(None);
+        };
+        match <[f64; 2]>::deserialize(&stated).map(|ends| ends.map(|end| end as usize)) {
+            Ok([first, last]) if first <= last && last < count => {
+                Ok(Some(FocusGroup { first, last }))
+            }
+            _ => {
+                let message = "`focus_group` is not the first and the last of some surfaces";
+                Err(self.file.fail(self.file.find("\"focus_group\""), message))
+            }
         }
-        let corners: Vec<[f64; 2]> = iris
-            .get("outline")
-            .and_then(Value::as_array)
-            .into_iter()
-            .flatten()
-            .filter_map(|corner| <[f64; 2]>::try_from(numbers(Some(corner))).ok())
-            .collect();
-        match corners.len() {
-            0 => Ok(Iris::Round),
-            1 | 2 => Err(self.fail(
-                None,
-                "the outline of the iris has less than 3 corners".into(),
-            )),
-            _ => Ok(Iris::Outline { corners, rotation }),
+    }
+
+    fn iris(&self, iris: IrisFields) -> Result<Iris> {
+        let rotation = iris.rotation_deg.to_radians();
+        match (iris.blades.map(u32::try_from), iris.outline.len()) {
+            (Some(Ok(count @ 3..=1000)), _) => Ok(Iris::Blades { count, rotation }),
+            (Some(_), _) => {
+                let count = iris.blades.unwrap_or(0);
+                let message = format!("an iris of {count} blades can't be made");
+                Err(self.fail(None, message).with_help("give 3 blades or more"))
+            }
+            (None, 0) => Ok(Iris::Round),
+            (None, 1 | 2) => {
+                let message = "the outline of the iris has less than 3 corners";
+                Err(self.fail(None, message))
+            }
+            (None, _) => Ok(Iris::Outline {
+                corners: iris.outline,
+                rotation,
+            }),
         }
     }
 }
@@ -504,7 +506,7 @@ fn foreign(root: &Value) -> Option<&'static str> {
 fn notes(root: &Value) -> Vec<String> {
     let stated = |key: &str| root.get(key).and_then(Value::as_str).map(str::to_owned);
     let title = stated("title").map(|title| format!("name: {title}"));
-    let others = crate::prescription::about::KEYS.iter().skip(1);
+    let others = KEYS.iter().skip(1);
     let others = others.filter_map(|key| stated(key).map(|value| format!("{key}: {value}")));
     let list = root.get("note").and_then(Value::as_array);
     let listed = list.into_iter().flatten().filter_map(Value::as_str);
@@ -512,127 +514,19 @@ fn notes(root: &Value) -> Vec<String> {
     named.chain(listed.map(str::to_owned)).collect()
 }
 
-/// The list of even coefficients from r^4. Its name may end with dots.
-fn even_terms(row: &Map<String, Value>) -> Option<&Value> {
-    row.iter()
-        .find(|(key, _)| key.starts_with("A4"))
-        .map(|(_, value)| value)
-}
-
-fn number(value: &Value, keys: &[&str]) -> Option<f64> {
-    keys.iter().find_map(|key| value.get(key)?.as_f64())
-}
-
-fn numbers(value: Option<&Value>) -> Vec<f64> {
-    let list = value.and_then(Value::as_array);
-    list.into_iter()
-        .flatten()
-        .filter_map(Value::as_f64)
-        .collect()
-}
-
-/// `"focus_group": [first, last]`
-fn focus_group(root: &Value, count: usize) -> Option<FocusGroup> {
-    let [first, last]: [f64; 2] = numbers(root.get("focus_group")).try_into().ok()?;
-    let (first, last) = (first as usize, last as usize);
-    (first <= last && last < count).then_some(FocusGroup { first, last })
-}
-
-/// Where each surface's object stands in the text, found without a second parser: the n-th `{`
-/// after `"surfaces"` at the depth of the list.
-pub(super) struct Places {
-    objects: Vec<(usize, usize)>,
-    bytes: Arc<Source>,
-}
-
-impl Places {
-    /// Finds the objects in a JSON text.
-    pub(super) fn new(source: &Arc<Source>) -> Self {
-        let bytes = &source.bytes;
-        let key = b"\"surfaces\"";
-        let from = bytes
-            .windows(key.len())
-            .position(|w| w == key)
-            .unwrap_or(bytes.len());
-        let (mut depth, mut in_string, mut escaped) = (0, false, false);
-        let mut objects = Vec::new();
-        let mut begin = 0;
-        for (i, &b) in bytes.iter().enumerate().skip(from + key.len()) {
-            match b {
-                _ if escaped => escaped = false,
-                b'\\' if in_string => escaped = true,
-                b'"' => in_string = !in_string,
-                _ if in_string => {}
-                b'{' | b'[' => {
-                    if depth == 1 {
-                        begin = i;
-                    }
-                    depth += 1;
-                }
-                b'}' | b']' => {
-                    depth -= 1;
-                    match depth {
-                        1 => objects.push((begin, i + 1)),
-                        d if d <= 0 => break,
-                        _ => {}
-                    }
-                }
-                _ => {}
-            }
-        }
-        Self {
-            objects,
-            bytes: source.clone(),
-        }
-    }
-
-    /// The place at which the object of a surface begins.
-    pub(super) fn object(&self, surface: usize) -> Span {
-        let (from, _) = self.objects.get(surface).copied().unwrap_or((0, 0));
-        Span::new(from, from + 1)
-    }
-
-    /// The value of a column of a surface, or the whole object where it has none.
-    fn of(&self, surface: usize, column: Column) -> Span {
-        let keys: &[&str] = match column {
-            Column::Radius => &["\"R\"", "\"radius\"", "\"c\""],
-            Column::Thickness => &["\"t\"", "\"thickness\""],
-            Column::Index => &["\"n_d\"", "\"n\""],
-            Column::SemiDiameter => &["\"semi_diameter\"", "\"a\""],
-        };
-        self.value(surface, keys)
-    }
-
-    /// The value of the first of these keys, in quotes, that a surface has.
-    pub(super) fn value(&self, surface: usize, keys: &[&str]) -> Span {
-        let (from, to) = self.objects.get(surface).copied().unwrap_or((0, 0));
-        let text = &self.bytes.bytes[from..to];
-        for key in keys {
-            let found = text.windows(key.len()).position(|w| w == key.as_bytes());
-            let Some(at) = found.map(|at| at + key.len()) else {
-                continue;
-            };
-            let rest = text[at..].iter();
-            let skip = rest
-                .take_while(|b| b.is_ascii_whitespace() || **b == b':')
-                .count();
-            let length = text[at + skip..]
-                .iter()
-                .take_while(|b| !b.is_ascii_whitespace() && !b",}]".contains(b))
-                .count();
-            return Span::new(from + at + skip, from + at + skip + length);
-        }
-        self.object(surface)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use ivcam_base::diag::Source;
+
     use super::*;
+    use crate::prescription::formats::format::Reading;
 
     fn parse(text: &str) -> Result<Prescription> {
-        let source = Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
-        read(&source, &Catalogue::builtin(), &mut Sink::new())
+        let source = &Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
+        let options = &Reading::default();
+        read(PrescriptionReader { source, options }, &mut Sink::new())
     }
 
     #[test]
@@ -688,6 +582,33 @@ mod tests {
         ] {
             let error = parse(text).unwrap_err();
             assert_eq!(error.location().1, Some(at), "{text}: {error}");
+        }
+    }
+
+    /// `FIELDS` has the names of all fields of a surface: none of them may be a list of an object.
+    #[test]
+    fn a_field_of_another_type_is_named() {
+        for field in FIELDS.split(' ').filter(|field| *field != "i") {
+            let text = format!("{{\"surfaces\": [\n{{\"{field}\": [{{}}]}}]}}");
+            let error = parse(&text).unwrap_err();
+            assert!(error.message.contains("[{}]"), "{field}: {error}");
+            assert_eq!(error.location().1.unwrap().0, 2, "{field}: {error}");
+        }
+        for (field, says) in [
+            (
+                "\"zoom\": 5",
+                "`zoom` can't be read: something in it is not a list",
+            ),
+            ("\"iris\": 5", "is not an object"),
+            ("\"iris\": {\"blades\": 7.5}", "is not a whole number"),
+            (
+                "\"units\": 1",
+                "`units` can't be read: something in it is not a string",
+            ),
+        ] {
+            let error = parse(&format!("{{\"surfaces\": [],\n{field}}}")).unwrap_err();
+            assert!(error.message.contains(says), "{error}");
+            assert_eq!(error.location().1, Some((2, 1)), "{error}");
         }
     }
 }

@@ -1,11 +1,11 @@
-//! JSON with `Infinity`, as Python writes it, and the places of values in it.
+//! JSON with `Infinity`, as Python writes it.
 
 use std::sync::Arc;
 
-use ivcam_base::diag::{Diagnostic, Result, Source, Span};
+use ivcam_base::diag::{Result, Source};
 use serde_json::Value;
 
-use crate::prescription::formats::json;
+use crate::prescription::formats::json_text;
 
 /// A number this large stands for infinity. No length of a lens is.
 const ENDLESS: f64 = 1e300;
@@ -35,7 +35,7 @@ pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
         at += 1;
     }
     let changed = Arc::new(Source::new(source.name.clone(), bytes));
-    json::parse(&changed).map_err(|mut error| {
+    json_text::parse(&changed).map_err(|mut error| {
         if let Some((place, _)) = &mut error.place {
             *place = source.clone();
         }
@@ -55,11 +55,4 @@ pub(super) fn numbers(value: Option<&Value>) -> Vec<f64> {
         .flatten()
         .filter_map(Value::as_f64)
         .collect()
-}
-
-/// An error about a surface: at the first place of a text that names what is wrong.
-pub(super) fn fail(source: &Arc<Source>, text: &str, message: String) -> Box<Diagnostic> {
-    let mut windows = source.bytes.windows(text.len().max(1));
-    let at = windows.position(|w| w == text.as_bytes()).unwrap_or(0);
-    Diagnostic::error(message).at(source, Span::new(at, at + text.len()))
 }

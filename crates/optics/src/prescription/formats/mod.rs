@@ -1,27 +1,34 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
+//!
+//! Each format has a file or a folder with its [`Format`]. What the readers share is in `reader`
+//! (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a file),
+//! `commands` (CODE V and OSLO), `json_text` and `loose` (JSON) and `index_table` (glasses by their
+//! indices at several wavelengths).
 
 pub(crate) mod apertures;
 mod bench;
-pub(crate) mod dat;
+mod commands;
+mod dat;
 mod flare;
 mod format;
 mod index_table;
-pub(crate) mod iset;
-pub(crate) mod json;
+mod iset;
+mod json;
+mod json_text;
 mod loose;
 mod optiland;
 pub(crate) mod origin;
 mod oslo;
 pub mod read;
+mod reader;
 mod roa;
-pub(crate) mod seq;
+mod seq;
 pub mod write;
 mod write_seq;
-pub(crate) mod zmx;
+mod zmx;
 
 pub(crate) use format::Format;
 pub use format::{Gap, Reading};
-use origin::name_of;
 pub use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.

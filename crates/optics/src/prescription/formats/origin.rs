@@ -1,23 +1,10 @@
-//! What a prescription takes from its file apart from the table: its name, and the places of
-//! messages.
+//! The places in files of messages that are found after reading.
 
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Source, Span};
 
 use crate::prescription::text;
-
-/// `wide-angle` of `some/folder/wide-angle.dat`.
-pub(super) fn name_of(source: &Source) -> String {
-    let name = source
-        .name
-        .rsplit(['/', '\\'])
-        .next()
-        .unwrap_or(&source.name);
-    name.rsplit_once('.')
-        .map_or(name, |(stem, _)| stem)
-        .to_owned()
-}
 
 /// Adds the place of the list of zoom positions to a message: JSON's `zoom`, Zemax's `MNUM`, CODE
 /// V's `ZOO`; without one, at the beginning.

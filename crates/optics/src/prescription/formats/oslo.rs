@@ -6,19 +6,17 @@
 //! file leaves out, and UNI, the millimeters of its unit. What tilts, reflects or diffracts is
 //! refused by name.
 
-use std::sync::Arc;
+use ivcam_base::diag::{Result, Sink, Span};
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
-
-use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
+use crate::prescription::formats::apertures::Beam;
+use crate::prescription::formats::commands::commands;
 use crate::prescription::formats::format::Format;
-use crate::prescription::formats::index_table::interpolated;
-use crate::prescription::formats::origin::name_of;
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::index_table;
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero, refused};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
-use crate::prescription::prescription::{Column, Prescription, check, check_count};
-use crate::prescription::surface::{Curvature, Shape, Surface};
-use crate::prescription::text::{Word, first_number, lines, text, words};
+use crate::prescription::prescription::{Column, Prescription};
+use crate::prescription::surface::{Curvature, Surface};
+use crate::prescription::text::Word;
 
 /// OSLO's lens files, recognized by a line that is `NXT`.
 pub(crate) static FORMAT: Format = Format {
@@ -31,80 +29,53 @@ pub(crate) static FORMAT: Format = Format {
         };
         text.lines().map(plain).any(|line| next(&line))
     },
-    read: |source, how, sink| read(source, &how.glasses, sink),
+    read,
 };
 
 /// Commands for properties that a centered refracting lens does not have, refused unless their
 /// value is 0.
-const REFUSED: [(&str, &str); 21] = [
-    ("RFL", "reflects"),
-    ("RFH", "reflects"),
-    ("TLA", "is tilted"),
-    ("TLB", "is tilted"),
-    ("TLC", "is tilted"),
-    ("DCX", "is decentered"),
-    ("DCY", "is decentered"),
-    ("DCZ", "is decentered"),
-    ("BEN", "folds the axis"),
-    ("GSP", "is a grating"),
-    ("GOR", "is a grating"),
-    ("PFL", "is an ideal lens"),
-    ("CVX", "is toric"),
-    ("RDX", "is toric"),
-    ("GDT", "has a gradient index"),
-    ("DFR", "diffracts"),
-    ("DWV", "diffracts"),
-    ("ZRN", "is a Zernike surface"),
-    ("SPS", "is a special surface"),
-    ("NSS", "is non-sequential"),
-    ("GTO", "has global coordinates"),
+const REFUSED: [(&str, &str); 13] = [
+    ("reflects", "RFL RFH"),
+    ("is tilted", "TLA TLB TLC"),
+    ("is decentered", "DCX DCY DCZ"),
+    ("folds the axis", "BEN"),
+    ("is a grating", "GSP GOR"),
+    ("is an ideal lens", "PFL"),
+    ("is toric", "CVX RDX"),
+    ("has a gradient index", "GDT"),
+    ("diffracts", "DFR DWV"),
+    ("is a Zernike surface", "ZRN"),
+    ("is a special surface", "SPS"),
+    ("is non-sequential", "NSS"),
+    ("has global coordinates", "GTO"),
 ];
 
-/// The place of a surface's numbers.
-#[derive(Clone, Copy, Default)]
-struct Places {
-    surface: Span,
-    columns: [Option<Span>; 4],
-}
-
-struct Reader<'a> {
-    source: &'a Arc<Source>,
-    glasses: &'a Catalogue,
-    name: Option<&'a str>,
-    /// The surfaces with the object's.
-    surfaces: Vec<Surface>,
-    places: Vec<Places>,
+/// The state of executing the commands of a file of OSLO.
+struct OsloReader<'a> {
+    file: PrescriptionReader<'a>,
+    /// The lens, whose first surface is the object and whose last is the image.
+    draft: Draft,
+    /// The wavelengths of model glasses in nanometers.
     wavelengths: Vec<f64>,
-    unit: f64,
     beam: Beam,
-    stated_aperture: Option<Span>,
     ended: bool,
 }
 
-fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Prescription> {
-    let mut reader = Reader {
-        source,
-        glasses,
-        name: None,
-        surfaces: vec![plain(Span::at(0))],
-        places: vec![Places::default()],
-        // OSLO's default wavelengths, in nanometers.
+fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
+    let mut reader = OsloReader {
+        file,
+        draft: file.draft(None),
+        // OSLO's default wavelengths.
         wavelengths: vec![D_LINE, F_LINE, C_LINE],
-        unit: 1.0,
-        beam: Beam {
-            edge_share: 1.0,
-            ..Beam::default()
-        },
-        stated_aperture: None,
+        beam: Beam::default(),
         ended: false,
     };
-    let commands = commands(text(source));
+    reader.next_surface(Span::at(0));
+    let commands = commands(file.text(), "//");
     // Model glasses have an index for each wavelength, which the file may list behind them.
     if let Some(command) = commands.iter().find(|command| command[0].is("WV")) {
-        let numbers = command[1..].iter().map(|word| word.number(source));
-        reader.wavelengths = numbers
-            .map(|um| um.map(|um| named_line(1e3 * um)))
-            .collect::<Result<_>>()?;
+        let micrometers = file.numbers(&command[1..])?;
+        reader.wavelengths = micrometers.iter().map(|um| named_line(1e3 * um)).collect();
     }
     for command in &commands {
         reader.execute(command, sink)?;
@@ -112,84 +83,46 @@ fn read(source: &Arc<Source>, glasses: &Catalogue, sink: &mut Sink) -> Result<Pr
     reader.finish(sink)
 }
 
-/// The commands of a text. `//` begins a comment.
-fn commands(text: &str) -> Vec<Vec<Word<'_>>> {
-    let mut commands = Vec::new();
-    for (start, line) in lines(text) {
-        let data = line.split("//").next().unwrap_or("");
-        let mut at = start;
-        for part in data.split(';') {
-            commands.push(words(part, at));
-            at += part.len() + 1;
-        }
-    }
-    commands.retain(|command| !command.is_empty());
-    commands
-}
-
-/// A plane without an aperture, in air.
-fn plain(span: Span) -> Surface {
-    Surface {
-        span,
-        ..Surface::sphere(0.0, 0.0, Medium::air(), f64::INFINITY)
-    }
-}
-
-impl<'a> Reader<'a> {
-    fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
-        Diagnostic::error(message).at(self.source, span)
-    }
-
-    fn value(&self, command: &[Word<'_>]) -> Result<f64> {
-        first_number(command, self.source)
+impl<'a> OsloReader<'a> {
+    /// Adds a plane without an aperture, in air.
+    fn next_surface(&mut self, span: Span) {
+        let plane = Surface::sphere(0.0, 0.0, Medium::air(), f64::INFINITY);
+        self.draft.push(Surface { span, ..plane }, [span; 4]);
     }
 
     fn execute(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
         let word = command[0];
         let name = word.text.to_ascii_uppercase();
-        let refused = REFUSED.iter().find(|(refused, _)| *refused == name);
-        let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
-        if let Some((_, what)) = refused
-            && !is_zero
-        {
-            let number = self.surfaces.len() - 1;
-            let message = format!("`{name}` is not read: surface {number} {what}");
-            return Err(self
-                .fail(word.span, message)
-                .with_help("ivcam traces lenses on one straight axis, without gratings"));
-        }
+        self.refuse(&name, command)?;
         if self.ended {
             return Ok(());
         }
         match name.as_str() {
             "LEN" => {
                 let named = command.iter().skip(1).find(|w| !w.is("NEW"));
-                self.name = named.map(|w| w.text).filter(|name| !name.is_empty());
+                self.draft.lens.name = self.file.name(named.map(|w| w.text));
             }
             "UNI" => {
-                self.unit = self.value(command)?;
-                if !(self.unit > 0.0) {
-                    let message = format!("a unit of {} mm is not possible", self.unit);
-                    return Err(self.fail(word.span, message));
+                let unit = self.file.argument(command)?;
+                if !(unit > 0.0) {
+                    let message = format!("a unit of {unit} mm is not possible");
+                    return Err(self.file.fail(word.span, message));
                 }
+                self.draft.unit = unit;
             }
             "EBR" => {
-                self.beam.entrance_diameter = Some(2.0 * self.value(command)?).filter(|d| *d > 0.0);
-                self.stated_aperture = Some(word.span);
+                let radius = self.file.argument(command)?;
+                self.beam.state_entrance(2.0 * radius, word.span);
             }
             "FNO" => {
-                self.beam.f_number = Some(self.value(command)?).filter(|n| *n > 0.0);
-                self.stated_aperture = Some(word.span);
+                let f_number = self.file.argument(command)?;
+                self.beam.state_f_number(f_number, word.span);
             }
-            "ANG" => self.beam.half_field = self.value(command)?.abs(),
-            "GIH" => self.beam.image_height = Some(self.value(command)?.abs()),
+            "ANG" => self.beam.half_field = self.file.argument(command)?.abs(),
+            "GIH" => self.beam.image_height = Some(self.file.argument(command)?.abs()),
             "NXT" => {
-                check_count(self.surfaces.len(), self.source)?;
-                self.surfaces.push(plain(word.span));
-                self.places.push(Places {
-                    surface: word.span,
-                    ..Places::default()
-                });
+                self.file.check_count(self.draft.places.len())?;
+                self.next_surface(word.span);
             }
             "END" => self.ended = true,
             _ => self.of_surface(&name, command, sink)?,
@@ -197,65 +130,83 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Refuses a command for a property that a centered refracting lens does not have.
+    fn refuse(&self, name: &str, command: &[Word<'a>]) -> Result<()> {
+        let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
+        match refused(&REFUSED, name) {
+            Some(what) if !is_zero => {
+                let number = self.draft.places.len() - 1;
+                let message = format!("`{name}` is not read: surface {number} {what}");
+                Err(self.file.off_axis(command[0].span, message))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// Executes a command that changes the last surface.
     fn of_surface(&mut self, name: &str, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
-        let last = self.surfaces.len() - 1;
-        let place = |column: Column, places: &mut Vec<Places>| {
-            let span = command.get(1).map_or(command[0].span, |w| w.span);
-            places[last].columns[column as usize] = Some(span);
-        };
-        match name {
+        let number = || self.file.argument(command);
+        let last = self.draft.places.len() - 1;
+        let surface = &mut self.draft.lens.surfaces[last];
+        let mut stated = command.get(1).map_or(command[0].span, |w| w.span);
+        let column = match name {
             "RD" => {
-                self.surfaces[last].curvature = Curvature::from_radius(self.value(command)?);
-                place(Column::Radius, &mut self.places);
+                surface.curvature = Curvature::from_radius(number()?);
+                Column::Radius
             }
             "CV" => {
-                self.surfaces[last].curvature = Curvature::from_curvature(self.value(command)?);
-                place(Column::Radius, &mut self.places);
+                surface.curvature = Curvature::from_curvature(number()?);
+                Column::Radius
             }
             "TH" => {
-                self.surfaces[last].thickness = self.value(command)?;
-                place(Column::Thickness, &mut self.places);
+                surface.thickness = number()?;
+                Column::Thickness
             }
-            "AIR" => self.surfaces[last].medium = Medium::air(),
             "GLA" | "GLF" => {
-                self.surfaces[last].medium = self.glass(command)?;
-                place(Column::Index, &mut self.places);
+                surface.medium = glass(self.file, &self.wavelengths, command)?;
+                Column::Index
             }
-            "AST" => self.surfaces[last].is_stop = last > 0,
             "AP" => {
-                let numbers = command[1..].iter().find(|w| w.text.parse::<f64>().is_ok());
-                if let Some(word) = numbers {
-                    let radius = word.number(self.source)?;
-                    self.surfaces[last].semi_diameter = match radius {
-                        0.0 => f64::INFINITY,
-                        radius => radius,
-                    };
-                    self.places[last].columns[Column::SemiDiameter as usize] = Some(word.span);
-                }
-            }
-            "CC" => {
-                let k = self.value(command)?;
-                let shape = &mut self.surfaces[last].shape;
-                *shape = match std::mem::replace(shape, Shape::Sphere) {
-                    Shape::Asphere { terms, .. } => Shape::Asphere { k, terms },
-                    _ if k != 0.0 => Shape::Conic { k },
-                    other => other,
+                let mut words = command[1..].iter();
+                let Some(word) = words.find(|w| w.text.parse::<f64>().is_ok()) else {
+                    return Ok(());
                 };
+                surface.semi_diameter = open_if_zero(self.file.number(*word)?);
+                stated = word.span;
+                Column::SemiDiameter
+            }
+            _ => return self.of_shape(name, command, sink),
+        };
+        self.draft.places[last][column as usize] = stated;
+        Ok(())
+    }
+
+    /// Executes a command that changes the shape of the last surface, or another property that no
+    /// message is about.
+    fn of_shape(&mut self, name: &str, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
+        let last = self.draft.places.len() - 1;
+        let surface = &mut self.draft.lens.surfaces[last];
+        match name {
+            "AIR" => surface.medium = Medium::air(),
+            "AST" => surface.is_stop = last > 0,
+            "CC" => {
+                let k = self.file.argument(command)?;
+                surface.change_shape(|shape| shape.with_conic(k));
             }
             "AD" | "AE" | "AF" | "AG" => {
-                let power = match name {
-                    "AD" => 4,
-                    "AE" => 6,
-                    "AF" => 8,
-                    _ => 10,
-                };
-                self.term(power, self.value(command)?);
+                let order = ["AD", "AE", "AF", "AG"]
+                    .iter()
+                    .position(|term| *term == name);
+                let value = self.file.argument(command)?;
+                if value != 0.0 {
+                    let power = 4 + 2 * order.unwrap_or(0);
+                    surface.change_shape(|shape| shape.with_term(power, value));
+                }
             }
             "ASP" => {
                 let kind = command.get(1).map_or("", |w| w.text);
                 let message = format!("an asphere of the kind `ASP {kind}` is not read");
-                return Err(self.fail(command[0].span, message));
+                return Err(self.file.fail(command[0].span, message));
             }
             _ if name.starts_with("AP") && name.len() > 2 => {
                 let message = format!("the aperture `{name}` is left out");
@@ -266,101 +217,60 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    fn term(&mut self, power: usize, value: f64) {
-        if value == 0.0 {
-            return;
-        }
-        let last = self.surfaces.len() - 1;
-        let shape = &mut self.surfaces[last].shape;
-        *shape = std::mem::replace(shape, Shape::Sphere).with_term(power, value);
-    }
-
-    /// `GLA N-BK7`, `GLA 1.5168`, `GLA MOD name n1 n2 n3`.
-    fn glass(&self, command: &[Word<'a>]) -> Result<Medium> {
-        let Some(first) = command.get(1) else {
-            return Ok(Medium::air());
-        };
-        let indices = |words: &[Word<'a>]| -> Result<Vec<f64>> {
-            words.iter().map(|word| word.number(self.source)).collect()
-        };
-        let (name, indices) = match first.is("MOD") {
-            true => (command.get(2), indices(command.get(3..).unwrap_or(&[]))?),
-            false if first.text.parse::<f64>().is_ok() => (None, indices(&command[1..])?),
-            false => return self.glasses.get(first.text, self.source, first.span),
-        };
-        let waves = self.wavelengths.iter().copied();
-        let table: Vec<(f64, f64)> = waves.zip(indices.iter().copied()).collect();
-        let at = |nm| interpolated(&table, nm);
-        let medium = match (at(F_LINE), at(D_LINE), at(C_LINE), &indices[..]) {
-            (Some(f), Some(d), Some(c), _) => Medium::from_lines(f, d, c),
-            (_, Some(d), ..) => Medium::constant(d),
-            (.., [first, ..]) => Medium::constant(*first),
-            _ => {
-                let message = format!("the glass `{}` has no index", first.text);
-                return Err(self.fail(first.span, message));
-            }
-        };
-        Ok(match name {
-            Some(name) => medium.named(name.text),
-            None => medium,
-        })
-    }
-
     /// Removes the planes that have no effect on light. Between other surfaces they only lengthen
     /// the gap.
-    fn remove_dummies(&mut self, object: &Medium) {
-        let all = std::mem::take(&mut self.surfaces);
-        let mut places = Vec::new();
-        for (surface, place) in all.into_iter().zip(&self.places) {
-            let before = self.surfaces.last().map_or(object, |last| &last.medium);
-            if surface.is_dummy(before) {
-                if let Some(last) = self.surfaces.last_mut() {
-                    last.thickness += surface.thickness;
-                }
-                continue;
+    fn remove_dummies(&mut self) {
+        let surfaces = std::mem::take(&mut self.draft.lens.surfaces);
+        let places = std::mem::take(&mut self.draft.places);
+        for (surface, places) in surfaces.into_iter().zip(places) {
+            if !surface.is_dummy(self.draft.medium()) {
+                self.draft.push(surface, places);
+            } else if let Some(last) = self.draft.lens.surfaces.last_mut() {
+                last.thickness += surface.thickness;
             }
-            self.surfaces.push(surface);
-            places.push(*place);
         }
-        self.places = places;
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
-        if self.surfaces.len() < 3 {
-            let message = "the file has no surfaces between object and image";
-            return Err(self
-                .fail(Span::at(0), message.into())
-                .with_help("OSLO begins each surface behind the object with `NXT`"));
+        if self.draft.places.len() < 3 {
+            let help = "OSLO begins each surface behind the object with `NXT`";
+            return Err(self.file.no_surfaces(Span::at(0), help));
         }
-        let object = self.surfaces.remove(0);
-        self.surfaces.pop();
-        self.places.remove(0);
-        self.remove_dummies(&object.medium);
-        let name = self
-            .name
-            .map_or_else(|| name_of(self.source), str::to_owned);
-        let mut lens = Prescription {
-            object_medium: object.medium,
-            ..Prescription::new(name, self.surfaces)
-        };
-        if fill(&mut lens, self.beam) {
-            sink.note(
-                Span::at(0),
-                "apertures that the file leaves out are those of its beam",
-            );
-        }
-        if let Some(span) = self.stated_aperture {
-            note_f_number(&mut lens, self.beam, span);
-        }
-        let places = self.places;
-        check(&mut lens, self.source, sink, |surface, column| {
-            places.get(surface).map_or(Span::at(0), |p| {
-                p.columns[column as usize].unwrap_or(p.surface)
-            })
-        })?;
-        Ok(match self.unit {
-            1.0 => lens,
-            unit => lens.scaled(unit),
-        })
+        self.draft.places.remove(0);
+        let lens = &mut self.draft.lens;
+        lens.object_medium = lens.surfaces.remove(0).medium;
+        lens.surfaces.pop();
+        self.remove_dummies();
+        self.draft.limit(self.beam, sink);
+        self.file.finish(self.draft, sink)
     }
+}
+
+/// The medium of `GLA N-BK7`, `GLA 1.5168` or `GLA MOD name n1 n2 n3`, whose indices are those at
+/// `wavelengths`, in nanometers.
+fn glass(
+    file: PrescriptionReader<'_>,
+    wavelengths: &[f64],
+    command: &[Word<'_>],
+) -> Result<Medium> {
+    let Some(first) = command.get(1) else {
+        return Ok(Medium::air());
+    };
+    let (name, indices) = match first.is("MOD") {
+        true => (command.get(2), command.get(3..).unwrap_or(&[])),
+        false if first.text.parse::<f64>().is_ok() => (None, &command[1..]),
+        false => return file.glass(first.text, first.span),
+    };
+    let indices = file.numbers(indices)?;
+    let waves = wavelengths.iter().copied();
+    let table: Vec<(f64, f64)> = waves.zip(indices.iter().copied()).collect();
+    let medium = match (index_table::medium(&table), indices.first()) {
+        (Some(medium), _) => medium,
+        (None, Some(first)) => Medium::constant(*first),
+        (None, None) => {
+            let message = format!("the glass `{}` has no index", first.text);
+            return Err(file.fail(first.span, message));
+        }
+    };
+    Ok(medium.named(name.map_or("", |name| name.text)))
 }

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::diag::{Result, Sink, Source, Span};
 
 use crate::prescription::formats::FORMATS;
 use crate::prescription::formats::apertures;
 use crate::prescription::formats::format::Reading;
+use crate::prescription::formats::reader::PrescriptionReader;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
 
@@ -30,13 +31,18 @@ pub(crate) fn read_with(
 ) -> Result<Prescription> {
     let source = &text::decoded(source);
     let before = sink.set_source(Some(source.clone()));
-    let result = known(source).and_then(|()| {
-        let text = text::text(source);
-        let format = FORMATS.iter().find(|format| (format.recognizes)(text));
-        let mut lens = format.map_or_else(
-            || Err(Diagnostic::error("this is not a lens prescription").at(source, Span::at(0))),
-            |format| (format.read)(source, how, sink),
-        )?;
+    let file = PrescriptionReader {
+        source,
+        options: how,
+    };
+    let result = refuse_unknown(file).and_then(|()| {
+        let format = FORMATS
+            .iter()
+            .find(|format| (format.recognizes)(file.text()));
+        let mut lens = match format {
+            Some(format) => (format.read)(file, sink),
+            None => Err(file.fail(Span::at(0), "this is not a lens prescription")),
+        }?;
         apertures::close_open_stop(&mut lens, sink);
         apertures::warn_if_afocal(&lens, sink);
         Ok(lens)
@@ -46,39 +52,27 @@ pub(crate) fn read_with(
 }
 
 /// Refuses files that are not prescriptions, and names the programs whose formats are not read.
-fn known(source: &Arc<Source>) -> Result<()> {
-    let text = text::text(source);
-    let refuse = |what: &str, span: Span, help: &str| {
-        let error = Diagnostic::error(what).at(source, span);
-        Err(error.with_help(help))
-    };
-    let help = "export it as Zemax `.zmx` or CODE V `.seq`, or write its rows as radius, thickness, \
-                index, aperture diameter";
-    if let Some(at) = text.find('\0') {
-        return refuse(
-            "this is not text, so it is not a lens prescription",
-            Span::at(at),
-            "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`",
-        );
+fn refuse_unknown(file: PrescriptionReader<'_>) -> Result<()> {
+    if let Some(at) = file.text().find('\0') {
+        let message = "this is not text, so it is not a lens prescription";
+        let help = "of a Zemax archive (.zar, .zos) open and save the lens as `.zmx`";
+        return Err(file.refuse(Span::at(at), message, help));
     }
-    if is_catalogue(text) {
-        return refuse(
-            "this is a glass catalogue, not a lens",
-            Span::at(0),
-            "give it as --glass-catalogue FILE.agf",
-        );
+    if is_catalogue(file.text()) {
+        let message = "this is a glass catalogue, not a lens";
+        let help = "give it as --glass-catalogue FILE.agf";
+        return Err(file.refuse(Span::at(0), message, help));
     }
     let heading = |word: &str| {
-        let mut lines = text::lines(text);
+        let mut lines = text::lines(file.text());
         let found = lines.find(|(_, line)| line.trim().eq_ignore_ascii_case(word));
         found.map(|(start, line)| Span::new(start, start + line.len()))
     };
     if let (Some(_), Some(span)) = (heading("[metadata]"), heading("[elements]")) {
-        return refuse(
-            "this is a lens file of crayg, which is not read",
-            span,
-            help,
-        );
+        let message = "this is a lens file of crayg, which is not read";
+        let help = "export it as Zemax `.zmx` or CODE V `.seq`, or write its rows as radius, \
+                    thickness, index, aperture diameter";
+        return Err(file.refuse(span, message, help));
     }
     Ok(())
 }

@@ -181,6 +181,15 @@ impl Medium {
         }
     }
 
+    /// A medium by its index at the d line and its Abbe number. Without one that is greater than 0
+    /// it has no dispersion.
+    pub(crate) fn from_index(n_d: f64, abbe: Option<f64>) -> Self {
+        match abbe {
+            Some(abbe) if abbe > 0.0 => Self::from_abbe(n_d, abbe),
+            _ => Self::constant(n_d),
+        }
+    }
+
     /// A glass by its indices at the F, d and C lines.
     pub(crate) fn from_lines(n_f: f64, n_d: f64, n_c: f64) -> Self {
         let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| 1e6 / (nm * nm));

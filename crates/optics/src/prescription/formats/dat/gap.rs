@@ -21,11 +21,9 @@
 //! two have the same. [`MARGIN`] points or more ahead of the others it is certain; otherwise a
 //! warning names both.
 
-use crate::prescription::first_order::FirstOrder;
 use crate::prescription::formats::format::Gap;
 use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::{Prescription, crossings};
-use crate::prescription::surface::Plane;
 
 /// The lead in points from which a reading is certain: one piece of evidence that counts, where
 /// nothing speaks against it.
@@ -102,7 +100,7 @@ pub(super) fn decide(candidates: Vec<Candidate>, column: &[f64], stated: Stated)
 fn points(candidate: &Candidate, column: &[f64], stated: Stated) -> i32 {
     let Candidate { gap, lens } = candidate;
     let (first, last) = (column[0], column[column.len() - 1]);
-    let focal = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y).focal;
+    let focal = lens.first_order(D_LINE).focal;
     let mut points = -3 * crossings(lens) as i32 - thick_glasses(lens);
     let from_glass = lens.surfaces.first().is_some_and(|s| s.medium.n_d > 1.2);
     points += match gap {

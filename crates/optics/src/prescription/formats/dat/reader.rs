@@ -1,20 +1,16 @@
 //! Reads the rows of a table and makes the lens of them.
 
-use std::sync::Arc;
-
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
-use ivcam_base::math::LengthUnit;
+use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 
 use crate::prescription::about::About;
-use crate::prescription::first_order::FirstOrder;
 use crate::prescription::formats::dat::columns::{self, Column, FOUR, Heading};
 use crate::prescription::formats::dat::gap::{self, Candidate, Stated};
 use crate::prescription::formats::dat::lines::{Cell, lines};
 use crate::prescription::formats::format::{Format, Gap};
-use crate::prescription::formats::name_of;
+use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader};
 use crate::prescription::glass::{D_LINE, Medium};
-use crate::prescription::prescription::{self, Prescription, check, check_count};
-use crate::prescription::surface::{Plane, Surface};
+use crate::prescription::prescription::{self, Prescription};
+use crate::prescription::surface::Surface;
 
 /// The help of a row that cannot be read.
 const ROW: &str = "a row is: radius, thickness, index, aperture diameter";
@@ -33,7 +29,7 @@ struct Row {
     index: Option<f64>,
     diameter: f64,
     abbe: Option<f64>,
-    spans: [Span; 4],
+    spans: Places,
 }
 
 /// The four columns of the paper and of pbrt, and those of ISET, which have a focal length above
@@ -41,67 +37,71 @@ struct Row {
 pub(crate) static FORMAT: Format = Format {
     name: "four columns",
     recognizes: |_| true,
-    read: |source, how, sink| read(source, how.gap, sink),
+    read,
 };
 
-/// Reads a table. Without a meaning of the second column it is decided by evidence.
+/// Reads a table. Without an option for the meaning of the second column it is decided by evidence.
 ///
 /// # Errors
 ///
 /// Returns an error if a row does not consist of numbers, if a number is out of range, or if there
 /// is no surface.
-pub(super) fn read(
-    source: &Arc<Source>,
-    forced: Option<Gap>,
-    sink: &mut Sink,
-) -> Result<Prescription> {
-    let text = String::from_utf8_lossy(&source.bytes);
+pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let Table {
         notes,
         heading,
         rows,
-    } = table(&text);
-    check_count(rows.len(), source)?;
-    let rows = parsed_rows(source, &rows, heading.as_ref())?;
-    let unit = unit(&text, source)?;
-    let column: Vec<f64> = rows.iter().map(|row| row.gap).collect();
-    let make = |gap| Candidate {
-        gap,
-        lens: build(
-            source,
-            &rows,
-            &gap::thicknesses(&column, gap),
-            notes.clone(),
-        ),
+    } = table(file.text());
+    file.check_count(rows.len())?;
+    let rows = parsed_rows(file, &rows, heading.as_ref())?;
+    let unit = unit(file)?;
+    let stated = Stated {
+        heading: heading.as_ref().and_then(|h| h.gap),
+        focal_length: stated_focal_length(&notes).map(|f| f / unit),
     };
-    let place = rows.first().map_or(Span::at(0), |row| row.spans[1]);
-    let taken = match (forced, &rows[..]) {
-        (Some(gap), _) => make(gap),
-        (None, []) => make(Gap::Next),
-        (None, _) => {
-            let stated = Stated {
-                heading: heading.as_ref().and_then(|h| h.gap),
-                focal_length: stated_focal_length(&notes).map(|f| f / unit),
-            };
-            let candidates = gap::possible(&column).into_iter().map(make).collect();
-            let decision = gap::decide(candidates, &column, stated);
-            report(&decision, stated, place, unit, sink);
-            decision.taken
-        }
-    };
-    let Candidate { gap, mut lens } = taken;
+    let Candidate { gap, mut lens } = candidate(file, &rows, &notes, stated, unit, sink);
     lens.image_height = About::of(&lens).image_height;
-    if !heading.as_ref().is_some_and(|h| h.diameters_are_certain) {
+    if !heading.is_some_and(|h| h.diameters_are_certain) {
         double_semi_diameters(&mut lens, rows.first().map(|row| row.spans[3]), sink);
     }
-    check(&mut lens, source, sink, |surface, column| {
-        rows.get(surface)
-            .map_or(Span::at(0), |row| row.spans[column as usize])
-    })?;
+    let draft = Draft {
+        lens,
+        places: rows.iter().map(|row| row.spans).collect(),
+        unit: 1.0,
+    };
+    let lens = file.finish(draft, sink)?;
     if gap == Gap::Next {
         warn_if_a_row_is_lost(&lens, &rows, sink);
     }
     Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
+}
+
+/// The lens of the rows, with the meaning of the second column that the user gives or that the
+/// evidence speaks for.
+fn candidate(
+    file: PrescriptionReader<'_>,
+    rows: &[Row],
+    notes: &[String],
+    stated: Stated,
+    unit: f64,
+    sink: &mut Sink,
+) -> Candidate {
+    let column: Vec<f64> = rows.iter().map(|row| row.gap).collect();
+    let make = |gap| {
+        let mut lens = build(file, rows, &gap::thicknesses(&column, gap));
+        lens.notes = notes.to_vec();
+        Candidate { gap, lens }
+    };
+    match (file.options.gap, rows) {
+        (Some(gap), _) => make(gap),
+        (None, []) => make(Gap::Next),
+        (None, [first, ..]) => {
+            let candidates = gap::possible(&column).into_iter().map(make).collect();
+            let decision = gap::decide(candidates, &column, stated);
+            report(&decision, stated, first.spans[1], unit, sink);
+            decision.taken
+        }
+    }
 }
 
 /// Divides the lines of a text into comments, a heading and rows.
@@ -136,35 +136,27 @@ fn table(text: &str) -> Table<'_> {
 /// Reports the decision: that the column is not the usual one, and what else it may mean.
 fn report(decision: &gap::Decision, stated: Stated, place: Span, unit: f64, sink: &mut Sink) {
     let Candidate { gap, lens } = &decision.taken;
-    let efl = |lens: &Prescription| {
-        let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
-        match optics.focal {
+    let read = format!("the second column is read as {}", gap.meaning());
+    if let Some(rival) = &decision.rival {
+        let efl = |lens: &Prescription| match lens.first_order(D_LINE).focal {
             Some(focal) => format!("focal length {:.2} mm", focal.efl * unit),
             None => "afocal".to_owned(),
-        }
-    };
-    if let Some(rival) = &decision.rival {
-        let message = format!(
-            "the second column is read as {} ({}); it may be {} ({})",
-            gap.meaning(),
-            efl(lens),
-            rival.gap.meaning(),
-            efl(&rival.lens)
-        );
-        sink.warn(place, message).help(format!(
+        };
+        let other = format!("it may be {} ({})", rival.gap.meaning(), efl(&rival.lens));
+        let help = format!(
             "`--gap {}` or `--gap {}` decides",
             gap.name(),
             rival.gap.name()
-        ));
-    } else if *gap != Gap::Next {
-        let note = format!("the second column is read as {}", gap.meaning());
-        sink.note(place, note);
-    } else if stated.heading.is_some_and(|heading| heading != *gap) {
-        let note = format!(
-            "the second column is read as {}, against its heading: so the surfaces fit",
-            gap.meaning()
         );
-        sink.note(place, note);
+        sink.warn(place, format!("{read} ({}); {other}", efl(lens)))
+            .help(help);
+    } else if *gap != Gap::Next {
+        sink.note(place, read);
+    } else if stated.heading.is_some_and(|heading| heading != *gap) {
+        sink.note(
+            place,
+            format!("{read}, against its heading: so the surfaces fit"),
+        );
     }
 }
 
@@ -174,8 +166,7 @@ fn double_semi_diameters(lens: &mut Prescription, place: Option<Span>, sink: &mu
     let Some(stated) = stated_f_number(&lens.notes) else {
         return;
     };
-    let indices = lens.indices(D_LINE);
-    let Some(found) = FirstOrder::of(lens, &indices, Plane::Y).f_number() else {
+    let Some(found) = lens.first_order(D_LINE).f_number() else {
         return;
     };
     // The largest aperture of a file with diameters gives the stated number within a tenth.
@@ -225,20 +216,12 @@ fn stated_f_number(notes: &[String]) -> Option<f64> {
 }
 
 /// The length in millimeters of the unit that a comment such as `units: cm` names.
-fn unit(text: &str, source: &Arc<Source>) -> Result<f64> {
-    let Some(at) = text.find("# units:") else {
+fn unit(file: PrescriptionReader<'_>) -> Result<f64> {
+    let Some(at) = file.text().find("# units:") else {
         return Ok(1.0);
     };
-    let stated = text[at + 8..].lines().next().unwrap_or("");
-    match LengthUnit::parse(stated.trim()) {
-        Some(unit) => Ok(unit.millimeters()),
-        None => {
-            let message = format!("`{}` is not a unit of length", stated.trim());
-            Err(Diagnostic::error(message)
-                .at(source, Span::new(at, at + 8 + stated.len()))
-                .with_help("mm, cm, in or m"))
-        }
-    }
+    let stated = file.text()[at + 8..].lines().next().unwrap_or("");
+    file.unit(stated.trim(), Span::new(at, at + 8 + stated.len()))
 }
 
 /// Whether a comment that names no known columns is a heading all the same.
@@ -252,7 +235,7 @@ fn is_heading(comment: &str) -> bool {
 
 /// Makes rows of the cells of all lines.
 fn parsed_rows(
-    source: &Arc<Source>,
+    file: PrescriptionReader<'_>,
     lines: &[Vec<Cell<'_>>],
     heading: Option<&Heading>,
 ) -> Result<Vec<Row>> {
@@ -266,7 +249,7 @@ fn parsed_rows(
             5 => by_value.unwrap_or(&FOUR),
             _ => &FOUR,
         };
-        let row = row(source, cells, before, columns)?;
+        let row = row(file, cells, before, columns)?;
         before = row.index.unwrap_or(before);
         rows.push(row);
     }
@@ -280,114 +263,119 @@ fn parsed_rows(
     Ok(rows)
 }
 
+/// A number of a row, with the column that it is of.
+struct Value {
+    column: Column,
+    number: f64,
+    span: Span,
+}
+
 /// Makes a row of the cells of a line. `before` is the refractive index in front of it.
-fn row(source: &Arc<Source>, cells: &[Cell<'_>], before: f64, columns: &[Column]) -> Result<Row> {
-    let mut values: Vec<(f64, Span)> = Vec::with_capacity(4);
-    let (mut abbe, mut half) = (None, 1.0);
+fn row(
+    file: PrescriptionReader<'_>,
+    cells: &[Cell<'_>],
+    before: f64,
+    columns: &[Column],
+) -> Result<Row> {
+    let mut values = values(file, cells, columns)?;
+    let abbe = values.iter().rfind(|v| v.column == Column::Abbe);
+    let abbe = abbe.map(|v| v.number).filter(|abbe| *abbe > 0.0);
+    values.retain(|v| v.column != Column::Abbe);
+    let at = |columns: &[Column]| values.iter().position(|v| columns.contains(&v.column));
+    let named = (
+        at(&[Column::Radius]),
+        at(&[Column::Gap]),
+        at(&[Column::Index]),
+        at(&[Column::Diameter, Column::SemiDiameter]),
+    );
+    let numbers: Vec<f64> = values.iter().map(|v| v.number).collect();
+    // Which of the values are the radius, the gap, the index and the diameter.
+    let (at, is_stop) = match (named, &numbers[..]) {
+        // A stop with an index of 0 does not change the medium.
+        ((Some(r), Some(t), Some(n), Some(d)), [_, _, _, _]) => {
+            ([r, t, n, d], numbers[n] == 0.0 && numbers[r] == 0.0)
+        }
+        // The paper's stop has no radius, and the index of the medium before it.
+        (_, [_, index, _]) if *index == before => ([0, 0, 1, 2], true),
+        // A stop with a radius of 0 and no index.
+        (_, [0.0, _, _]) => ([0, 1, 1, 2], true),
+        _ => return Err(wrong_count(file, &values)),
+    };
+    let [radius, gap, index, aperture] = at.map(|i| values[i].number);
+    let is_half = values.iter().any(|v| v.column == Column::SemiDiameter);
+    Ok(Row {
+        radius: if is_stop { 0.0 } else { radius },
+        gap,
+        index: (!is_stop).then_some(index),
+        diameter: if is_half { 2.0 * aperture } else { aperture },
+        abbe,
+        spans: at.map(|i| values[i].span),
+    })
+}
+
+/// The numbers of a row. A row of another length than the columns is a stop without some of them:
+/// its numbers count as radii.
+fn values(
+    file: PrescriptionReader<'_>,
+    cells: &[Cell<'_>],
+    columns: &[Column],
+) -> Result<Vec<Value>> {
     let in_order = cells.len() == columns.len();
+    let mut values = Vec::with_capacity(cells.len());
     for (i, cell) in cells.iter().enumerate() {
         let column = if in_order { columns[i] } else { Column::Radius };
-        if in_order && column == Column::Ignored {
-            continue;
-        }
-        let value = match cell.number {
-            Some(value) if value.is_finite() => value,
-            Some(value) if value.is_infinite() && i == 0 => 0.0,
+        let number = match cell.number {
+            _ if column == Column::Ignored => continue,
+            Some(number) if number.is_finite() => number,
+            Some(number) if number.is_infinite() && i == 0 => 0.0,
             None if cell.word.is("air") && column == Column::Index => 1.0,
             _ => {
                 let message = format!("`{}` is not a number", cell.word.text);
-                return Err(Diagnostic::error(message)
-                    .at(source, cell.word.span)
-                    .with_help(ROW));
+                return Err(file.refuse(cell.word.span, message, ROW));
             }
         };
-        match column {
-            Column::Abbe if in_order => abbe = Some(value).filter(|v| *v > 0.0),
-            _ => values.push((value, cell.word.span)),
-        }
-        if column == Column::SemiDiameter {
-            half = 2.0;
-        }
+        values.push(Value {
+            column,
+            number,
+            span: cell.word.span,
+        });
     }
-    let made = |at: [usize; 4], gap: f64, radius: f64, index: Option<f64>, diameter: f64| Row {
-        radius,
-        gap,
-        index,
-        diameter: half * diameter,
-        abbe,
-        spans: at.map(|i| values[i].1),
-    };
-    if in_order && values.len() == 4 {
-        let at = |kinds: &[Column]| {
-            let kept = columns
-                .iter()
-                .filter(|c| !matches!(c, Column::Ignored | Column::Abbe));
-            kept.into_iter().position(|c| kinds.contains(c))
-        };
-        let places = [
-            at(&[Column::Radius]),
-            at(&[Column::Gap]),
-            at(&[Column::Index]),
-            at(&[Column::Diameter, Column::SemiDiameter]),
-        ];
-        if let [Some(r), Some(t), Some(n), Some(d)] = places {
-            let [radius, gap, index, diameter] = [r, t, n, d].map(|i| values[i].0);
-            // A stop with an index of 0 does not change the medium.
-            let index = (index != 0.0 || radius != 0.0).then_some(index);
-            return Ok(made([r, t, n, d], gap, radius, index, diameter));
-        }
-    }
-    match values.iter().map(|(v, _)| *v).collect::<Vec<f64>>()[..] {
-        // The paper's stop has no radius, and the index of the medium before it.
-        [gap, index, diameter] if index == before => {
-            Ok(made([0, 0, 1, 2], gap, 0.0, None, diameter))
-        }
-        // A stop with a radius of 0 and no index.
-        [0.0, gap, diameter] => Ok(made([0, 1, 1, 2], gap, 0.0, None, diameter)),
-        _ => Err(wrong_count(source, &values)),
-    }
+    Ok(values)
 }
 
-fn wrong_count(source: &Arc<Source>, values: &[(f64, Span)]) -> Box<Diagnostic> {
-    let last = values.last().map_or(Span::at(0), |(_, span)| *span);
-    let (few, span) = if values.len() < 4 {
-        ("too few", Span::at(last.end as usize))
-    } else {
-        ("too many", values.get(4).map_or(last, |(_, span)| *span))
+fn wrong_count(file: PrescriptionReader<'_>, values: &[Value]) -> Box<Diagnostic> {
+    let last = values.last().map_or(Span::at(0), |value| value.span);
+    let (few, span) = match values.get(4) {
+        Some(fifth) => ("too many", fifth.span),
+        None if values.len() < 4 => ("too few", Span::at(last.end as usize)),
+        None => ("too many", last),
     };
     let message = format!("{few} numbers in this row: {} instead of 4", values.len());
-    Diagnostic::error(message)
-        .at(source, span)
-        .with_help(format!(
-            "{ROW}; a heading may name more, such as `# radius thickness index abbe diameter`"
-        ))
+    file.refuse(
+        span,
+        message,
+        format!("{ROW}; a heading may name more, such as `# radius thickness index abbe diameter`"),
+    )
 }
 
 /// Makes the lens of the rows, with these thicknesses.
-fn build(source: &Source, rows: &[Row], gaps: &[f64], notes: Vec<String>) -> Prescription {
-    let mut medium = Medium::air();
-    let mut surfaces = Vec::with_capacity(rows.len());
+fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescription {
+    let mut draft = file.draft(None);
     for (row, gap) in rows.iter().zip(gaps) {
-        let is_stop = row.index.is_none();
-        if let Some(index) = row.index {
-            medium = match row.abbe {
-                Some(abbe) => Medium::from_abbe(index, abbe),
-                None => Medium::constant(index),
-            };
-        }
-        let surface = Surface::sphere(row.radius, *gap, medium.clone(), 0.5 * row.diameter);
-        surfaces.push(Surface {
-            is_stop,
+        let medium = match row.index {
+            Some(index) => Medium::from_index(index, row.abbe),
+            None => draft.medium().clone(),
+        };
+        let surface = Surface::sphere(row.radius, *gap, medium, 0.5 * row.diameter);
+        let surface = Surface {
+            is_stop: row.index.is_none(),
             span: row.spans[0],
             ..surface
-        });
+        };
+        draft.push(surface, row.spans);
     }
-    let mut lens = Prescription {
-        notes,
-        ..Prescription::new(name_of(source), surfaces)
-    };
-    adopt_a_stop(&mut lens);
-    lens
+    adopt_a_stop(&mut draft.lens);
+    draft.lens
 }
 
 /// Marks a plane with the same medium on both sides as the stop, if the table has no stop and only
@@ -410,8 +398,7 @@ pub(in crate::prescription::formats) fn adopt_a_stop(lens: &mut Prescription) {
 /// the back focal distance by more than 5% of the focal length: a row or a digit is then probably
 /// missing, as in the table of the 1999 paper.
 fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
-    let indices = lens.indices(D_LINE);
-    let Some(focal) = FirstOrder::of(lens, &indices, Plane::Y).focal else {
+    let Some(focal) = lens.first_order(D_LINE).focal else {
         return;
     };
     let Some(last) = rows.last() else { return };

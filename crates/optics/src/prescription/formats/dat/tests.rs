@@ -3,9 +3,19 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source};
 
 use crate::lens::{Lens, Shape, shipped_names};
-use crate::prescription::formats::dat::reader::read;
-use crate::prescription::formats::format::Gap;
+use crate::prescription::formats::dat::reader;
+use crate::prescription::formats::format::{Gap, Reading};
+use crate::prescription::formats::reader::PrescriptionReader;
 use crate::prescription::prescription::Prescription;
+
+fn read(source: &Arc<Source>, gap: Option<Gap>, sink: &mut Sink) -> Result<Prescription> {
+    let options = Reading {
+        gap,
+        ..Reading::default()
+    };
+    let options = &options;
+    reader::read(PrescriptionReader { source, options }, sink)
+}
 
 fn parse(text: &str) -> (Result<Prescription>, Sink) {
     let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));

@@ -2,62 +2,81 @@
 
 use ivcam_base::diag::Result;
 
-use crate::prescription::formats::index_table::interpolated;
-use crate::prescription::formats::seq::commands::Command;
-use crate::prescription::formats::seq::reader::Reader;
-use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
+use crate::prescription::formats::commands::Command;
+use crate::prescription::formats::format::Reading;
+use crate::prescription::formats::index_table;
+use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::glass::medium::{Medium, named_line};
 use crate::prescription::text::Word;
 
-impl Reader<'_> {
-    /// Tables of index over wavelength, in nanometers: what is between is interpolated.
-    pub(super) fn private_glasses(&mut self, commands: &[Command<'_>]) -> Result<()> {
-        let mut wavelengths = Vec::new();
-        for command in commands {
-            let numbers = || -> Result<Vec<f64>> {
-                command[1..].iter().map(|w| w.number(self.source)).collect()
-            };
-            if command[0].is("PWL") {
-                wavelengths = numbers()?;
-            } else if !command[0].is("PRV") && !command[0].is("END") && command.len() > 1 {
-                // 587.6 is the d line, so that a table of three lines reaches them all.
-                let lines = wavelengths.iter().map(|nm| named_line(*nm));
-                let table: Vec<(f64, f64)> = lines.zip(numbers()?).collect();
-                let at = |nm| interpolated(&table, nm);
-                let glass = match (at(F_LINE), at(D_LINE), at(C_LINE), &table[..]) {
-                    (Some(f), Some(d), Some(c), _) => Medium::from_lines(f, d, c),
-                    (_, Some(d), ..) => Medium::constant(d),
-                    (.., [(_, n)]) => Medium::constant(*n),
-                    _ => {
-                        let message = format!(
-                            "the glass `{}` has no index at the d line (587.56 nm)",
-                            command[0].text
-                        );
-                        return Err(self
-                            .fail(command[0].span, message)
-                            .with_help("`PWL` lists the wavelengths, in nanometers"));
-                    }
-                };
-                self.glasses.add([glass.named(command[0].text)]);
-            }
+/// Removes the commands from PRV to END, and returns them.
+pub(super) fn take_private(commands: Vec<Command<'_>>) -> (Vec<Command<'_>>, Vec<Command<'_>>) {
+    let (mut rest, mut private) = (Vec::new(), Vec::new());
+    let mut inside = false;
+    for command in commands {
+        inside |= command[0].is("PRV");
+        let ends = command[0].is("END");
+        if inside {
+            private.push(command)
+        } else {
+            rest.push(command)
         }
-        Ok(())
+        inside &= !ends;
     }
+    (rest, private)
+}
 
-    /// The medium that a word names; air without a word.
-    pub(super) fn glass(&self, word: Option<&Word<'_>>) -> Result<Medium> {
-        let Some(word) = word else {
-            return Ok(Medium::air());
-        };
-        if word.is("AIR") {
-            return Ok(Medium::air());
+/// The options of reading with the private glasses of the file: tables of index over wavelength, in
+/// nanometers.
+pub(super) fn with_private(
+    file: PrescriptionReader<'_>,
+    commands: &[Command<'_>],
+) -> Result<Reading> {
+    let mut options = file.options.clone();
+    let mut wavelengths = Vec::new();
+    for command in commands {
+        let (name, words) = (command[0], &command[1..]);
+        if name.is("PWL") {
+            wavelengths = file.numbers(words)?;
+        } else if !name.is("PRV") && !name.is("END") && !words.is_empty() {
+            // 587.6 is the d line, so that a table of three lines reaches them all.
+            let lines = wavelengths.iter().map(|nm| named_line(*nm));
+            let table: Vec<(f64, f64)> = lines.zip(file.numbers(words)?).collect();
+            let glass = match (index_table::medium(&table), &table[..]) {
+                (Some(glass), _) => glass,
+                (None, [(_, n)]) => Medium::constant(*n),
+                (None, _) => {
+                    let name = format!("the glass `{}`", name.text);
+                    let message = format!("{name} has no index at the d line (587.56 nm)");
+                    return Err(file.refuse(
+                        command[0].span,
+                        message,
+                        "`PWL` lists the wavelengths, in nanometers",
+                    ));
+                }
+            };
+            options.glasses.add([glass.named(name.text)]);
         }
-        if word.is("REFL") || word.is("REFR_REFL") {
-            return Err(self.mirror(word.span, self.surfaces.len() + 1));
-        }
-        match fictitious(word.text) {
-            Some(glass) => Ok(glass),
-            None => self.glasses.get(word.text, self.source, word.span),
-        }
+    }
+    Ok(options)
+}
+
+/// The medium that a word names; air without a word. `surface` is the number of the surface in
+/// front of it, from 1.
+pub(super) fn glass(
+    file: PrescriptionReader<'_>,
+    word: Option<&Word<'_>>,
+    surface: usize,
+) -> Result<Medium> {
+    let Some(word) = word.filter(|word| !word.is("AIR")) else {
+        return Ok(Medium::air());
+    };
+    if word.is("REFL") || word.is("REFR_REFL") {
+        return Err(file.mirror(word.span, format!("surface {surface}")));
+    }
+    match fictitious(word.text) {
+        Some(glass) => Ok(glass),
+        None => file.glass(word.text, word.span),
     }
 }
 
@@ -81,9 +100,5 @@ fn fictitious(word: &str) -> Option<Medium> {
     let n = 1.0 + format!("0.{index}").parse::<f64>().ok()?;
     let (whole, rest) = abbe.split_at(2);
     let v = format!("{whole}.{rest}").parse::<f64>().ok()?;
-    Some(if v > 0.0 {
-        Medium::from_abbe(n, v)
-    } else {
-        Medium::constant(n)
-    })
+    Some(Medium::from_index(n, Some(v)))
 }

@@ -6,7 +6,6 @@
 //! Glasses are catalogue names with their maker behind an underscore, six-digit codes (`517642`),
 //! or private tables (PRV). What tilts, reflects or diffracts is refused by name.
 
-mod commands;
 mod glasses;
 mod reader;
 mod surfaces;

@@ -1,47 +1,35 @@
 //! Executes the commands of a file, one after another.
 
-use std::sync::Arc;
+use ivcam_base::diag::{Result, Sink, Span};
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
-
-use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
+use crate::prescription::formats::apertures::Beam;
+use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::format::{Format, first_word};
-use crate::prescription::formats::origin::name_of;
-use crate::prescription::formats::seq::commands::{Command, commands, take_private};
-use crate::prescription::glass::catalogue::Catalogue;
-use crate::prescription::glass::medium::Medium;
-use crate::prescription::prescription::{Prescription, ZoomPosition, check, crossings};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, refused};
+use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
+use crate::prescription::prescription::{Prescription, crossings};
 use crate::prescription::surface::Surface;
-use crate::prescription::text::{Word, first_number, text};
+use crate::prescription::text::Word;
 
 /// Commands for properties that a centered refracting lens does not have.
-const REFUSED: [(&str, &str); 26] = [
-    ("ADE", "tilts a surface"),
-    ("BDE", "tilts a surface"),
-    ("CDE", "tilts a surface"),
-    ("XDE", "shifts a surface"),
-    ("YDE", "shifts a surface"),
-    ("ZDE", "shifts a surface"),
-    ("DAR", "tilts a surface"),
-    ("BEN", "folds the axis"),
-    ("REV", "tilts a surface"),
-    ("DIF", "diffracts"),
-    ("DOE", "diffracts"),
-    ("HOE", "diffracts"),
-    ("GRT", "is a grating"),
-    ("GRO", "is a grating"),
-    ("XTO", "is an x toroid"),
-    ("YTO", "is a y toroid"),
-    ("AAS", "is an anamorphic asphere"),
-    ("XYP", "is an xy polynomial"),
-    ("SPS", "is a special surface"),
-    ("SPL", "is a spline surface"),
-    ("ZRN", "is a Zernike surface"),
-    ("UDS", "is a user-defined surface"),
-    ("NSS", "is non-sequential"),
-    ("GRN", "has a gradient index"),
-    ("FRN", "is a Fresnel surface"),
-    ("MOD", "is an ideal lens module"),
+const REFUSED: [(&str, &str); 17] = [
+    ("tilts a surface", "ADE BDE CDE DAR REV"),
+    ("shifts a surface", "XDE YDE ZDE"),
+    ("folds the axis", "BEN"),
+    ("diffracts", "DIF DOE HOE"),
+    ("is a grating", "GRT GRO"),
+    ("is an x toroid", "XTO"),
+    ("is a y toroid", "YTO"),
+    ("is an anamorphic asphere", "AAS"),
+    ("is an xy polynomial", "XYP"),
+    ("is a special surface", "SPS"),
+    ("is a spline surface", "SPL"),
+    ("is a Zernike surface", "ZRN"),
+    ("is a user-defined surface", "UDS"),
+    ("is non-sequential", "NSS"),
+    ("has a gradient index", "GRN"),
+    ("is a Fresnel surface", "FRN"),
+    ("is an ideal lens module", "MOD"),
 ];
 
 /// Commands that may name a surface behind them, beside those that are refused.
@@ -50,40 +38,24 @@ const OF_SURFACE: [&str; 29] = [
     "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
 ];
 
-/// The places of the numbers of a surface.
-#[derive(Clone, Default)]
-pub(super) struct Places {
-    pub(super) command: Span,
-    pub(super) columns: [Option<Span>; 4],
-}
-
-/// The state of reading.
-pub(super) struct Reader<'a> {
-    pub(super) source: &'a Arc<Source>,
-    pub(super) glasses: Catalogue,
+/// The state of executing the commands of a file of CODE V.
+pub(super) struct SequenceReader<'a> {
+    pub(super) file: PrescriptionReader<'a>,
     /// Whether the first number of a surface is a radius.
     pub(super) radii: bool,
     /// The first bend of a surface that is not 0.
     pub(super) first_bend: Option<Span>,
-    pub(super) unit: f64,
-    pub(super) title: Option<String>,
-    pub(super) beam: Beam,
-    /// The place of EPD or FNO.
-    stated_aperture: Option<Span>,
-    pub(super) fields: Vec<f64>,
-    pub(super) upper_vignetting: Vec<f64>,
-    pub(super) object_medium: Medium,
-    pub(super) surfaces: Vec<Surface>,
-    pub(super) places: Vec<Places>,
-    pub(super) zoom: Vec<ZoomPosition>,
+    beam: Beam,
+    pub(super) draft: Draft,
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
 }
+
 /// CODE V's sequence files, recognized by their first command.
 pub(crate) static FORMAT: Format = Format {
     name: "CODE V",
     recognizes: |text| COMMANDS.contains(&first_word(text).as_str()),
-    read: |source, how, sink| read(source, &how.glasses, sink),
+    read,
 };
 
 /// Commands that a file may begin with.
@@ -93,38 +65,27 @@ const COMMANDS: [&str; 22] = [
 ];
 
 /// Reads a decoded `.seq` file.
-pub(super) fn read(
-    source: &Arc<Source>,
-    glasses: &Catalogue,
-    sink: &mut Sink,
-) -> Result<Prescription> {
-    let commands = commands(text(source));
+pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     // Private glasses may be defined after the surfaces that use them.
-    let (commands, private) = take_private(commands);
-    let read = |radii: bool| {
-        let mut messages = Sink::new();
-        messages.set_source(Some(source.clone()));
-        let mut reader = Reader::new(source, glasses, radii);
-        let result = reader.all(&commands, &private, &mut messages);
-        let bend = reader.first_bend;
-        let lens = result.and_then(|()| reader.finish(&mut messages));
-        (lens, messages, bend)
+    let (commands, private) = take_private(commands(file.text(), "!"));
+    let options = with_private(file, &private)?;
+    let file = PrescriptionReader {
+        options: &options,
+        ..file
     };
+    let (lens, messages, bend) = read_with_bends(file, &commands, true);
     let states = commands.iter().any(|command| command[0].is("RDM"));
-    let (lens, messages, bend) = read(true);
-    let bend = bend.filter(|_| !states);
-    let Some(bend) = bend else {
+    let Some(bend) = bend.filter(|_| !states) else {
         sink.extend_from(&messages);
         return lens;
     };
-    let (other, other_messages, _) = read(false);
+    let (other, other_messages, _) = read_with_bends(file, &commands, false);
     let (radii, curvatures) = (score(&lens), score(&other));
-    let taken = if radii >= curvatures {
+    let (word, lens, messages) = if radii >= curvatures {
         ("radii", lens, messages)
     } else {
         ("curvatures", other, other_messages)
     };
-    let (word, lens, messages) = taken;
     let message =
         format!("nothing says whether bends are radii or curvatures: they are read as {word}");
     let help = "begin the file with `RDM` for radii or `RDM N` for curvatures";
@@ -135,6 +96,23 @@ pub(super) fn read(
     }
     sink.extend_from(&messages);
     lens
+}
+
+/// The lens with bends that are radii or curvatures, the messages about it, and the place of the
+/// first bend.
+fn read_with_bends(
+    file: PrescriptionReader<'_>,
+    commands: &[Command<'_>],
+    radii: bool,
+) -> (Result<Prescription>, Sink, Option<Span>) {
+    let mut messages = Sink::new();
+    messages.set_source(Some(file.source.clone()));
+    let mut reader = SequenceReader::new(file, radii);
+    let mut execute = commands.iter();
+    let result = execute.try_for_each(|command| reader.execute(command, &mut messages));
+    let bend = reader.first_bend;
+    let lens = result.and_then(|()| reader.finish(&mut messages));
+    (lens, messages, bend)
 }
 
 /// The lead in points from which a reading of the bends is certain: one impossible surface.
@@ -162,105 +140,43 @@ fn score(lens: &Result<Prescription>) -> i32 {
     -3 * (wide + thick + crossings(lens)) as i32
 }
 
-impl<'a> Reader<'a> {
-    fn new(source: &'a Arc<Source>, glasses: &Catalogue, radii: bool) -> Self {
+impl<'a> SequenceReader<'a> {
+    fn new(file: PrescriptionReader<'a>, radii: bool) -> Self {
         Self {
-            source,
-            glasses: glasses.clone(),
+            file,
             radii,
             first_bend: None,
-            unit: 1.0,
-            title: None,
-            beam: Beam {
-                edge_share: 1.0,
-                ..Beam::default()
-            },
-            stated_aperture: None,
-            fields: Vec::new(),
-            upper_vignetting: Vec::new(),
-            object_medium: Medium::air(),
-            surfaces: Vec::new(),
-            places: Vec::new(),
-            zoom: Vec::new(),
+            beam: Beam::default(),
+            draft: file.draft(None),
             current: None,
         }
     }
 
-    /// Executes all commands.
-    fn all(
-        &mut self,
-        commands: &[Command<'a>],
-        private: &[Command<'a>],
-        sink: &mut Sink,
-    ) -> Result<()> {
-        self.private_glasses(private)?;
-        commands
-            .iter()
-            .try_for_each(|command| self.execute(command, sink))
-    }
-
-    /// An error at a place of the file.
-    pub(super) fn fail(&self, span: Span, message: String) -> Box<Diagnostic> {
-        Diagnostic::error(message).at(self.source, span)
-    }
-
-    /// The first argument of a command as a number.
-    pub(super) fn value(&self, command: &[Word<'_>]) -> Result<f64> {
-        first_number(command, self.source)
-    }
-
     /// Executes a command.
     fn execute(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
-        let word = command[0];
-        let name = word.text.to_ascii_uppercase();
+        let name = command[0].text.to_ascii_uppercase();
+        let is_refused = refused(&REFUSED, &name).is_some();
         // A surface may be named behind the command.
-        let refused = REFUSED.iter().find(|(refused, _)| *refused == name);
-        let (about, plain) = match command {
-            [_, surface, rest @ ..] if refused.is_some() || OF_SURFACE.contains(&&*name) => {
-                match self.named_surfaces(*surface)? {
-                    Some(about) => (about, [&command[..1], rest].concat()),
-                    None => (self.current.into_iter().collect(), command.to_vec()),
-                }
+        let named = match command {
+            [_, surface, ..] if is_refused || OF_SURFACE.contains(&&*name) => {
+                self.named_surfaces(*surface)?
             }
-            _ => (self.current.into_iter().collect(), command.to_vec()),
+            _ => None,
         };
-        let tilts_by_nothing =
-            name.ends_with("DE") && plain.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
-        if let Some((_, what)) = refused
-            && (self.surfaces.is_empty() || !about.is_empty())
-            && !tilts_by_nothing
-        {
-            let surface = about.first().copied().unwrap_or(0);
-            let message = format!("`{name}` {what}, at surface {}", surface + 1);
-            return Err(self
-                .fail(word.span, message)
-                .with_help("ivcam traces lenses on one straight axis, without gratings"));
+        let (about, plain) = match named {
+            Some(about) => (about, [&command[..1], &command[2..]].concat()),
+            None => (self.current.into_iter().collect(), command.to_vec()),
+        };
+        self.refuse(&name, &about, &plain)?;
+        if self.of_lens(&name, command)? {
+            return Ok(());
         }
         match name.as_str() {
-            "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
-            "TIT" | "TITLE" => self.title = command.get(1).map(|w| w.text.to_owned()),
-            "DIM" => self.unit = self.dimension(command)?,
-            "EPD" => {
-                self.beam.entrance_diameter = Some(self.value(command)?).filter(|d| *d > 0.0);
-                self.stated_aperture = Some(word.span);
-            }
-            "FNO" => {
-                self.beam.f_number = Some(self.value(command)?).filter(|n| *n > 0.0);
-                self.stated_aperture = Some(word.span);
-            }
-            "YAN" | "XAN" => self.fields.extend(self.list(command)?),
-            "YIM" | "XIM" | "YRI" | "XRI" => {
-                let heights = self.list(command)?;
-                let so_far = self.beam.image_height.unwrap_or(0.0);
-                let widest = heights.iter().fold(so_far, |most, h| most.max(h.abs()));
-                self.beam.image_height = Some(widest);
-            }
-            "VUY" => self.upper_vignetting = self.list(command)?,
-            "SO" | "S0" => self.object_medium = self.glass(command.get(3))?,
-            "SI" => self.current = None,
             "S" => self.surface(command)?,
             "ZOO" => self.zoom(&command[1..], sink)?,
-            "THI" if !self.zoom.is_empty() && plain.len() > 2 => self.zoom(command, sink)?,
+            "THI" if !self.draft.lens.zoom.is_empty() && plain.len() > 2 => {
+                self.zoom(command, sink)?;
+            }
             _ if let Some(Ok(number)) = name.strip_prefix('S').map(str::parse::<usize>) => {
                 self.numbered_surface(number, command, sink)?;
             }
@@ -276,6 +192,58 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
+    /// Refuses a command for a property that a centered refracting lens does not have. `about` are
+    /// the surfaces that it is of, and `command` does not name them any more.
+    fn refuse(&self, name: &str, about: &[usize], command: &[Word<'a>]) -> Result<()> {
+        let Some(what) = refused(&REFUSED, name) else {
+            return Ok(());
+        };
+        let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
+        let of_no_surface = about.is_empty() && self.count() > 0;
+        if of_no_surface || (name.ends_with("DE") && is_zero) {
+            return Ok(());
+        }
+        let surface = about.first().copied().unwrap_or(0) + 1;
+        let message = format!("`{name}` {what}, at surface {surface}");
+        Err(self.file.off_axis(command[0].span, message))
+    }
+
+    /// Executes a command about the whole lens. Returns whether it is one.
+    fn of_lens(&mut self, name: &str, command: &[Word<'a>]) -> Result<bool> {
+        let beam = &mut self.beam;
+        let place = command[0].span;
+        let list = || self.file.numbers(&command[1..]);
+        let widest = |values: Vec<f64>, so_far: f64| {
+            let sizes = values.iter().map(|value| value.abs());
+            sizes.fold(so_far, f64::max)
+        };
+        match name {
+            "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
+            "TIT" | "TITLE" => {
+                self.draft.lens.name = self.file.name(command.get(1).map(|w| w.text));
+            }
+            "DIM" => self.draft.unit = self.dimension(command)?,
+            "EPD" => beam.state_entrance(self.file.argument(command)?, place),
+            "FNO" => beam.state_f_number(self.file.argument(command)?, place),
+            "YAN" | "XAN" => beam.half_field = widest(list()?, beam.half_field),
+            "YIM" | "XIM" | "YRI" | "XRI" => {
+                let so_far = beam.image_height.unwrap_or(0.0);
+                beam.image_height = Some(widest(list()?, so_far));
+            }
+            "VUY" => {
+                let upper = list()?.last().copied().unwrap_or(0.0);
+                beam.vignetting = upper.clamp(0.0, 1.0);
+            }
+            "SO" | "S0" => {
+                let surface = self.count() + 1;
+                self.draft.lens.object_medium = glass(self.file, command.get(3), surface)?;
+            }
+            "SI" => self.current = None,
+            _ => return Ok(false),
+        }
+        Ok(true)
+    }
+
     /// The surfaces that `S3`, `S2..5` or `SA` name; none where the word names none. The object's
     /// and the image's names are of no surface of the lens.
     pub(super) fn named_surfaces(&self, word: Word<'_>) -> Result<Option<Vec<usize>>> {
@@ -283,7 +251,7 @@ impl<'a> Reader<'a> {
             return Ok(None);
         };
         let rest = String::from_utf8_lossy(rest).to_ascii_uppercase();
-        let count = self.surfaces.len();
+        let count = self.count();
         let (first, last) = rest.split_once("..").unwrap_or((&rest, &rest));
         let number = |text: &str| text.trim_start_matches('S').parse::<usize>().ok();
         let (first, last) = match (rest.as_str(), number(first), number(last)) {
@@ -294,9 +262,8 @@ impl<'a> Reader<'a> {
         };
         if first == 0 || last > count || first > last {
             let message = format!("there is no surface `{}` so far", word.text);
-            return Err(self
-                .fail(word.span, message)
-                .with_help("surfaces count from S1, behind the object's SO"));
+            let help = "surfaces count from S1, behind the object's SO";
+            return Err(self.file.refuse(word.span, message, help));
         }
         Ok(Some((first - 1..last).collect()))
     }
@@ -308,26 +275,22 @@ impl<'a> Reader<'a> {
         command: &[Word<'a>],
         sink: &mut Sink,
     ) -> Result<()> {
-        let count = self.surfaces.len();
-        if (1..=count).contains(&number) {
+        let next = self.count() + 1;
+        if (1..next).contains(&number) {
             self.current = Some(number - 1);
             if command.len() > 1 {
                 let (surface, places) = self.parsed(command)?;
-                self.surfaces[number - 1] = surface;
-                self.places[number - 1] = places;
+                self.draft.lens.surfaces[number - 1] = surface;
+                self.draft.places[number - 1] = places;
             }
             return Ok(());
         }
-        if number != count + 1 {
-            let message = format!("`{}` is surface {} of the lens", command[0].text, count + 1);
+        if number != next {
+            let message = format!("`{}` is surface {next} of the lens", command[0].text);
             sink.warn(command[0].span, message)
                 .help("is a surface lost in front of it?");
         }
         self.surface(command)
-    }
-
-    fn list(&self, command: &[Word<'_>]) -> Result<Vec<f64>> {
-        command[1..].iter().map(|w| w.number(self.source)).collect()
     }
 
     fn dimension(&self, command: &[Word<'_>]) -> Result<f64> {
@@ -337,51 +300,17 @@ impl<'a> Reader<'a> {
             Some(w) if w.is("I") || w.is("IN") => Ok(25.4),
             _ => {
                 let span = command.last().map_or(Span::at(0), |w| w.span);
-                Err(self
-                    .fail(span, "this is not a unit of `DIM`".into())
-                    .with_help("M is millimeters, C centimeters, I inches"))
+                Err(self.file.refuse(
+                    span,
+                    "this is not a unit of `DIM`",
+                    "M is millimeters, C centimeters, I inches",
+                ))
             }
         }
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
-        let name = self.title.take().unwrap_or_else(|| name_of(self.source));
-        let mut lens = Prescription {
-            object_medium: self.object_medium,
-            ..Prescription::new(name, self.surfaces)
-        };
-        lens.zoom = self.zoom;
-        let widest = self.fields.iter().map(|a| a.abs()).fold(0.0, f64::max);
-        let beam = Beam {
-            half_field: widest,
-            edge_share: 1.0
-                - self
-                    .upper_vignetting
-                    .last()
-                    .copied()
-                    .unwrap_or(0.0)
-                    .clamp(0.0, 1.0),
-            ..self.beam
-        };
-        if fill(&mut lens, beam) {
-            sink.note(
-                Span::at(0),
-                "apertures that the file leaves out are those of its beam",
-            );
-        }
-        if let Some(span) = self.stated_aperture {
-            note_f_number(&mut lens, beam, span);
-        }
-        let places = self.places;
-        check(&mut lens, self.source, sink, |surface, column| {
-            places.get(surface).map_or(Span::at(0), |p| {
-                p.columns[column as usize].unwrap_or(p.command)
-            })
-        })?;
-        Ok(if self.unit == 1.0 {
-            lens
-        } else {
-            lens.scaled(self.unit)
-        })
+        self.draft.limit(self.beam, sink);
+        self.file.finish(self.draft, sink)
     }
 }

@@ -1,70 +1,59 @@
 //! The commands that make a surface or change one.
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
+use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::seq::reader::{Places, Reader};
-use crate::prescription::glass::coating::Coating;
-use crate::prescription::prescription::check_count;
-use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
+use crate::prescription::formats::reader::Places;
+use crate::prescription::formats::seq::glasses::glass;
+use crate::prescription::formats::seq::reader::SequenceReader;
+use crate::prescription::prescription::Column;
+use crate::prescription::surface::{Curvature, Shape, Surface};
 use crate::prescription::text::Word;
 
-impl Reader<'_> {
+impl SequenceReader<'_> {
+    /// The number of surfaces so far.
+    pub(super) fn count(&self) -> usize {
+        self.draft.places.len()
+    }
+
     /// Executes `S`: appends a surface and makes it the current one.
     pub(super) fn surface(&mut self, command: &[Word<'_>]) -> Result<()> {
         let (surface, places) = self.parsed(command)?;
-        self.current = Some(self.surfaces.len());
-        self.surfaces.push(surface);
-        self.places.push(places);
+        self.current = Some(self.count());
+        self.draft.push(surface, places);
         Ok(())
     }
 
     /// The surface that `S` describes, and the places of its numbers.
     pub(super) fn parsed(&mut self, command: &[Word<'_>]) -> Result<(Surface, Places)> {
-        if command.len() < 3 {
+        let [name, bend, thickness, rest @ ..] = command else {
             let last = command[command.len() - 1].span;
-            let message = "too few numbers in this surface".to_owned();
-            return Err(self
-                .fail(Span::at(last.end as usize), message)
-                .with_help("a surface is: S radius thickness glass"));
-        }
-        let bend = command[1].number(self.source)?;
+            let message = "too few numbers in this surface";
+            return Err(self.file.refuse(
+                Span::at(last.end as usize),
+                message,
+                "a surface is: S radius thickness glass",
+            ));
+        };
+        let value = self.file.number(*bend)?;
         let curvature = if self.radii {
-            Curvature::from_radius(bend)
+            Curvature::from_radius(value)
         } else {
-            Curvature::from_curvature(bend)
+            Curvature::from_curvature(value)
         };
-        let medium = self.glass(command.get(3))?;
-        let thickness = command[2].number(self.source)?;
-        check_count(self.surfaces.len() + 1, self.source)?;
-        if bend != 0.0 && self.first_bend.is_none() {
-            self.first_bend = Some(command[1].span);
+        let medium = glass(self.file, rest.first(), self.count() + 1)?;
+        let thickness_value = self.file.number(*thickness)?;
+        self.file.check_count(self.count() + 1)?;
+        if value != 0.0 && self.first_bend.is_none() {
+            self.first_bend = Some(bend.span);
         }
-        let places = Places {
-            command: command[0].span,
-            columns: [
-                Some(command[1].span),
-                Some(command[2].span),
-                command.get(3).map(|w| w.span),
-                None,
-            ],
-        };
+        let index = rest.first().unwrap_or(name);
+        let plane = Surface::sphere(0.0, thickness_value, medium, f64::INFINITY);
         let surface = Surface {
-            shape: Shape::Sphere,
             curvature,
-            thickness,
-            medium,
-            semi_diameter: f64::INFINITY,
-            is_stop: false,
-            coating: Coating::default(),
-            span: command[0].span,
+            span: name.span,
+            ..plane
         };
-        Ok((surface, places))
-    }
-
-    /// The error for a mirror.
-    pub(super) fn mirror(&self, span: Span, surface: usize) -> Box<Diagnostic> {
-        self.fail(span, format!("surface {surface} is a mirror"))
-            .with_help("ivcam traces lenses that light goes straight through")
+        Ok((surface, [bend.span, thickness.span, index.span, name.span]))
     }
 
     /// Executes a command that changes the current surface.
@@ -74,16 +63,22 @@ impl Reader<'_> {
         command: &[Word<'_>],
         sink: &mut Sink,
     ) -> Result<()> {
-        let Some(current) = self.current.filter(|s| *s < self.surfaces.len()) else {
+        let Some(current) = self.current.filter(|s| *s < self.count()) else {
             return Ok(());
         };
+        let file = self.file;
+        let number = || file.argument(command);
+        let surface = &mut self.draft.lens.surfaces[current];
         match name {
-            "RDY" => self.last().curvature = Curvature::from_radius(self.value(command)?),
-            "CUY" => self.last().curvature = Curvature::from_curvature(self.value(command)?),
-            "THI" => self.last().thickness = self.value(command)?,
-            "GLA" => self.last().medium = self.glass(command.get(1))?,
+            "RDY" => surface.curvature = Curvature::from_radius(number()?),
+            "CUY" => surface.curvature = Curvature::from_curvature(number()?),
+            "THI" => surface.thickness = number()?,
+            "GLA" => {
+                let medium = glass(file, command.get(1), self.draft.places.len() + 1)?;
+                surface.medium = medium;
+            }
             "RMD" if command.get(1).is_some_and(|w| w.is("REFL")) => {
-                return Err(self.mirror(command[1].span, current + 1));
+                return Err(file.mirror(command[1].span, format!("surface {}", current + 1)));
             }
             // `ASP K -1 A 1e-6`, all on one line.
             "ASP" | "CON" => {
@@ -92,97 +87,60 @@ impl Reader<'_> {
                     self.of_surface(&name, pair, sink)?;
                 }
             }
-            "STO" => self.last().is_stop = true,
-            "CIR" => {
-                let words: Vec<&Word<'_>> = command[1..]
-                    .iter()
-                    .filter(|w| w.text.parse::<f64>().is_ok())
-                    .collect();
-                if command.iter().any(|w| w.is("OBS")) {
-                    sink.warn(command[0].span, "an obscuration is left out");
-                } else if let [word] = words[..] {
-                    let radius = word.number(self.source)?;
-                    let is_edge = command.iter().any(|w| w.is("EDG"));
-                    let known = self.last().semi_diameter.is_finite();
-                    if !(is_edge && known) {
-                        self.last().semi_diameter = radius;
-                        self.places[current].columns[3] = Some(word.span);
-                    }
-                }
-            }
+            "STO" => surface.is_stop = true,
+            "CIR" => self.circle(current, command, sink)?,
             "REX" | "REY" | "ELX" | "ELY" => {
-                sink.warn(
-                    command[0].span,
-                    format!("the aperture `{name}` is left out"),
-                );
+                let message = format!("the aperture `{name}` is left out");
+                sink.warn(command[0].span, message);
             }
             "K" => {
-                let value = self.value(command)?;
-                self.set_conic(value);
+                let k = number()?;
+                surface.change_shape(|shape| shape.with_conic(k));
             }
-            "CYL" => self.last().shape = Shape::CylinderX,
-            "CUX" | "RDX" => self.across(name, command)?,
+            "CYL" => surface.shape = Shape::CylinderX,
+            "CUX" => across(surface, Curvature::from_curvature(number()?)),
+            "RDX" => across(surface, Curvature::from_radius(number()?)),
             "A" | "B" | "C" | "D" | "E" | "F" | "G" | "H" | "J" => {
-                let order = "ABCDEFGHJ".find(name).unwrap_or(0);
-                let value = self.value(command)?;
-                self.set_term(4 + 2 * order, value, command[0].span)?;
+                let power = 4 + 2 * "ABCDEFGHJ".find(name).unwrap_or(0);
+                let value = number()?;
+                if value != 0.0 {
+                    surface.change_shape(|shape| shape.with_term(power, value));
+                }
             }
             _ => {}
         }
         Ok(())
     }
 
-    /// The current surface, or the last one if there is none.
-    pub(super) fn last(&mut self) -> &mut Surface {
-        let last = self.surfaces.len() - 1;
-        &mut self.surfaces[self.current.unwrap_or(last).min(last)]
-    }
-
-    fn set_conic(&mut self, value: f64) {
-        let surface = self.last();
-        surface.shape = match std::mem::replace(&mut surface.shape, Shape::Sphere) {
-            Shape::Asphere { terms, .. } => Shape::Asphere { k: value, terms },
-            Shape::Sphere | Shape::Conic { .. } if value != 0.0 => Shape::Conic { k: value },
-            other => other,
-        };
-    }
-
-    fn set_term(&mut self, power: usize, value: f64, span: Span) -> Result<()> {
-        if power > MAX_POWER {
-            return match value {
-                0.0 => Ok(()),
-                _ => Err(self.fail(span, format!("the term r^{power} is of too high a power"))),
-            };
-        }
-        if value == 0.0 {
-            return Ok(());
-        }
-        let surface = self.last();
-        surface.shape =
-            std::mem::replace(&mut surface.shape, Shape::Sphere).with_term(power, value);
-        Ok(())
-    }
-
-    /// The curvature across, of a cylinder with power in x.
-    fn across(&mut self, name: &str, command: &[Word<'_>]) -> Result<()> {
-        let value = self.value(command)?;
-        let across = match name {
-            "RDX" => Curvature::from_radius(value),
-            _ => Curvature::from_curvature(value),
-        };
-        let surface = self.last();
-        surface.shape = match (across.is_plane(), surface.curvature.is_plane()) {
-            (true, _) => Shape::CylinderX,
-            (false, true) => {
-                surface.curvature = across;
-                Shape::CylinderY
+    /// Executes `CIR`, which gives a surface its semi-diameter.
+    fn circle(&mut self, current: usize, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
+        let numbers = command[1..]
+            .iter()
+            .filter(|w| w.text.parse::<f64>().is_ok());
+        let numbers: Vec<&Word<'_>> = numbers.collect();
+        if command.iter().any(|w| w.is("OBS")) {
+            sink.warn(command[0].span, "an obscuration is left out");
+        } else if let [word] = numbers[..] {
+            let radius = self.file.number(*word)?;
+            let surface = &mut self.draft.lens.surfaces[current];
+            let is_edge = command.iter().any(|w| w.is("EDG"));
+            if !(is_edge && surface.semi_diameter.is_finite()) {
+                surface.semi_diameter = radius;
+                self.draft.places[current][Column::SemiDiameter as usize] = word.span;
             }
-            (false, false) => Shape::Toroid {
-                across,
-                k: 0.0,
-                terms: Box::new([0.0; MAX_POWER + 1]),
-            },
-        };
+        }
         Ok(())
     }
+}
+
+/// Gives a surface a curvature in x, as a cylinder with power in x or as a toroid.
+fn across(surface: &mut Surface, across: Curvature) {
+    surface.shape = match (across.is_plane(), surface.curvature.is_plane()) {
+        (true, _) => Shape::CylinderX,
+        (false, true) => {
+            surface.curvature = across;
+            Shape::CylinderY
+        }
+        (false, false) => Shape::toroid(across, 0.0),
+    };
 }

@@ -2,14 +2,20 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Sink, Source, Span};
 
-use crate::prescription::formats::seq::reader::read;
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::format::Reading;
+use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::seq::reader;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Shape;
 
 fn parse(text: &str) -> Result<Prescription> {
     let source = Arc::new(Source::new("a.seq", text.as_bytes().to_vec()));
-    read(&source, &Catalogue::builtin(), &mut Sink::new())
+    read(&source, &mut Sink::new())
+}
+
+fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+    let options = &Reading::default();
+    reader::read(PrescriptionReader { source, options }, sink)
 }
 
 #[test]
@@ -46,7 +52,7 @@ fn a_file_that_does_not_state_radii_or_curvatures_is_warned_of() {
     for (mode, warnings) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
         let source = Arc::new(Source::new("a.seq", format!("{mode}{text}").into_bytes()));
         let mut sink = Sink::new();
-        read(&source, &Catalogue::builtin(), &mut sink).unwrap();
+        read(&source, &mut sink).unwrap();
         let found = sink
             .items()
             .iter()

@@ -2,16 +2,16 @@
 
 use ivcam_base::diag::{Result, Sink};
 
-use crate::prescription::formats::seq::reader::Reader;
+use crate::prescription::formats::seq::reader::SequenceReader;
 use crate::prescription::prescription::ZoomPosition;
 use crate::prescription::text::Word;
 
-impl Reader<'_> {
+impl SequenceReader<'_> {
     /// `ZOO n`, then `ZOO THI S5 v1 v2 …`; here without the `ZOO`.
     pub(super) fn zoom(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
         let count = command.first().and_then(|w| w.text.parse::<usize>().ok());
         if let Some(count) = count {
-            self.zoom = (1..=count.min(1000))
+            self.draft.lens.zoom = (1..=count.min(1000))
                 .map(|i| ZoomPosition {
                     name: format!("position {i}"),
                     ..Default::default()
@@ -29,12 +29,12 @@ impl Reader<'_> {
         }
         let surfaces = self.named_surfaces(*surface)?;
         for &surface in surfaces.iter().flatten() {
-            let of_stop = what.is("CIR") && self.surfaces[surface].is_stop;
+            let of_stop = what.is("CIR") && self.draft.lens.surfaces[surface].is_stop;
             if !is_gap && !of_stop {
                 continue;
             }
-            for (position, value) in self.zoom.iter_mut().zip(values) {
-                let value = value.number(self.source)?;
+            for (position, value) in self.draft.lens.zoom.iter_mut().zip(values) {
+                let value = self.file.number(*value)?;
                 match is_gap {
                     true => position.gaps.push((surface, value)),
                     false => position.stop_semi_diameter = Some(value),

@@ -1,11 +1,9 @@
 //! The lines of a file, divided into its header and its surfaces.
 
-use std::sync::Arc;
+use ivcam_base::diag::{Result, Span};
 
-use ivcam_base::diag::{Diagnostic, Result, Source, Span};
-
-use crate::prescription::prescription::Column;
-use crate::prescription::text::{Word, lines, text, words};
+use crate::prescription::formats::reader::{Places, PrescriptionReader};
+use crate::prescription::text::{Word, lines, words};
 
 /// A line of the file: its keyword and values.
 pub(super) type Line<'a> = Vec<Word<'a>>;
@@ -37,25 +35,40 @@ impl<'a> Block<'a> {
         self.line(keyword)?.first().copied()
     }
 
+    /// The places of the numbers of the surface: those of its lines, or of its heading where it has
+    /// no such line.
+    pub(super) fn places(&self) -> Places {
+        ["CURV", "DISZ", "GLAS", "DIAM"]
+            .map(|keyword| self.first(keyword).map_or(self.heading, |word| word.span))
+    }
+
     /// `PARM 3 0.5` and `XDAT 3 0.5 …` as (3, 0.5).
-    pub(super) fn numbered(&self, keyword: &'a str) -> impl Iterator<Item = (Word<'a>, Word<'a>)> {
+    pub(super) fn numbered(
+        &self,
+        keyword: &'static str,
+    ) -> impl Iterator<Item = (Word<'a>, Word<'a>)> {
         let lines = self.lines.iter().filter(move |l| l[0].is(keyword));
         lines.filter_map(|l| Some((*l.get(1)?, *l.get(2)?)))
+    }
+
+    /// The first of the values with a keyword and a number: that of `PARM 3 0.5`.
+    pub(super) fn number(&self, keyword: &'static str, number: &str) -> Option<Word<'a>> {
+        let mut values = self.numbered(keyword);
+        values.find_map(|(at, value)| (at.text == number).then_some(value))
     }
 }
 
 /// Everything before and behind the surfaces, and the surfaces.
-pub(super) fn split(source: &Arc<Source>) -> Result<(Vec<Line<'_>>, Vec<Block<'_>>)> {
+pub(super) fn split(file: PrescriptionReader<'_>) -> Result<(Vec<Line<'_>>, Vec<Block<'_>>)> {
     let (mut header, mut blocks) = (Vec::new(), Vec::<Block<'_>>::new());
-    for (start, line) in lines(text(source)) {
+    for (start, line) in lines(file.text()) {
         let indented = line.starts_with([' ', '\t']);
         let words = words(line, start);
         let Some(first) = words.first() else { continue };
         if first.is("SURF") {
             let number = words.get(1).and_then(|w| w.text.parse().ok());
-            let number = number.ok_or_else(|| {
-                Diagnostic::error("a `SURF` without a number").at(source, first.span)
-            })?;
+            let error = || file.fail(first.span, "a `SURF` without a number");
+            let number = number.ok_or_else(error)?;
             let heading = Span {
                 end: words[1].span.end,
                 ..first.span
@@ -74,23 +87,4 @@ pub(super) fn split(source: &Arc<Source>) -> Result<(Vec<Line<'_>>, Vec<Block<'_
         }
     }
     Ok((header, blocks))
-}
-
-/// The place of a column of a surface, for messages.
-pub(super) fn place(block: Option<&Block<'_>>, column: Column) -> Span {
-    let Some(block) = block else {
-        return Span::at(0);
-    };
-    let keyword = match column {
-        Column::Radius => "CURV",
-        Column::Thickness => "DISZ",
-        Column::Index => "GLAS",
-        Column::SemiDiameter => "DIAM",
-    };
-    block.first(keyword).map_or(block.heading, |word| word.span)
-}
-
-/// The first two values of a line.
-pub(super) fn pair<'a>(line: &Line<'a>) -> Option<(Word<'a>, Word<'a>)> {
-    Some((*line.get(1)?, *line.get(2)?))
 }

@@ -2,14 +2,20 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Sink, Source, Span};
 
-use crate::prescription::formats::zmx::reader::read;
-use crate::prescription::glass::catalogue::Catalogue;
+use crate::prescription::formats::format::Reading;
+use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::zmx::reader;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Shape;
 
 fn parse(text: &str) -> Result<Prescription> {
     let source = Arc::new(Source::new("a.zmx", text.as_bytes().to_vec()));
-    read(&source, &Catalogue::builtin(), &mut Sink::new())
+    read(&source, &mut Sink::new())
+}
+
+fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
+    let options = &Reading::default();
+    reader::read(PrescriptionReader { source, options }, sink)
 }
 
 fn file(surfaces: &str, rest: &str) -> String {

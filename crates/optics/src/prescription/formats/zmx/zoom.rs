@@ -2,9 +2,10 @@
 
 use ivcam_base::diag::{Result, Sink};
 
-use crate::prescription::formats::zmx::file::{Block, Line};
-use crate::prescription::formats::zmx::reader::{Kept, Reader};
+use crate::prescription::formats::zmx::file::Line;
+use crate::prescription::formats::zmx::reader::{Kept, ZemaxReader};
 use crate::prescription::prescription::ZoomPosition;
+use crate::prescription::text::Word;
 
 /// Configurations that change a lens in a way that is not read.
 const OTHER_OPERANDS: [&str; 14] = [
@@ -43,28 +44,26 @@ impl Changes {
     }
 }
 
-impl Reader<'_> {
+impl ZemaxReader<'_> {
     /// Reads the configurations of `MNUM`, which are zoom positions.
     pub(super) fn zoom(
         &self,
-        header: &[Line<'_>],
-        blocks: &[Block<'_>],
         kept: &[Kept],
         stop: Option<usize>,
         sink: &mut Sink,
     ) -> Result<Vec<ZoomPosition>> {
-        let Some(at) = header.iter().position(|l| l[0].is("MNUM")) else {
+        let Some(at) = self.header.iter().position(|l| l[0].is("MNUM")) else {
             return Ok(Vec::new());
         };
-        let count = header[at]
-            .get(1)
-            .and_then(|w| w.text.parse().ok())
+        let count = self.header[at].get(1);
+        let count = count
+            .and_then(|word| word.text.parse().ok())
             .unwrap_or(1_usize);
         if !(2..=1000).contains(&count) {
             return Ok(Vec::new());
         }
         let stop = stop.map(|s| kept[s].number);
-        let changes = self.changes(&header[at + 1..], blocks, stop, count, sink)?;
+        let changes = self.changes(&self.header[at + 1..], stop, count, sink)?;
         Ok((0..count).map(|c| changes.position(c, kept)).collect())
     }
 
@@ -72,7 +71,6 @@ impl Reader<'_> {
     fn changes(
         &self,
         lines: &[Line<'_>],
-        blocks: &[Block<'_>],
         stop: Option<usize>,
         count: usize,
         sink: &mut Sink,
@@ -90,36 +88,37 @@ impl Reader<'_> {
             let of_stop = operand.is("SDIA") && stop == number;
             let is_gap = operand.is("THIC");
             if !is_gap && !of_stop {
-                let warned = left_out.iter().any(|name| operand.is(name));
-                if !warned && OTHER_OPERANDS.iter().any(|name| operand.is(name)) {
-                    let message = format!(
-                        "configurations that change `{}` are read without it",
-                        operand.text
-                    );
-                    sink.warn(operand.span, message);
+                let is_known = OTHER_OPERANDS.iter().any(|name| operand.is(name));
+                if is_known && !left_out.iter().any(|name| operand.is(name)) {
+                    let what = format!("configurations that change `{}`", operand.text);
+                    sink.warn(operand.span, format!("{what} are read without it"));
                     left_out.push(operand.text);
                 }
                 continue;
             }
-            let Some(number) = number.filter(|n| blocks.iter().any(|b| b.number == *n)) else {
+            let Some(number) = number.filter(|n| self.blocks.iter().any(|b| b.number == *n)) else {
                 let message = format!("there is no surface `{}` in the file", surface.text);
-                return Err(self.fail(surface.span, message));
+                return Err(self.file.fail(surface.span, message));
             };
-            let configuration = match configuration.text.parse::<usize>() {
-                Ok(c) if (1..=count).contains(&c) => c - 1,
-                _ => {
-                    let message = format!("there is no configuration `{}`", configuration.text);
-                    return Err(self
-                        .fail(configuration.span, message)
-                        .with_help(format!("`MNUM` says that there are {count}")));
-                }
-            };
-            let value = value.number(self.source)?;
+            let configuration = self.configuration(configuration, count)?;
+            let value = self.file.number(value)?;
             match is_gap {
                 true => changes.thicknesses.push((number, configuration, value)),
                 false => changes.stops[configuration] = Some(value),
             }
         }
         Ok(changes)
+    }
+
+    /// The configuration that a word names, from 0. The file counts them from 1.
+    fn configuration(&self, word: Word<'_>, count: usize) -> Result<usize> {
+        match word.text.parse::<usize>() {
+            Ok(configuration) if (1..=count).contains(&configuration) => Ok(configuration - 1),
+            _ => {
+                let message = format!("there is no configuration `{}`", word.text);
+                let help = format!("`MNUM` says that there are {count}");
+                Err(self.file.refuse(word.span, message, help))
+            }
+        }
     }
 }
