@@ -678,6 +678,102 @@ fn an_export_states_its_residual_and_refuses_a_model_that_does_not_fit() {
 }
 
 #[test]
+fn lens_writes_every_output_that_is_asked_for() {
+    let scratch = Scratch::new("lens-outputs");
+    let rays = r#"[{"origin": [0, 5, -100], "direction": [0, 0, 1]}]"#;
+    scratch.file("rays.json", rays);
+    for (options, printed) in [
+        ("--as-scene a.iv --csv b.csv --sheet c.html", ""),
+        (
+            "--trace rays.json --csv b.csv --write w.dat",
+            r#"[{"status":"passed","#,
+        ),
+        (
+            "--export opencv --film 36x24 --csv b.csv --write w.dat",
+            "%YAML",
+        ),
+        (
+            "--json --export zmx --output lens.zmx --write w.dat",
+            "{\n  \"name\": \"double-gauss\",",
+        ),
+    ] {
+        let is_file = |word: &&str| word.contains('.');
+        for file in options
+            .split(' ')
+            .filter(is_file)
+            .filter(|f| *f != "rays.json")
+        {
+            let _ = std::fs::remove_file(scratch.0.join(file));
+        }
+        let run = ivcam("lens double-gauss --fields 0 --frequencies 10")
+            .args(options.split(' '))
+            .current_dir(&scratch.0)
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{options}: {}", stderr(&run));
+        let text = String::from_utf8_lossy(&run.stdout).into_owned();
+        assert!(text.starts_with(printed), "{options}: {text}");
+        assert_eq!(text.is_empty(), printed.is_empty(), "{options}");
+        for file in options.split(' ').filter(is_file) {
+            assert!(scratch.0.join(file).exists(), "{options}: {file}");
+        }
+    }
+}
+
+#[test]
+fn lens_refuses_outputs_before_it_writes_any() {
+    let scratch = Scratch::new("lens-refused");
+    scratch.file("rays.json", "[]");
+    for (line, parts) in [
+        (
+            "lens biogon --trace DIR/rays.json --json --csv DIR/b.csv",
+            ["`--trace` and `--json`", "standard output"],
+        ),
+        (
+            "lens biogon --export ros --trace DIR/rays.json --csv DIR/b.csv",
+            ["`--trace` and `--export`", "`-o FILE`"],
+        ),
+        (
+            "lens biogon --csv DIR/b.csv --sheet DIR/c.txt",
+            ["c.txt` has no known extension", ".html, .htm or .svg"],
+        ),
+        (
+            "lens biogon --write DIR/w.dat --psf DIR/c.txt",
+            ["c.txt", ".png"],
+        ),
+        (
+            "lens biogon --write DIR/w.dat --export dxf",
+            ["no export format `dxf`", "opencv"],
+        ),
+        ("lens --csv DIR/b.csv", ["`--csv` needs a lens", "lists"]),
+    ] {
+        must_fail(&scratch, line, &parts);
+    }
+    assert_eq!(scratch.names(), ["rays.json"]);
+}
+
+#[test]
+fn lens_reports_every_invalid_value_in_one_style() {
+    let scratch = Scratch::new("lens-values");
+    for (option, wanted) in [
+        ("--film x", "a film size in millimeters such as 36x24"),
+        ("--film 1x2x3", "a film size in millimeters such as 36x24"),
+        ("--focus x", "a distance greater than 0"),
+        ("--wavelength 0", "a number greater than 0"),
+        ("--defocus nan", "a length in millimeters"),
+        ("--fields -1", "a list of up to 400 heights"),
+        ("--frequencies 0", "a list of up to 400 numbers"),
+        ("--export ros --size 300x", "a width and a height in pixels"),
+        ("--export ros --model other", "brown, rational or fisheye"),
+        ("--export ros --tolerance 0", "a number greater than 0"),
+    ] {
+        let given = option.rsplit("--").next().unwrap();
+        let message = format!("error: `--{given}` is not {wanted}");
+        must_fail(&scratch, &format!("lens biogon {option}"), &[&message]);
+    }
+}
+
+#[test]
 fn the_same_seed_gives_the_same_bits_at_any_number_of_threads() {
     let scratch = Scratch::new("threads");
     let scene = scratch.file(

@@ -2,221 +2,182 @@
 
 use std::fmt::Write as _;
 
-use ivcam_optics::lens::LensSheet;
-use ivcam_optics::lens::analysis::aberrations::report::Aberrations;
+use ivcam_optics::lens::{Aberrations, Fans, LensSheet, PointAberrations, PointImage, SeidelSums};
 use ivcam_optics::prescription::glass::medium::{C_LINE, F_LINE};
 
-/// The rows of the table.
+/// What a curve is over for a value that is no curve.
+const NOTHING: (&str, f64) = ("", f64::NAN);
+
+/// The rows of the table. A number that does not exist is NaN here and empty in the table.
 struct Rows(String);
 
 impl Rows {
-    /// Adds a value. `at` is what the curve is over, with its unit in `over`.
-    fn add(&mut self, curve: &str, place: (f64, f64), over: &str, at: f64, value: (f64, &str)) {
-        let (height, nm) = place;
-        let number = |v: f64| {
-            if v.is_finite() {
-                v.to_string()
-            } else {
-                String::new()
-            }
-        };
-        let (height, nm, at) = (number(height), number(nm), number(at));
-        let (value, unit) = (number(value.0), value.1);
-        let _ = writeln!(self.0, "{curve},{height},{nm},{over},{at},{value},{unit}");
+    /// Adds a value with its unit. `place` is the height on the film and the wavelength; `over` is
+    /// what the curve is over.
+    fn add(&mut self, curve: &str, place: (f64, f64), over: (&str, f64), value: (f64, &str)) {
+        let [height, nm, at, number] =
+            [place.0, place.1, over.1, value.0].map(|v| match v.is_finite() {
+                true => v.to_string(),
+                false => String::new(),
+            });
+        let (over, unit) = (over.0, value.1);
+        let _ = writeln!(self.0, "{curve},{height},{nm},{over},{at},{number},{unit}");
     }
 }
 
 /// Returns the data sheet as CSV.
-pub(super) fn csv(sheet: &LensSheet, all: Option<&Aberrations>, wavelength_nm: f64) -> String {
+pub(super) fn csv(sheet: &LensSheet, all: &Aberrations, nm: f64) -> String {
     let mut rows = Rows("curve,height_mm,wavelength_nm,over,at,value,unit\n".into());
-    fields(&mut rows, sheet, wavelength_nm);
-    let axis = |nm| (0.0, nm);
-    for zone in &sheet.spherical {
-        for (nm, focus) in [
-            (F_LINE, zone.focus_f),
-            (wavelength_nm, zone.focus_d),
-            (C_LINE, zone.focus_c),
-        ] {
-            let value = (focus.unwrap_or(f64::NAN), "mm");
-            rows.add("spherical_aberration", axis(nm), "pupil", zone.pupil, value);
-        }
-    }
-    for row in &sheet.color {
-        let value = (row.focus, "mm");
-        rows.add(
-            "longitudinal_color",
-            axis(row.wavelength_nm),
-            "nm",
-            row.wavelength_nm,
-            value,
-        );
-    }
+    fields(&mut rows, sheet, nm);
+    axis(&mut rows, sheet, nm);
     for point in &sheet.points {
-        let place = (point.height, wavelength_nm);
-        rows.add("spot_rms", place, "", f64::NAN, (point.rms, "mm"));
-        rows.add(
-            "beam_area",
-            place,
-            "",
-            f64::NAN,
-            (point.pupil_area, "of the axial beam"),
-        );
-        for (i, f) in sheet.frequencies.iter().enumerate() {
-            let white = (point.height, f64::NAN);
-            for (name, place, of) in [
-                ("modulation_rays", place, &point.geometric),
-                ("modulation_waves", white, &point.diffraction),
-            ] {
-                let tangential = (of.tangential[i], "");
-                rows.add(
-                    &format!("{name}_tangential"),
-                    place,
-                    "lp/mm",
-                    *f,
-                    tangential,
-                );
-                rows.add(
-                    &format!("{name}_sagittal"),
-                    place,
-                    "lp/mm",
-                    *f,
-                    (of.sagittal[i], ""),
-                );
-            }
-        }
-        for (spot, nm) in point.spots.iter().zip([F_LINE, wavelength_nm, C_LINE]) {
-            for (i, p) in spot.iter().enumerate() {
-                rows.add("spot_x", (point.height, nm), "ray", i as f64, (p.x, "mm"));
-                rows.add("spot_y", (point.height, nm), "ray", i as f64, (p.y, "mm"));
-            }
-        }
+        image(&mut rows, point, &sheet.frequencies, nm);
     }
-    if let Some(all) = all {
-        aberrations(&mut rows, all);
+    for point in &all.points {
+        for fan in &point.fans {
+            fans(&mut rows, fan, point.height);
+        }
+        wavefront(&mut rows, point, all.wavelength_nm);
+        through_focus(&mut rows, point, &all.frequencies, all.wavelength_nm);
+    }
+    if let Some(sums) = &all.seidel {
+        seidel(&mut rows, sums, all.wavelength_nm);
     }
     rows.0
 }
 
 /// The curves over the film's height.
-fn fields(rows: &mut Rows, sheet: &LensSheet, wavelength_nm: f64) {
+fn fields(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
     let (f, c) = (F_LINE, C_LINE);
     for row in &sheet.fields {
-        let or_nan = |v: Option<f64>| v.unwrap_or(f64::NAN);
+        let light = Some(row.relative_illumination);
         for (name, nm, value, unit) in [
-            ("angle", wavelength_nm, row.angle_degrees, "deg"),
-            (
-                "distortion",
-                wavelength_nm,
-                or_nan(row.distortion_percent),
-                "%",
-            ),
-            (
-                "relative_illumination",
-                wavelength_nm,
-                row.relative_illumination,
-                "",
-            ),
-            (
-                "chief_ray_angle",
-                wavelength_nm,
-                or_nan(row.chief_ray_angle_degrees),
-                "deg",
-            ),
-            (
-                "tangential_focus",
-                wavelength_nm,
-                or_nan(row.tangential_focus),
-                "mm",
-            ),
-            (
-                "sagittal_focus",
-                wavelength_nm,
-                or_nan(row.sagittal_focus),
-                "mm",
-            ),
-            ("tangential_focus", f, or_nan(row.tangential_focus_f), "mm"),
-            ("sagittal_focus", f, or_nan(row.sagittal_focus_f), "mm"),
-            ("tangential_focus", c, or_nan(row.tangential_focus_c), "mm"),
-            ("sagittal_focus", c, or_nan(row.sagittal_focus_c), "mm"),
-            ("lateral_color", f, or_nan(row.lateral_f), "mm"),
-            ("lateral_color", c, or_nan(row.lateral_c), "mm"),
+            ("angle", nm, Some(row.angle_degrees), "deg"),
+            ("distortion", nm, row.distortion_percent, "%"),
+            ("relative_illumination", nm, light, ""),
+            ("chief_ray_angle", nm, row.chief_ray_angle_degrees, "deg"),
+            ("tangential_focus", nm, row.tangential_focus, "mm"),
+            ("sagittal_focus", nm, row.sagittal_focus, "mm"),
+            ("tangential_focus", f, row.tangential_focus_f, "mm"),
+            ("sagittal_focus", f, row.sagittal_focus_f, "mm"),
+            ("tangential_focus", c, row.tangential_focus_c, "mm"),
+            ("sagittal_focus", c, row.sagittal_focus_c, "mm"),
+            ("lateral_color", f, row.lateral_f, "mm"),
+            ("lateral_color", c, row.lateral_c, "mm"),
         ] {
-            rows.add(name, (row.height, nm), "mm", row.height, (value, unit));
+            let value = (value.unwrap_or(f64::NAN), unit);
+            rows.add(name, (row.height, nm), ("mm", row.height), value);
         }
     }
 }
 
-/// Fans, wavefronts, images through focus and Seidel coefficients.
-fn aberrations(rows: &mut Rows, all: &Aberrations) {
-    let nm = all.wavelength_nm;
-    for point in &all.points {
-        for fan in &point.fans {
-            let place = (point.height, fan.wavelength_nm);
-            for (side, rays) in [("tangential", &fan.tangential), ("sagittal", &fan.sagittal)] {
-                for ray in rays {
-                    let name = format!("ray_fan_{side}");
-                    rows.add(
-                        &format!("{name}_x"),
-                        place,
-                        "pupil",
-                        ray.pupil,
-                        (ray.x, "mm"),
-                    );
-                    rows.add(
-                        &format!("{name}_y"),
-                        place,
-                        "pupil",
-                        ray.pupil,
-                        (ray.y, "mm"),
-                    );
-                    let name = format!("opd_fan_{side}");
-                    rows.add(&name, place, "pupil", ray.pupil, (ray.waves, "waves"));
-                }
-            }
+/// Spherical aberration and longitudinal color.
+fn axis(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
+    for zone in &sheet.spherical {
+        let lines = [
+            (F_LINE, zone.focus_f),
+            (nm, zone.focus_d),
+            (C_LINE, zone.focus_c),
+        ];
+        for (nm, focus) in lines {
+            let over = ("pupil", zone.pupil);
+            let value = (focus.unwrap_or(f64::NAN), "mm");
+            rows.add("spherical_aberration", (0.0, nm), over, value);
         }
-        let place = (point.height, nm);
-        if let Some(strehl) = point.strehl {
-            rows.add("strehl", place, "", f64::NAN, (strehl, ""));
+    }
+    for row in &sheet.color {
+        let (nm, value) = (row.wavelength_nm, (row.focus, "mm"));
+        rows.add("longitudinal_color", (0.0, nm), ("nm", nm), value);
+    }
+}
+
+/// The spot of a point, its beam and its modulation.
+fn image(rows: &mut Rows, point: &PointImage, frequencies: &[f64], nm: f64) {
+    let place = (point.height, nm);
+    let white = (point.height, f64::NAN);
+    rows.add("spot_rms", place, NOTHING, (point.rms, "mm"));
+    let area = (point.pupil_area, "of the axial beam");
+    rows.add("beam_area", place, NOTHING, area);
+    let (rays, waves) = (&point.geometric, &point.diffraction);
+    for (i, f) in frequencies.iter().enumerate() {
+        for (name, place, values) in [
+            ("modulation_rays_tangential", place, &rays.tangential),
+            ("modulation_rays_sagittal", place, &rays.sagittal),
+            ("modulation_waves_tangential", white, &waves.tangential),
+            ("modulation_waves_sagittal", white, &waves.sagittal),
+        ] {
+            rows.add(name, place, ("lp/mm", *f), (values[i], ""));
         }
-        if let Some(fit) = &point.wavefront {
-            rows.add("wavefront_rms", place, "", f64::NAN, (fit.rms, "waves"));
-            for (i, value) in fit.zernike.iter().enumerate() {
-                let term = (i + 1) as f64;
-                rows.add("zernike_fringe", place, "term", term, (*value, "waves"));
-            }
+    }
+    for (spot, nm) in point.spots.iter().zip([F_LINE, nm, C_LINE]) {
+        for (i, p) in spot.iter().enumerate() {
+            let over = ("ray", i as f64);
+            rows.add("spot_x", (point.height, nm), over, (p.x, "mm"));
+            rows.add("spot_y", (point.height, nm), over, (p.y, "mm"));
         }
-        for row in &point.through_focus {
-            rows.add("focus_spot_rms", place, "mm", row.shift, (row.rms, "mm"));
-            for (i, f) in all.frequencies.iter().enumerate() {
-                let white = (point.height, f64::NAN);
-                let name = format!("focus_modulation_{f}_tangential");
-                rows.add(&name, white, "mm", row.shift, (row.tangential[i], ""));
-                let name = format!("focus_modulation_{f}_sagittal");
-                rows.add(&name, white, "mm", row.shift, (row.sagittal[i], ""));
+    }
+}
+
+/// The fans of a point at one wavelength.
+fn fans(rows: &mut Rows, fans: &Fans, height: f64) {
+    let place = (height, fans.wavelength_nm);
+    let sides = [
+        ("tangential", &fans.tangential),
+        ("sagittal", &fans.sagittal),
+    ];
+    for (side, rays) in sides {
+        for ray in rays {
+            let over = ("pupil", ray.pupil);
+            rows.add(&format!("ray_fan_{side}_x"), place, over, (ray.x, "mm"));
+            rows.add(&format!("ray_fan_{side}_y"), place, over, (ray.y, "mm"));
+            let waves = (ray.waves, "waves");
+            rows.add(&format!("opd_fan_{side}"), place, over, waves);
+        }
+    }
+}
+
+/// The Strehl ratio and the wavefront of a point.
+fn wavefront(rows: &mut Rows, point: &PointAberrations, nm: f64) {
+    let place = (point.height, nm);
+    if let Some(strehl) = point.strehl {
+        rows.add("strehl", place, NOTHING, (strehl, ""));
+    }
+    if let Some(fit) = &point.wavefront {
+        rows.add("wavefront_rms", place, NOTHING, (fit.rms, "waves"));
+        for (i, value) in fit.zernike.iter().enumerate() {
+            let over = ("term", (i + 1) as f64);
+            rows.add("zernike_fringe", place, over, (*value, "waves"));
+        }
+    }
+}
+
+/// The image of a point on films in front of the film and behind it.
+fn through_focus(rows: &mut Rows, point: &PointAberrations, frequencies: &[f64], nm: f64) {
+    let white = (point.height, f64::NAN);
+    for row in &point.through_focus {
+        let over = ("mm", row.shift);
+        rows.add("focus_spot_rms", (point.height, nm), over, (row.rms, "mm"));
+        for (i, f) in frequencies.iter().enumerate() {
+            let sides = [("tangential", &row.tangential), ("sagittal", &row.sagittal)];
+            for (side, values) in sides {
+                let name = format!("focus_modulation_{f}_{side}");
+                rows.add(&name, white, over, (values[i], ""));
             }
         }
     }
-    let Some(sums) = &all.seidel else { return };
+}
+
+/// The Seidel coefficients by surface, and their sums.
+fn seidel(rows: &mut Rows, seidel: &SeidelSums, nm: f64) {
     let names = ["S1", "S2", "S3", "S4", "S5", "C1", "C2"];
-    let place = (sums.image_height, nm);
-    for (i, surface) in sums.surfaces.iter().enumerate() {
+    let place = (seidel.image_height, nm);
+    for (i, surface) in seidel.surfaces.iter().enumerate() {
         for (name, value) in names.iter().zip(surface.values()) {
-            rows.add(
-                &format!("seidel_{name}"),
-                place,
-                "surface",
-                i as f64,
-                (value, "mm"),
-            );
+            let over = ("surface", i as f64);
+            rows.add(&format!("seidel_{name}"), place, over, (value, "mm"));
         }
     }
-    for (name, value) in names.iter().zip(sums.sum.values()) {
-        rows.add(
-            &format!("seidel_{name}_sum"),
-            place,
-            "",
-            f64::NAN,
-            (value, "mm"),
-        );
+    for (name, value) in names.iter().zip(seidel.sum.values()) {
+        rows.add(&format!("seidel_{name}_sum"), place, NOTHING, (value, "mm"));
     }
 }

@@ -1,194 +1,185 @@
 //! `ivcam lens --export`: writes a lens for other programs.
 
-use std::io::Write;
-use std::path::Path;
+use std::path::PathBuf;
 
-use clap::{Arg, ArgMatches};
+use clap::Arg;
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::write_whole;
 use ivcam_optics::diagram::point_spread_map;
-use ivcam_optics::lens::{Focus, Lens, SheetSetting};
+use ivcam_optics::lens::Focus;
 use ivcam_optics::lens_export::{
     CameraModel, Chosen, Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
-use ivcam_optics::picture::Depth;
 use ivcam_optics::prescription::Prescription;
 use ivcam_optics::prescription::formats::write::{Target, write_at};
 
-use super::value;
+use super::lens_request::{Content, Request, no_image};
+use super::{parsed, text, value};
 use crate::photo::LensChoice;
+use crate::photo::options::{POSITIVE, positive};
 
-/// The formats with their names.
-const FORMATS: [(&str, Format); 10] = [
-    ("opencv", Format::OpenCv),
-    ("ros", Format::Ros),
-    ("opentrackio", Format::OpenTrackIo),
-    ("lensfun", Format::Lensfun),
-    ("stmap", Format::StMap),
-    ("psf", Format::Psf),
-    ("osl", Format::Osl),
-    ("zmx", Format::Prescription(Target::Zemax)),
-    ("seq", Format::Prescription(Target::CodeV)),
-    ("json", Format::Prescription(Target::Json)),
+/// The formats, each with the function that writes it.
+const FORMATS: [(&str, Write); 10] = [
+    ("opencv", |export| export.fitted(opencv)),
+    ("ros", |export| export.fitted(ros)),
+    ("opentrackio", |export| {
+        opentrackio(&export.view()?, export.tolerance.unwrap_or(TOLERANCE)).map(Content::Text)
+    }),
+    ("lensfun", |export| {
+        let tolerance = export.tolerance.unwrap_or(LENSFUN_TOLERANCE);
+        lensfun(&export.view()?, tolerance).map(Content::Text)
+    }),
+    ("stmap", |export| export.maps()),
+    ("psf", |export| export.point_spreads()),
+    ("osl", |export| osl(&export.view()?).map(Content::Text)),
+    ("zmx", |export| export.prescription(Target::Zemax)),
+    ("seq", |export| export.prescription(Target::CodeV)),
+    ("json", |export| export.prescription(Target::Json)),
 ];
+
+type Write = fn(&Export<'_>) -> Result<Content>;
 
 /// The greatest residual of a model in pixels, if none is given.
 const TOLERANCE: f64 = 0.25;
 /// The same for Lensfun, whose models have two or three coefficients: 0.1% of the usual width.
 const LENSFUN_TOLERANCE: f64 = 2.0;
 
-/// A format for another program.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Format {
-    OpenCv,
-    Ros,
-    OpenTrackIo,
-    Lensfun,
-    /// Two pictures.
-    StMap,
-    /// A picture.
-    Psf,
-    Osl,
-    /// The surfaces themselves.
-    Prescription(Target),
+/// A lens to export, with the options of `--export`.
+struct Export<'a> {
+    request: &'a Request<'a>,
+    model: Option<CameraModel>,
+    tolerance: Option<f64>,
+    pixels: Option<[u32; 2]>,
 }
 
 /// Returns the options of `--export`.
-pub(super) fn arguments() -> [Arg; 5] {
-    let of_export = |arg: Arg| arg.requires("export");
-    [
+pub(super) fn arguments() -> impl Iterator<Item = Arg> {
+    let all = [
         value(
-            "export",
-            "FORMAT",
-            "writes the lens for another program: opencv, ros, opentrackio, lensfun, stmap, psf, osl, zmx, seq or json",
-        ),
-        of_export(
-            value(
-                "output",
-                "FILE",
-                "with --export: the file to write [standard output]",
-            )
-            .short('o'),
-        ),
-        of_export(value(
+            "output",
+            "FILE",
+            "with --export: the file to write [standard output]",
+        )
+        .short('o'),
+        value(
             "size",
             "WxH",
             "with --export: the pixels of the picture [1920 across]",
-        )),
-        of_export(value(
+        ),
+        value(
             "model",
             "MODEL",
             "with --export: brown (plumb_bob), rational or fisheye (equidistant) [the first that fits]",
-        )),
-        of_export(value(
+        ),
+        value(
             "tolerance",
             "PIXELS",
             "with --export: the largest residual of a model that counts as a fit [0.25; lensfun: 2]",
-        )),
-    ]
+        ),
+    ];
+    all.into_iter().map(|argument| argument.requires("export"))
 }
 
-/// Writes a lens in the format of `--export` and returns the exit code.
-pub(super) fn run(
-    lens: &Lens,
-    choice: &LensChoice,
-    setting: &SheetSetting<'_>,
-    sides: Option<[f64; 2]>,
-    matches: &ArgMatches,
-    out: &mut dyn Write,
-) -> Result<i32> {
-    let text = |name: &str| matches.get_one::<String>(name).map(String::as_str);
-    let format = format(text("export").unwrap_or_default())?;
-    let model = text("model").map(model).transpose()?;
-    let tolerance = match text("tolerance") {
-        Some(value) => super::lens::positive(value, "tolerance")?,
-        None if format == Format::Lensfun => LENSFUN_TOLERANCE,
-        None => TOLERANCE,
+/// Writes the lens in a format.
+pub(super) fn export(request: &Request<'_>, name: &str) -> Result<Content> {
+    let matches = request.matches;
+    let Some((_, write)) = FORMATS.iter().find(|(known, _)| *known == name) else {
+        let names = FORMATS.map(|(name, _)| name).join(", ");
+        let error = Diagnostic::unsupported(format!("there is no export format `{name}`"));
+        return Err(error.with_help(format!("the formats are {names}")));
     };
-    let view = || view(lens, setting, sides, text("size"));
-    let fitted = |write: fn(&View<'_>, &Chosen) -> String| {
-        let view = view()?;
-        Ok(write(&view, &Chosen::of(&view, model, tolerance)?))
-    };
-    let written = match format {
-        Format::OpenCv => fitted(opencv),
-        Format::Ros => fitted(ros),
-        Format::OpenTrackIo => opentrackio(&view()?, tolerance),
-        Format::Lensfun => lensfun(&view()?, tolerance),
-        Format::Osl => osl(&view()?),
-        Format::Psf => return save_psf(lens, setting, &view()?, text("output")),
-        Format::StMap => return save_maps(&view()?, text("output")),
-        Format::Prescription(target) => prescription(lens, choice, setting, target),
-    }?;
-    match text("output") {
-        Some(file) => {
-            write_whole(Path::new(file), |to| to.write_all(written.as_bytes()))?;
-            Ok(0)
-        }
-        None => super::exit_code(out.write_all(written.as_bytes())),
+    let size = "a width and a height in pixels, such as 1920x1280";
+    write(&Export {
+        request,
+        model: parsed(
+            matches,
+            "model",
+            "brown, rational or fisheye",
+            CameraModel::named,
+        )?,
+        tolerance: parsed(matches, "tolerance", POSITIVE, positive)?,
+        pixels: parsed(matches, "size", size, pixels)?,
+    })
+}
+
+impl Export<'_> {
+    /// Returns the picture of the lens: its film and its pixels.
+    fn view(&self) -> Result<View<'_>> {
+        let (lens, setting) = (&self.request.lens, self.request.setting());
+        let conjugate = setting.conjugate(lens).ok_or_else(|| no_image(lens))?;
+        let half = match self.request.film {
+            Some(_) => 0.0,
+            None => setting.full_height(lens).ok_or_else(|| no_image(lens))?,
+        };
+        let frame = Frame::of(self.request.film, 2.0 * half, self.pixels)?;
+        View::of(lens, conjugate, frame)
     }
-}
 
-/// Writes the map of point spreads.
-fn save_psf(
-    lens: &Lens,
-    setting: &SheetSetting<'_>,
-    view: &View<'_>,
-    output: Option<&str>,
-) -> Result<i32> {
-    let file = output
-        .filter(|name| stem_of_exr(name).is_some())
-        .ok_or_else(|| {
-            Diagnostic::error("a map of point spreads is written as EXR")
-                .with_help("give `-o NAME.exr`")
+    /// Writes the model that fits.
+    fn fitted(&self, write: fn(&View<'_>, &Chosen) -> String) -> Result<Content> {
+        let view = self.view()?;
+        let chosen = Chosen::of(&view, self.model, self.tolerance.unwrap_or(TOLERANCE))?;
+        Ok(Content::Text(write(&view, &chosen)))
+    }
+
+    /// Makes the map of point spreads.
+    fn point_spreads(&self) -> Result<Content> {
+        let view = self.view()?;
+        let refused = Diagnostic::error("a map of point spreads is written as EXR");
+        let stem = self
+            .stem()
+            .ok_or_else(|| refused.with_help("give `-o NAME.exr`"))?;
+        let (lens, setting) = (&self.request.lens, self.request.setting());
+        let map = point_spread_map(lens, &setting, view.frame.film)?;
+        let file = text(self.request.matches, "output").unwrap_or(stem);
+        Ok(Content::Pictures(vec![(file.into(), map)]))
+    }
+
+    /// Makes both maps: of `map.exr`, `map-undistort.exr` and `map-distort.exr`.
+    fn maps(&self) -> Result<Content> {
+        let view = self.view()?;
+        let refused = Diagnostic::error("maps are written as EXR");
+        let stem = self.stem().ok_or_else(|| {
+            refused
+                .with_help("give `-o NAME.exr`; it makes NAME-undistort.exr and NAME-distort.exr")
         })?;
-    let map = point_spread_map(lens, setting, view.frame.film)?;
-    map.save(Path::new(file), Depth::Sixteen)?;
-    Ok(0)
-}
-
-/// Writes both maps beside each other: of `map.exr`, `map-undistort.exr` and `map-distort.exr`.
-fn save_maps(view: &View<'_>, output: Option<&str>) -> Result<i32> {
-    let stem = output.and_then(stem_of_exr).ok_or_else(|| {
-        Diagnostic::error("maps are written as EXR")
-            .with_help("give `-o NAME.exr`; it makes NAME-undistort.exr and NAME-distort.exr")
-    })?;
-    let maps = StMaps::of(view)?;
-    for (picture, what) in [(maps.undistort, "undistort"), (maps.distort, "distort")] {
-        picture.save(Path::new(&format!("{stem}-{what}.exr")), Depth::Sixteen)?;
+        let maps = StMaps::of(&view)?;
+        let file = |what: &str| PathBuf::from(format!("{stem}-{what}.exr"));
+        let undistort = (file("undistort"), maps.undistort);
+        let distort = (file("distort"), maps.distort);
+        Ok(Content::Pictures(vec![undistort, distort]))
     }
-    Ok(0)
+
+    /// Returns the name of the EXR file of `--output` without its ending.
+    fn stem(&self) -> Option<&str> {
+        text(self.request.matches, "output").and_then(stem_of_exr)
+    }
+
+    /// Writes the prescription as it is focused: with a focus, the gap behind the last surface
+    /// reaches to the film.
+    fn prescription(&self, target: Target) -> Result<Content> {
+        let (lens, setting) = (&self.request.lens, self.request.setting());
+        let mut prescription = lens.prescription().clone();
+        drop_old_notes(&mut prescription, &self.request.choice);
+        let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
+        let focus = setting
+            .conjugate(lens)
+            .filter(|_| setting.focus.is_some() || gap == 0.0);
+        if let (Some(last), Some(conjugate)) = (prescription.surfaces.last_mut(), focus) {
+            last.thickness = conjugate.film_z - lens.length();
+        }
+        let object = setting.focus.map_or(f64::INFINITY, Focus::object_distance);
+        let (text, left_out) = write_at(&prescription, target, object)?;
+        for what in left_out {
+            super::status!("warning: the file leaves out {what}");
+        }
+        Ok(Content::Text(text))
+    }
 }
 
-/// The name of an EXR file without its ending, which may be in capitals.
+/// Returns the name of an EXR file without its ending, which may be in capitals.
 fn stem_of_exr(name: &str) -> Option<&str> {
     let (stem, ending) = name.split_at_checked(name.len().checked_sub(4)?)?;
     ending.eq_ignore_ascii_case(".exr").then_some(stem)
-}
-
-/// The prescription as it is focused: with a focus, the gap behind the last surface reaches to the
-/// film.
-fn prescription(
-    lens: &Lens,
-    choice: &LensChoice,
-    setting: &SheetSetting<'_>,
-    target: Target,
-) -> Result<String> {
-    let mut prescription = lens.prescription().clone();
-    drop_old_notes(&mut prescription, choice);
-    let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
-    let focus = setting
-        .conjugate(lens)
-        .filter(|_| setting.focus.is_some() || gap == 0.0);
-    if let (Some(last), Some(conjugate)) = (prescription.surfaces.last_mut(), focus) {
-        last.thickness = conjugate.film_z - lens.length();
-    }
-    let object = setting.focus.map_or(f64::INFINITY, Focus::object_distance);
-    let (text, left_out) = write_at(&prescription, target, object)?;
-    for what in left_out {
-        super::status!("warning: the file leaves out {what}");
-    }
-    Ok(text)
 }
 
 /// Drops what the notes of the original file say of its focal length and its f-number if the lens
@@ -203,44 +194,6 @@ fn drop_old_notes(prescription: &mut Prescription, choice: &LensChoice) {
             .iter()
             .any(|key| note.starts_with(key))
     });
-}
-
-fn format(name: &str) -> Result<Format> {
-    let found = FORMATS.iter().find(|(known, _)| *known == name);
-    found.map(|(_, format)| *format).ok_or_else(|| {
-        let names: Vec<&str> = FORMATS.iter().map(|(name, _)| *name).collect();
-        Diagnostic::unsupported(format!("there is no export format `{name}`"))
-            .with_help(format!("the formats are {}", names.join(", ")))
-    })
-}
-
-fn model(name: &str) -> Result<CameraModel> {
-    CameraModel::named(name)
-        .ok_or_else(|| super::lens::invalid_value("model", name, "brown, rational or fisheye"))
-}
-
-/// The picture of the lens: its film and its pixels.
-fn view<'a>(
-    lens: &'a Lens,
-    setting: &SheetSetting<'_>,
-    sides: Option<[f64; 2]>,
-    size: Option<&str>,
-) -> Result<View<'a>> {
-    let no_image = || {
-        Diagnostic::error(format!("`{}` makes no image to describe", lens.name()))
-            .with_help("an afocal lens, or one that lets no light through, has none")
-    };
-    let conjugate = setting.conjugate(lens).ok_or_else(no_image)?;
-    let half = match sides {
-        Some(_) => 0.0,
-        None => setting.full_height(lens).ok_or_else(no_image)?,
-    };
-    let pixels = size.map(|word| {
-        let wanted = "a width and a height in pixels, such as 1920x1280";
-        pixels(word).ok_or_else(|| super::lens::invalid_value("size", word, wanted))
-    });
-    let frame = Frame::of(sides, 2.0 * half, pixels.transpose()?)?;
-    View::of(lens, conjugate, frame)
 }
 
 /// Parses a width and a height greater than 0.
@@ -283,10 +236,9 @@ mod tests {
             assert_eq!(pixels(bad), None, "{bad}");
         }
         let error = printed("biogon --film 36x24 --export ros --size 1920xabcx1080").unwrap_err();
-        let help = error.help.unwrap();
-        assert!(
-            help.contains("a width and a height in pixels, such as 1920x1280"),
-            "{help}"
+        assert_eq!(
+            error.message,
+            "`--size 1920xabcx1080` is not a width and a height in pixels, such as 1920x1280"
         );
     }
 

@@ -1,6 +1,5 @@
 //! `ivcam lens LENS --trace`: traces a list of rays, as JSON, and draws them.
 
-use std::io::Write;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -9,11 +8,13 @@ use ivcam_base::diag::{Diagnostic, Result, Source, Span};
 use ivcam_base::files::{MAX_TEXT, read_file, read_stream};
 use ivcam_optics::diagram::drawing::Ink;
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
-use ivcam_optics::lens::{Lens, LensRay, LossKind, RayPath, Toward, trace};
+use ivcam_optics::lens::trace::ray::unit;
+use ivcam_optics::lens::{Lens, LensRay, LossKind, RayPath, Toward};
 use ivcam_optics::prescription::glass;
 use serde::{Deserialize, Serialize};
 
-use super::lens::wavelength;
+/// The wavelengths that can be traced, in nanometers.
+const WAVELENGTHS: std::ops::RangeInclusive<f64> = 100.0..=100_000.0;
 
 /// The largest number of rays that are drawn. More would make a file that no program displays.
 const DRAWN: usize = 20_000;
@@ -42,63 +43,110 @@ fn yes() -> bool {
     true
 }
 
+/// What becomes of a ray: its loss, its status in JSON, its name in the legend, and its color.
+const FATES: [(Option<LossKind>, &str, &str, Ink); 4] = [
+    (None, "passed", "passed", Ink::Ray(0)),
+    (BLOCKED, "blocked", "blocked by an aperture", Ink::Lost(2)),
+    (MISSED, "missed", "missed a surface", Ink::Lost(3)),
+    (
+        REFLECTED,
+        "total_reflection",
+        "totally reflected",
+        Ink::Lost(1),
+    ),
+];
+const BLOCKED: Option<LossKind> = Some(LossKind::Blocked);
+const MISSED: Option<LossKind> = Some(LossKind::Missed);
+const REFLECTED: Option<LossKind> = Some(LossKind::TotalReflection);
+
+/// Returns the index in [`FATES`] of what became of a ray.
+fn fate(path: &RayPath) -> usize {
+    let loss = path.outcome.err().map(|loss| loss.kind);
+    let found = FATES.iter().position(|(kind, ..)| *kind == loss);
+    found.unwrap_or(0)
+}
+
 /// The result of tracing a ray.
 #[derive(Serialize)]
-struct RayAnswer {
+struct RayAnswer<'a> {
     status: &'static str,
     #[serde(skip_serializing_if = "Option::is_none")]
     surface: Option<usize>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    origin: Option<[f64; 3]>,
+    origin: Option<DVec3>,
     #[serde(skip_serializing_if = "Option::is_none")]
-    direction: Option<[f64; 3]>,
-    hits: Vec<[f64; 3]>,
+    direction: Option<DVec3>,
+    hits: &'a [DVec3],
 }
 
-/// Traces the rays of a file, writes what became of them, and draws them if `diagram` is given.
-/// The film of the drawing is at `film_z`, or at the focus.
-pub(super) fn run(
-    lens: &Lens,
-    film_z: Option<f64>,
-    file: &str,
-    diagram: Option<&str>,
-    out: &mut dyn Write,
-) -> Result<i32> {
-    let asked = read(file)?;
-    let mut lenses: Vec<Lens> = vec![lens.clone()];
-    let mut answers = Vec::with_capacity(asked.len());
-    let mut drawn = Vec::new();
-    for (i, ray) in asked.iter().enumerate() {
-        let nm = match ray.wavelength_nm {
-            Some(nm) => wavelength(nm).map_err(|e| e.in_file(file))?,
-            None => lens.wavelength(),
+/// A ray with its path through the lens.
+struct TracedRay {
+    start: LensRay,
+    from: From,
+    path: RayPath,
+}
+
+/// The rays of a list, traced.
+pub(super) struct Traced(Vec<TracedRay>);
+
+impl Traced {
+    /// Reads a list of rays and traces them.
+    ///
+    /// # Errors
+    /// Fails if the list cannot be read, or if a ray of it cannot be traced.
+    pub(super) fn read(lens: &Lens, file: &str) -> Result<Self> {
+        let mut lenses: Vec<Lens> = vec![lens.clone()];
+        let mut traced = Vec::new();
+        for (number, ray) in read(file)?.iter().enumerate() {
+            let nm = ray.wavelength_nm.map_or(Ok(lens.wavelength()), wavelength);
+            let nm = glass::named_line(nm.map_err(|e| e.in_file(file))?);
+            let found = lenses.iter().position(|l| l.wavelength() == nm);
+            let index = found.unwrap_or_else(|| {
+                lenses.push(lens.at_wavelength(nm));
+                lenses.len() - 1
+            });
+            let ray = trace(&lenses[index], number, ray);
+            traced.push(ray.map_err(|e| e.in_file(file))?);
+        }
+        Ok(Self(traced))
+    }
+
+    /// Returns what became of the rays, as JSON.
+    ///
+    /// # Errors
+    /// Fails if the result cannot be written as JSON.
+    pub(super) fn json(&self) -> Result<String> {
+        let answers: Vec<RayAnswer<'_>> = self.0.iter().map(|ray| answer(&ray.path)).collect();
+        let text = serde_json::to_string(&answers);
+        let text = text.map_err(|e| Diagnostic::io("standard output", &e.into()))?;
+        Ok(text + "\n")
+    }
+
+    /// Draws the section with the rays, each in the color of what became of it. A ray is projected
+    /// to the plane of y and the axis. The film is at `film_z`, if it has a place.
+    pub(super) fn diagram(&self, lens: &Lens, film_z: Option<f64>, file: &str) -> LensDiagram {
+        let all = self.0.len();
+        if all > DRAWN {
+            super::status!("warning: `{file}` has the first {DRAWN} of {all} rays");
+        }
+        let film_z = film_z.unwrap_or(1.3 * lens.length());
+        let options = SectionOptions {
+            fields: Vec::new(),
+            ..SectionOptions::of(film_z, 0.0)
         };
-        let nm = glass::named_line(nm);
-        let found = lenses.iter().position(|l| l.wavelength() == nm);
-        let index = found.unwrap_or_else(|| {
-            lenses.push(lens.at_wavelength(nm));
-            lenses.len() - 1
-        });
-        let (start, path) = path(&lenses[index], i, ray).map_err(|e| e.in_file(file))?;
-        if diagram.is_some() && drawn.len() < DRAWN {
-            drawn.push((start, ray.from, path.clone()));
+        let mut diagram = LensDiagram::of(lens, options);
+        let mut counts = [0; 4];
+        let lead = 0.25 * film_z.max(lens.length());
+        for ray in self.0.iter().take(DRAWN) {
+            let fate = fate(&ray.path);
+            counts[fate] += 1;
+            diagram.add_path(drawn_path(lens, ray, film_z, lead), FATES[fate].3, fate > 0);
         }
-        answers.push(answer(path));
-    }
-    if let Some(picture) = diagram {
-        if asked.len() > DRAWN {
-            super::status!(
-                "warning: `{picture}` has the first {DRAWN} of {} rays",
-                asked.len()
-            );
+        for ((.., name, ink), count) in FATES.into_iter().zip(counts).filter(|(_, n)| *n > 0) {
+            diagram.add_legend(format!("{name}: {count}"), ink);
         }
-        super::sheet::save_drawing(&draw(lens, film_z, &drawn).drawing(), picture)?;
+        diagram
     }
-    serde_json::to_writer(&mut *out, &answers)
-        .map_err(std::io::Error::from)
-        .and_then(|()| writeln!(out))
-        .map_err(|e| Diagnostic::io("standard output", &e))?;
-    Ok(0)
 }
 
 /// Reads a list of rays.
@@ -126,97 +174,53 @@ fn read(file: &str) -> Result<Vec<RayQuery>> {
     })
 }
 
-/// Traces one ray. Returns it with its path.
-fn path(lens: &Lens, number: usize, asked: &RayQuery) -> Result<(LensRay, RayPath)> {
-    let ray = LensRay {
+/// Checks that a wavelength in nanometers can be traced.
+pub(super) fn wavelength(nm: f64) -> Result<f64> {
+    if WAVELENGTHS.contains(&nm) {
+        return Ok(nm);
+    }
+    Err(
+        Diagnostic::error(format!("a wavelength of {nm} nm can't be traced"))
+            .with_help("wavelengths are in nanometers; visible light is 380 to 750"),
+    )
+}
+
+/// Traces one ray.
+fn trace(lens: &Lens, number: usize, asked: &RayQuery) -> Result<TracedRay> {
+    let start = LensRay {
         origin: DVec3::from_array(asked.origin),
         direction: DVec3::from_array(asked.direction),
     };
-    if trace::ray::unit(ray.direction).is_none() || !ray.origin.is_finite() {
-        return Err(Diagnostic::error(format!(
-            "ray {number} has no direction or no finite origin"
-        ))
-        .with_help("rays are counted from 0; a direction may have any length but 0"));
+    if unit(start.direction).is_none() || !start.origin.is_finite() {
+        let text = format!("ray {number} has no direction or no finite origin");
+        return Err(Diagnostic::error(text)
+            .with_help("rays are counted from 0; a direction may have any length but 0"));
     }
     let toward = match asked.from {
         From::Scene => Toward::Film,
         From::Film => Toward::Scene,
     };
-    Ok((ray, lens.trace_path(&ray, toward, asked.apertures)))
+    let path = lens.trace_path(&start, toward, asked.apertures);
+    let from = asked.from;
+    Ok(TracedRay { start, from, path })
 }
 
 /// The answer for a path.
-fn answer(path: RayPath) -> RayAnswer {
-    let hits = path.hits.iter().map(|h| h.to_array()).collect();
-    match path.outcome {
-        Ok(ray) => RayAnswer {
-            status: "passed",
-            surface: None,
-            origin: Some(ray.origin.to_array()),
-            direction: Some(ray.direction.to_array()),
-            hits,
-        },
-        Err(loss) => RayAnswer {
-            status: match loss.kind {
-                LossKind::Missed => "missed",
-                LossKind::Blocked => "blocked",
-                LossKind::TotalReflection => "total_reflection",
-            },
-            surface: Some(loss.surface),
-            origin: None,
-            direction: None,
-            hits,
-        },
+fn answer(path: &RayPath) -> RayAnswer<'_> {
+    let ray = path.outcome.ok();
+    RayAnswer {
+        status: FATES[fate(path)].1,
+        surface: path.outcome.err().map(|loss| loss.surface),
+        origin: ray.map(|ray| ray.origin),
+        direction: ray.map(|ray| ray.direction),
+        hits: &path.hits,
     }
 }
 
-/// Draws the section with the rays, each in the color of what became of it. A ray is projected to
-/// the plane of y and the axis.
-fn draw(lens: &Lens, film_z: Option<f64>, rays: &[(LensRay, From, RayPath)]) -> LensDiagram {
-    let focal = lens.first_order().focal;
-    let film_z = film_z.or(focal.map(|f| f.rear_focal_point));
-    let film_z = film_z.unwrap_or(1.3 * lens.length());
-    let options = SectionOptions {
-        fields: Vec::new(),
-        ..SectionOptions::of(film_z, 0.0)
-    };
-    let mut diagram = LensDiagram::of(lens, options);
-    let fates = [
-        ("passed", Ink::Ray(0)),
-        ("blocked by an aperture", Ink::Lost(2)),
-        ("missed a surface", Ink::Lost(3)),
-        ("totally reflected", Ink::Lost(1)),
-    ];
-    let mut counts = [0; 4];
-    let lead = 0.25 * film_z.max(lens.length());
-    for (start, from, path) in rays {
-        let fate = match path.outcome {
-            Ok(_) => 0,
-            Err(loss) => match loss.kind {
-                LossKind::Blocked => 1,
-                LossKind::Missed => 2,
-                LossKind::TotalReflection => 3,
-            },
-        };
-        counts[fate] += 1;
-        let points = drawn_path(lens, start, *from, path, (film_z, lead));
-        diagram.add_path(points, fates[fate].1, fate > 0);
-    }
-    for ((name, ink), count) in fates.into_iter().zip(counts).filter(|(_, n)| *n > 0) {
-        diagram.add_legend(format!("{name}: {count}"), ink);
-    }
-    diagram
-}
-
-/// The points of a ray on the drawing, as (z, y). A ray that starts farther off than `lead`, in
-/// millimeters, is drawn from there.
-fn drawn_path(
-    lens: &Lens,
-    start: &LensRay,
-    from: From,
-    path: &RayPath,
-    (film_z, lead): (f64, f64),
-) -> Vec<DVec2> {
+/// Returns the points of a ray on the drawing, as (z, y). A ray that starts farther off than `lead`,
+/// in millimeters, is drawn from there.
+fn drawn_path(lens: &Lens, ray: &TracedRay, film_z: f64, lead: f64) -> Vec<DVec2> {
+    let TracedRay { start, from, path } = ray;
     let flat = |p: DVec3| DVec2::new(p.z, p.y);
     let d = start.direction.normalize();
     let near = match (path.hits.first(), from) {

@@ -29,4 +29,4 @@ pub(crate) use scene::{FONTS, LIMIT, MEMORY, limits, memory, typefaces};
 pub(crate) use shutter::Shutter;
 pub use table::all;
 pub(crate) use table::groups;
-pub(crate) use values::duration;
+pub(crate) use values::{POSITIVE, duration, positive};

@@ -5,7 +5,7 @@ use std::time::Duration;
 use ivcam_base::math::{LengthUnit, Meters, Mm, parse_length};
 
 /// The description of a positive number in messages.
-pub(super) const POSITIVE: &str = "a number greater than 0";
+pub(crate) const POSITIVE: &str = "a number greater than 0";
 
 /// Sets a variable if there is a value.
 pub(super) fn set<T>(slot: &mut T, value: Option<T>) {
@@ -20,7 +20,7 @@ pub(super) fn finite(word: &str) -> Option<f64> {
 }
 
 /// Parses a finite number greater than 0.
-pub(super) fn positive(word: &str) -> Option<f64> {
+pub(crate) fn positive(word: &str) -> Option<f64> {
     finite(word).filter(|x| *x > 0.0)
 }
 
