@@ -85,7 +85,7 @@
 //! picture.save(&file, session.plan.depth)?;
 //!
 //! // The picture as an array, with its error, and beside another picture.
-//! let pixels: Vec<[f32; 3]> = exposure.film.pixels.iter().map(|p| p.mean.to_array()).collect();
+//! let pixels: Vec<[f64; 3]> = exposure.film.pixels.iter().map(|p| p.mean.to_array()).collect();
 //! println!("{} pixels, error {:?}", pixels.len(), exposure.film.error());
 //! use ivcam::compare::{Options, Plate, compare};
 //! let found = compare(&Plate::open(&file)?, &Plate::open(&old)?, &Options::default())?;

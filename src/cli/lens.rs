@@ -2,8 +2,8 @@
 //!
 //! Every output is one entry of a table: an option, and the function that makes what it writes. The
 //! arguments of the command, its help and the running of all outputs that are asked for follow from
-//! the table. Nothing is written before all outputs are made, so a command that fails leaves no part
-//! of its files.
+//! the table. Nothing is written before all outputs are made, so a command that fails leaves no
+//! part of its files.
 
 use std::io::Write;
 use std::path::Path;

@@ -57,8 +57,8 @@ pub(super) fn json(request: &Request<'_>, _: &str) -> Result<Content> {
     pretty(&sheet)
 }
 
-/// Returns a value as JSON with line breaks. Numbers have enough digits to give the same double when
-/// they are read.
+/// Returns a value as JSON with line breaks. Numbers have enough digits to give the same double
+/// when they are read.
 pub(super) fn pretty(value: &impl Serialize) -> Result<Content> {
     let text = serde_json::to_string_pretty(value);
     let text = text.map_err(|e| Diagnostic::io("standard output", &e.into()))?;

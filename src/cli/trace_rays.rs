@@ -217,8 +217,8 @@ fn answer(path: &RayPath) -> RayAnswer<'_> {
     }
 }
 
-/// Returns the points of a ray on the drawing, as (z, y). A ray that starts farther off than `lead`,
-/// in millimeters, is drawn from there.
+/// Returns the points of a ray on the drawing, as (z, y). A ray that starts farther off than
+/// `lead`, in millimeters, is drawn from there.
 fn drawn_path(lens: &Lens, ray: &TracedRay, film_z: f64, lead: f64) -> Vec<DVec2> {
     let TracedRay { start, from, path } = ray;
     let flat = |p: DVec3| DVec2::new(p.z, p.y);

@@ -1,6 +1,6 @@
 //! Measures the distance between the edges of two pictures, independent of their shading.
 //!
-//! EdgeMap are ridges of the local contrast, the gradient over the mean brightness around it. A
+//! Edges are ridges of the local contrast, the gradient over the mean brightness around it. A
 //! darker lamp, a gradient of light or another gamma does not move them. Hysteresis thresholds and
 //! non-maximum suppression are Canny's (1986); the distance transform is Felzenszwalb and
 //! Huttenlocher's (2012).

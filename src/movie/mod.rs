@@ -1,8 +1,8 @@
 //! Movies: timelines, the rendering of frames, and movie files.
 //!
-//! A [`Timeline`] states how focus, zoom, aperture, camera and scene time change; a [`Shoot`]
-//! renders the frames into a folder, which several processes may do at once; [`Frames`] says which
-//! are done; a [`Container`] writes one file of them.
+//! A [`Timeline`] states how focus, zoom, aperture, camera and scene time change; a `Shoot`
+//! renders the frames into a folder, which several processes may do at once; `Frames` says which
+//! are done; a `Container` writes one file of them.
 
 mod container;
 mod ease;

@@ -116,7 +116,7 @@ pub(super) fn pictures() -> Vec<Seed> {
 
 /// The smallest of the shipped typefaces.
 pub(super) fn fonts() -> Vec<Seed> {
-    below("src/geometry/text/fonts", &["otf"], 18_000)
+    below("crates/render/src/geometry/text/fonts", &["otf"], 18_000)
 }
 
 /// Prescriptions in all formats.

@@ -272,8 +272,8 @@ fn little_memory(program: &Path, out: &Path) -> std::io::Result<u64> {
 }
 
 /// Lets one system call on the way of a picture to the disk fail with EIO, by `strace`: one of 40
-/// writes, or a call that comes after the last one. `strace` counts the calls of each thread, so the
-/// first write would be the error message too. The film that is kept must be whole.
+/// writes, or a call that comes after the last one. `strace` counts the calls of each thread, so
+/// the first write would be the error message too. The film that is kept must be whole.
 fn disk_errors(program: &Path, out: &Path) -> std::io::Result<u64> {
     let out = out.join("errors");
     if !shell("strace -V", program, &out)?.status.success() {

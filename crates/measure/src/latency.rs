@@ -1,5 +1,6 @@
 //! Measures the latency of the window: from a change to its first frame, to the first one at the
-//! resolution of the view, and to an estimated error of 2%, through the engine that the window uses.
+//! resolution of the view, and to an estimated error of 2%, through the engine that the window
+//! uses.
 //!
 //! `cargo run --release -p measure -- latency -- SCENE...` prints a table.
 

@@ -2,10 +2,10 @@
 //!
 //! `cargo run --release -p measure -- profiles PROFILES.json [--svg FOLDER]`
 //!
-//! PROFILES.json is written by `crates/measure/lensfun_profiles.py`. Tables go to stdout; `--svg` writes a
-//! drawing for each lens, `photograph-NAME.svg`. Heights on the film are in millimeters, lateral
-//! color is in micrometers, distortion in percent. The object is at infinity and the film at the
-//! best focus of green.
+//! PROFILES.json is written by `crates/measure/lensfun_profiles.py`. Tables go to stdout; `--svg`
+//! writes a drawing for each lens, `photograph-NAME.svg`. Heights on the film are in millimeters,
+//! lateral color is in micrometers, distortion in percent. The object is at infinity and the film
+//! at the best focus of green.
 
 use std::fmt::Write as _;
 use std::path::Path;

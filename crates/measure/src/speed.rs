@@ -6,9 +6,9 @@
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
 //! `--large` adds a mesh of ten million triangles; `--room` replaces the room that is photographed
 //! through real lenses and an ideal one (`shared/room_scene.rs`); `--peer` adds a program that does
-//! the same (`shared/room.rs`, `shared/lights.rs`); `--embree` the shared library of Embree 4, which
-//! traces the rays of `rays` too (`shared/rays.rs`). Times are processor times, so other load on the
-//! machine affects them only through its caches.
+//! the same (`shared/room.rs`, `shared/lights.rs`); `--embree` the shared library of Embree 4,
+//! which traces the rays of `rays` too (`shared/rays.rs`). Times are processor times, so other load
+//! on the machine affects them only through its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;

@@ -1,7 +1,8 @@
 //! Aberrations of three lenses against figures of other programs.
 //!
-//! `tests/lenses/reference/aberrations.json` is a part of what `crates/measure/optics_reference.py` writes,
-//! and names the versions of the programs. `measure -- optics` compares more lenses and all rays.
+//! `tests/lenses/reference/aberrations.json` is a part of what `crates/measure/optics_reference.py`
+//! writes, and names the versions of the programs. `measure -- optics` compares more lenses and all
+//! rays.
 
 use glam::{DVec2, DVec3};
 use ivcam_base::math::Mm;

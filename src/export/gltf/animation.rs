@@ -14,7 +14,7 @@ use crate::export::trs::Trs;
 /// quaternion, and of a scale.
 const ERROR: f64 = 1e-5;
 
-/// Writes a motion. NodeList that shear while they move stand still, which `losses` receives.
+/// Writes a motion. Nodes that shear while they move stand still, which `losses` receives.
 pub(super) fn animate(
     model: &Model,
     motion: &Motion,

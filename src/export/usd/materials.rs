@@ -1,4 +1,4 @@
-//! UsdMaterials as `UsdPreviewSurface`, with the mapping that glTF has.
+//! Materials as `UsdPreviewSurface`, with the mapping that glTF has.
 
 use std::collections::HashMap;
 
@@ -54,7 +54,7 @@ impl<'m> UsdMaterials<'m> {
         if let Some(path) = self.known.get(&used) {
             return path.clone();
         }
-        let path = format!("/Scene/UsdMaterials/Material_{}", self.known.len() + 1);
+        let path = format!("/Scene/Materials/Material_{}", self.known.len() + 1);
         self.known.insert(used, path.clone());
         self.write(&path, used);
         path

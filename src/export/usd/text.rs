@@ -1,4 +1,4 @@
-//! UsdText of USD: lines with indents, tuples and lists.
+//! Text of USD: lines with indents, tuples and lists.
 
 use std::fmt::{Display, Write};
 

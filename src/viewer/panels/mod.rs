@@ -1,4 +1,5 @@
-//! The panels of the window. Each shows the [`WindowModel`] and changes it; they do not use each other.
+//! The panels of the window. Each shows the [`WindowModel`] and changes it; they do not use each
+//! other.
 
 mod bar;
 mod camera;

@@ -62,8 +62,8 @@ pub enum ErrorKind {
 
 /// One message: what is wrong, where, and what the user can do about it.
 ///
-/// `{}` is one line. `{:?}` adds the help, so that `fn main() -> Result<()>` ends with a message for
-/// people.
+/// `{}` is one line. `{:?}` adds the help, so that `fn main() -> Result<()>` ends with a message
+/// for people.
 #[derive(Clone)]
 #[non_exhaustive]
 pub struct Diagnostic {

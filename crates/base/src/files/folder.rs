@@ -21,7 +21,7 @@ pub fn folder_of(file: &Path) -> PathBuf {
 /// Returns the folder below which the files of a project lie, given the folder of one of them as a
 /// canonical path.
 ///
-/// It is the nearest folder with one of [`MARKERS`], which may be the given one. Without a marker
+/// It is the nearest folder with one of `MARKERS`, which may be the given one. Without a marker
 /// it is one level above the given folder. It never is, or lies above, the root of a disk, a folder
 /// at the root, the home of a user, or the folder for temporary files; where the rule leads there,
 /// it is the given folder itself.

@@ -372,6 +372,9 @@ mod x86 {
     operator!(BitOr, bitor, _mm_or_ps);
 
     /// Loads eight numbers, the first into the first lane.
+    ///
+    /// # Safety
+    /// The processor must have AVX.
     #[inline]
     #[target_feature(enable = "avx")]
     pub fn load_8(from: &[f32; 8]) -> __m256 {
@@ -380,6 +383,9 @@ mod x86 {
     }
 
     /// Stores the numbers of the eight lanes, that of the first lane first.
+    ///
+    /// # Safety
+    /// The processor must have AVX.
     #[inline]
     #[target_feature(enable = "avx")]
     pub fn store_8(to: &mut [f32; 8], value: __m256) {

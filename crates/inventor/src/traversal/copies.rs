@@ -46,6 +46,11 @@ impl Grid {
         counts.fold(1, u64::saturating_mul)
     }
 
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// The translation of the copy with a number below [`Self::len`].
     pub fn offset(&self, number: u64) -> DVec3 {
         let [columns, rows, _] = self.counts.map(|n| n.unsigned_abs());

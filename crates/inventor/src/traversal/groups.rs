@@ -132,7 +132,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             ));
             let help = "`--scene-limit visits=N` raises this";
             self.report_once(node, diagnostic.with_help(help));
-        } else if grid.len() == 0 {
+        } else if grid.is_empty() {
             let name = node.class_name();
             let diagnostic = Diagnostic::warning(format!(
                 "this `{name}` makes {a} x {b} x {c} copies, so it draws nothing"

@@ -37,6 +37,11 @@ impl<'a, T: Copy> List<'a, T> {
         }
     }
 
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Returns the value at an index. An index past the end gives the last value, as in Coin.
     pub fn at(&self, index: usize) -> T {
         match self {
@@ -174,6 +179,11 @@ impl Coordinates<'_> {
             Self::Three(c) => c.len(),
             Self::Four(c) => c.len(),
         }
+    }
+
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     /// Returns a point, divided by its weight if that is not 0.

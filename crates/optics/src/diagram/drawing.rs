@@ -1,8 +1,8 @@
 //! A drawing as a list of strokes and texts with a meaning (glass, a ray of the second field, the
 //! axis).
 //!
-//! Each output, a file format or a window, defines how they look: see [`DrawingOutput`]. Positions are x
-//! to the right and y down, in the units of the drawing.
+//! Each output, a file format or a window, defines how they look: see [`DrawingOutput`]. Positions
+//! are x to the right and y down, in the units of the drawing.
 
 /// The meaning of a stroke or a text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -117,7 +117,7 @@ impl Lens {
         Ok(self.with(self.prescription.at_zoom(position)?))
     }
 
-    /// The edges of the stop's hole, if it is not round; see [`trace::Element::edges`].
+    /// The edges of the stop's hole, if it is not round; see `trace::Element::edges`.
     pub fn iris_edges(&self) -> &[DVec2] {
         let mut edges = self.elements.iter().map(|element| &*element.edges);
         edges.find(|edges| !edges.is_empty()).unwrap_or(&[])

@@ -21,7 +21,7 @@ const FULL_FRAME: f64 = 21.633_307_652_783_937;
 /// The distance in meters that Lensfun's database has for infinity.
 const FAR: f64 = 1000.0;
 
-/// LensfunDistortion in Lensfun's form, with its residual.
+/// Distortion in Lensfun's form, with its residual.
 struct LensfunDistortion {
     /// The type of the lens: what the undistorted radius is proportional to.
     projection: &'static str,

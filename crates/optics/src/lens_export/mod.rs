@@ -1,8 +1,8 @@
 //! Hands a lens on to other programs: calibrations, corrections and maps.
 //!
 //! Everything here describes one picture: a lens with its aperture and focus, a film, and its
-//! pixels ([`View`]). The reference is the chief ray, traced exactly ([`ChiefRays`]); a model of
-//! another program is fitted to it and states its residual, or is refused ([`Fit`]).
+//! pixels ([`View`]). The reference is the chief ray, traced exactly (`ChiefRays`); a model of
+//! another program is fitted to it and states its residual, or is refused (`Fit`).
 //!
 //! A picture shows the scene upright: x points to the right and y down, as on a screen, although
 //! the image on the film is upside down. The scene's coordinates are x to the right, y down and z

@@ -1,6 +1,6 @@
 //! A lens as an OpenTrackIO sample (SMPTE RIS OSVP), in JSON.
 //!
-//! OpenTrackIoDistortion is that of OpenLensIO: ε_u = R(r) ε_d, with the distorted point ε_d on the sensor in
+//! Distortion is that of OpenLensIO: ε_u = R(r) ε_d, with the distorted point ε_d on the sensor in
 //! millimeters, r its distance from the middle, and R(r) = (1 + k1 r² + k3 r⁴ + k5 r⁶)/
 //! (1 + k2 r² + k4 r⁴ + k6 r⁶). The undistorted point is the tangent of the angle times the focal
 //! length of the pinhole.
@@ -15,7 +15,7 @@ use crate::lens_export::view::{Sample, View};
 /// The greatest angle for which the undistorted point is on a plane of finite size.
 const STEEPEST: f64 = 1.5;
 
-/// OpenTrackIoDistortion as R(r) and the inverse of the pinhole's focal length.
+/// Distortion as R(r) and the inverse of the pinhole's focal length.
 struct OpenTrackIoDistortion {
     /// The slope of the angle's tangent over the radius at the axis, per millimeter.
     slope: f64,

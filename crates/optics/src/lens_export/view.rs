@@ -40,7 +40,7 @@ impl<'a> View<'a> {
     ///
     /// # Errors
     ///
-    /// Returns the errors of [`ChiefRays::of`].
+    /// Returns the errors of `ChiefRays::of`.
     pub fn of(lens: &'a Lens, conjugate: Conjugate, frame: Frame) -> Result<Self> {
         let rays = ChiefRays::of(lens, conjugate, frame.corner())?;
         Ok(Self {

@@ -211,6 +211,11 @@ impl Samples {
         self.film[0].len()
     }
 
+    /// Returns whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
     /// Removes all samples and keeps the memory.
     pub fn clear(&mut self) {
         let [a, b] = &mut self.film;

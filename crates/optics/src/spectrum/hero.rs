@@ -127,7 +127,7 @@ impl Spectrum {
     }
 
     /// The hero sets. The wavelengths of a set are a quarter of the spectrum apart, where the
-    /// spectrum is measured by [`weight`], and each set is shifted by a step.
+    /// spectrum is measured by `weight`, and each set is shifted by a step.
     ///
     /// The difference between the identity and the sum of a set's matrices, at most 0.15 of the
     /// identity, is added to them in equal parts. The mean of that over all sets is less than

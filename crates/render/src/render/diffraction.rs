@@ -5,7 +5,8 @@
 //! The pattern is that of an aberration-free lens: aberrations and defocus blur are in the picture
 //! already, from the rays. The result is accurate where one of the two, diffraction or ray blur, is
 //! much larger than the other. Where they are alike, it adds their extents and has no interference
-//! between them; [`ivcam_optics::lens::analysis::diffraction`] computes the exact spread of one point.
+//! between them; [`ivcam_optics::lens::analysis::diffraction`] computes the exact spread of one
+//! point.
 //!
 //! Patterns are computed at a few places of the film and interpolated between them. They end
 //! where the grid of directions repeats itself, 128 Airy radii from the center, and are normalized

@@ -320,7 +320,7 @@ impl StateView<'_, '_> {
 }
 
 impl Sums {
-    /// Reads a state that [`Snapshot::write`] has written, in a number of bytes.
+    /// Reads a state that `Snapshot::write` has written, in a number of bytes.
     ///
     /// # Errors
     /// Returns the errors of reading, and an error if the bytes are not a state.

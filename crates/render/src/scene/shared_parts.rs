@@ -155,7 +155,7 @@ impl<'a> SharedParts<'a> {
             return Outcome::Expanded;
         }
         let is_inside_small = !self.everywhere && self.open.last() == Some(&true);
-        let is_empty = matches!(part, Repeated::Grid(_, grid) if grid.len() == 0);
+        let is_empty = matches!(part, Repeated::Grid(_, grid) if grid.is_empty());
         let is_candidate = is_children || self.sharing.is_shared(id);
         if self.spoiled || is_inside_small || is_empty || !is_candidate {
             return Outcome::Expanded;

@@ -54,7 +54,7 @@ pub struct FieldRow {
     pub height: f64,
     /// The angle of the chief ray in the scene, in degrees.
     pub angle_degrees: f64,
-    /// The distortion relative to [`LensSheet::projection`].
+    /// The distortion relative to `LensSheet::projection`.
     pub distortion_percent: Option<f64>,
     /// The irradiance over that on the axis.
     pub relative_illumination: f64,

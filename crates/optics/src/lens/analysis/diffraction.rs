@@ -11,7 +11,7 @@
 //! direction: its slope is the point where the cell's ray lands. The integral over a cell is then a
 //! plane wave whose amplitude falls off as sin(t)/t away from that point, so light goes only where
 //! rays go, and the grid does not repeat the image. The curvature of the phase inside a cell is
-//! neglected; with [`Wavefront::cells_needed`] cells it is a quarter of a radian at most.
+//! neglected; with `Wavefront::cells_needed` cells it is a quarter of a radian at most.
 
 use std::f64::consts::TAU;
 

@@ -1,4 +1,4 @@
-//! PsfPoint spreads: images of points at several heights of the film, computed by diffraction.
+//! Point spreads: images of points at several heights of the film, computed by diffraction.
 
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};

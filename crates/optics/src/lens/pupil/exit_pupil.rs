@@ -20,7 +20,7 @@ use crate::lens::pupil::window::{PupilWindow, disc};
 ///
 /// The outline of the pupil is measured from a row of film points, as its support in 32 directions,
 /// and interpolated between them. The row is refined until the interpolation error is below a
-/// bound. Without rotational symmetry the film is divided into cells around the axis ([`Cells`]).
+/// bound. Without rotational symmetry the film is divided into cells around the axis (`Cells`).
 ///
 /// If a beam is folded inside the lens, light may come through several openings, which open and
 /// close as the film point moves. For such a lens the largest opening is interpolated, and a few

@@ -29,7 +29,7 @@ pub enum PupilWindow<'a> {
     },
     /// A polygon that contains the pupil.
     Polygon(Polygon<'a>),
-    /// A mixture of a polygon and, with the share [`DEFENSIVE_FRACTION`], a disc about the axis
+    /// A mixture of a polygon and, with the share `DEFENSIVE_FRACTION`, a disc about the axis
     /// whose radius is given in millimeters: there may be secondary openings outside the polygon.
     Defensive(Polygon<'a>, f64),
     /// No light reaches the film point.

@@ -318,7 +318,8 @@ mod tests {
 
     use super::*;
 
-    /// With 20 odd powers, from 3 to 41, between the even ones, the 19th coefficient is that of r^21.
+    /// With 20 odd powers, from 3 to 41, between the even ones, the 19th coefficient is that of
+    /// r^21.
     #[test]
     fn a_power_above_the_highest_is_refused_at_its_coefficient() {
         let read = |coefficients: usize| {

@@ -1,6 +1,6 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 //!
-//! Each format has a file or a folder with its [`Format`]. What the readers share is in `reader`
+//! Each format has a file or a folder with its `Format`. What the readers share is in `reader`
 //! (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a file),
 //! `commands` (CODE V and OSLO), `json_text` and `loose` (JSON) and `index_table` (glasses by their
 //! indices at several wavelengths).

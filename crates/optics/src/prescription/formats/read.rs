@@ -14,7 +14,7 @@ use crate::prescription::text;
 /// Reads a prescription in any known format.
 ///
 /// # Errors
-/// Returns the errors of [`read_with`].
+/// Returns the errors of `read_with`.
 pub fn read(source: &Arc<Source>, sink: &mut Sink) -> Result<Prescription> {
     read_with(source, &Reading::default(), sink)
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::render::exposure::Counts;
 
-/// StageSeconds of each phase of a render.
+/// Seconds of each phase of a render.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct StageSeconds {
     /// Reading the scene file and the files it names.
@@ -41,11 +41,11 @@ pub struct RenderReport {
     pub picture: String,
     /// Every option that the picture was made with, by name.
     pub plan: IndexMap<String, String>,
-    /// StageSeconds of each phase.
+    /// Seconds of each phase.
     pub seconds: StageSeconds,
-    /// StageSeconds of all phases.
+    /// Seconds of all phases.
     pub total_seconds: f64,
-    /// StageSeconds of processors that rendering took, summed over threads; `null` if the system does
+    /// Seconds of processors that rendering took, summed over threads; `null` if the system does
     /// not say.
     pub processor_seconds: Option<f64>,
     /// Samples per pixel.

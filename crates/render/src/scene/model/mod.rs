@@ -10,10 +10,10 @@
 //! triangles within a given error.
 //!
 //! ```
-//! use ivcam::Document;
-//! use ivcam::scene::model::{Model, ModelOptions};
+//! use ivcam_inventor::iv::Document;
+//! use ivcam_render::scene::model::{Model, ModelOptions};
 //!
-//! let document = Document::open("scenes/livroom/livroom.iv")?;
+//! let document = Document::open("../../scenes/livroom/livroom.iv")?;
 //! let model = Model::at(&document, 0.0, &ModelOptions::default());
 //! let triangles: usize = model.placed_meshes().map(|(mesh, ..)| mesh.triangles().len()).sum();
 //! assert!(triangles > 1000);

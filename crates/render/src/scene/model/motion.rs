@@ -59,8 +59,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Samples the motion of a model of a document from a snapshot on. A document without clocks has
-    /// none.
+    /// Samples the motion of a model of a document from a snapshot on. A document without clocks
+    /// has none.
     pub fn of(
         document: &Document,
         model: &Model,

@@ -17,7 +17,7 @@ pub(super) struct Lists {
     pub colors: bool,
 }
 
-/// WeldedVertices under construction.
+/// Vertices under construction.
 #[derive(Debug, Default)]
 pub(super) struct WeldedVertices {
     numbers: HashMap<VertexBits, u32>,

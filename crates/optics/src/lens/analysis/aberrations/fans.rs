@@ -1,6 +1,6 @@
 //! Ray fans, and the wavefront of a point with its Zernike coefficients.
 //!
-//! Pupil coordinates are those of [`point_rays`](super::point_rays). Wavefront aberrations are in
+//! Pupil coordinates are those of `point_rays`. Wavefront aberrations are in
 //! waves of the ray's wavelength, relative to the sphere around the chief ray's arrival on the film
 //! through the paraxial exit pupil.
 
