@@ -339,3 +339,20 @@ fn names_of_files_and_texture_coordinates_cannot_break_text_formats() {
     assert!(words(&usd.bytes).contains("= @@@./a@bc-usda-1.png@@@\n"));
     assert_eq!(usd.beside[0].0, "a@bc-usda-1.png");
 }
+
+#[test]
+fn a_usd_shape_is_bound_to_a_material_that_the_stage_defines() {
+    let text =
+        "#Inventor V2.1 ascii\nMaterial { diffuseColor 1 0 0 } Cube { } Material { } Sphere { }";
+    let usd = String::from_utf8(converted(text, Target::Usda).bytes).expect("text");
+    let bound = usd.lines().filter_map(|line| {
+        line.trim()
+            .strip_prefix("rel material:binding = </Scene/Materials/")
+    });
+    let names: Vec<&str> = bound.map(|rest| rest.trim_end_matches('>')).collect();
+    assert_eq!(names.len(), 2, "{usd}");
+    assert!(usd.contains("def Scope \"Materials\""));
+    for name in names {
+        assert!(usd.contains(&format!("def Material \"{name}\"")), "{name}");
+    }
+}
