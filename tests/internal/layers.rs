@@ -61,8 +61,8 @@ const NEVER: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// The order inside the large folders, by crate and path. An entry is a file or a folder; files that are not
-/// named may be anywhere.
+/// The order inside the large folders, by crate and path. An entry is a file or a folder; files
+/// that are not named may be anywhere.
 const INSIDE: [(&str, &str, &[&str]); 6] = [
     (
         "crates/inventor/src",
