@@ -50,6 +50,6 @@ pub use pupil::aims::Aims;
 pub use pupil::exit_pupil::ExitPupil;
 pub use pupil::rear_element::RearElement;
 pub use pupil::target::PupilTarget;
-pub use pupil::transmission::PupilTransmission;
+pub use pupil::vignetting::Vignetting;
 pub use pupil::window::PupilWindow;
 pub use trace::ray::{LensRay, Loss, LossKind, RayPath, Toward};

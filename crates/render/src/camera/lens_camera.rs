@@ -7,8 +7,7 @@ use glam::{DQuat, DVec2, DVec3};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::{FilmFormat, Resolution};
 use ivcam_optics::lens::{
-    FilmPlace, Focus, Iris, Lens, LensRay, PupilTarget, PupilTransmission, PupilWindow, RayPath,
-    Toward,
+    FilmPlace, Focus, Iris, Lens, LensRay, PupilTarget, PupilWindow, RayPath, Toward, Vignetting,
 };
 
 use super::aim::{Aim, aimed, film_point};
@@ -27,8 +26,8 @@ pub struct LensCamera {
     pub format: FilmFormat,
     pub(super) place: FilmPlace,
     pub(super) target: PupilTarget,
-    /// The open share of the area at which rays are aimed. It is measured for the first ray.
-    pub(super) transmission: OnceLock<PupilTransmission>,
+    /// The unvignetted fraction of the area at which rays are aimed. It is measured for the first ray.
+    pub(super) vignetting: OnceLock<Vignetting>,
     /// The lens at other wavelengths; none if one wavelength is enough.
     pub(super) spectral: Option<Box<SpectralLenses>>,
     /// The color of light behind the coatings, if rays of all wavelengths take the same path and
@@ -75,7 +74,7 @@ impl LensCamera {
             format,
             place,
             target,
-            transmission: OnceLock::new(),
+            vignetting: OnceLock::new(),
             spectral: None,
             tint: None,
         };

@@ -1,13 +1,13 @@
 //! Rays that are lost in the margin of the area aimed at are resampled.
 //!
 //! A lost ray is a sample without light, and if a hundredth of all samples are lost, that is the
-//! greatest noise of an even part of a picture. Where the share of light in the area aimed at is
-//! known ([`PupilTransmission`]), a lost ray is aimed again from its film point until it gets
+//! greatest noise of an even part of a picture. Where the unvignetted fraction of the area aimed
+//! at is known ([`Vignetting`]), a lost ray is aimed again from its film point until it gets
 //! through, and every ray is weighted by the area of the light alone. The mean is the same, and the
 //! noise is gone.
 
 use ivcam_base::math::lanes::{LANES, bits};
-use ivcam_optics::lens::{Aims, Bundle, PupilTransmission, Transmittances};
+use ivcam_optics::lens::{Aims, Bundle, Transmittances, Vignetting};
 use ivcam_optics::sampling::Samples;
 
 use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
@@ -17,7 +17,7 @@ use super::rays::{CameraRays, ExitRays};
 /// Traces samples that are all aimed in the same way.
 struct Shooting<'a> {
     camera: &'a LensCamera,
-    transmission: &'a PupilTransmission,
+    vignetting: &'a Vignetting,
     transmittances: Option<Transmittances>,
     bundle: &'a mut Bundle,
     /// The samples to be traced.
@@ -28,18 +28,21 @@ struct Shooting<'a> {
 }
 
 impl Shooting<'_> {
-    /// Aims the rays of the samples and traces them. Multiplies their weights by the open share of
-    /// the area at which they were aimed, and adds the samples of lost rays to `self.lost`.
+    /// Aims the rays of the samples and traces them. Multiplies their weights by the unvignetted
+    /// fraction of the area at which they were aimed, and adds the samples of lost rays to `self.lost`.
     /// `number` returns the number of the sample in a lane.
     fn trace(&mut self, out: &mut ExitRays, number: impl Fn(usize) -> usize) {
         let (camera, samples, aims) = (self.camera, &self.samples, &mut self.aims);
         let target = &camera.target;
-        target.aims(&samples.film, &samples.pupil, self.transmission, aims);
+        target.aims(&samples.film, &samples.pupil, self.vignetting, aims);
         let dimming = self.transmittances.as_mut();
         camera.trace(&camera.lens, samples, aims, self.bundle, dimming, out);
-        let known = aims.known_shares();
-        for (weight, share) in out.weights.iter_mut().zip(&aims.open_share) {
-            *weight *= if *share > 0.0 { *share } else { 1.0 };
+        let known = aims.known_vignetting();
+        for (weight, unvignetted) in out.weights.iter_mut().zip(&aims.unvignetted) {
+            *weight *= match *unvignetted > 0.0 {
+                true => *unvignetted,
+                false => 1.0,
+            };
         }
         let used = u32::MAX >> (LANES - samples.count);
         let lost = bits(known & used & !out.rays.mask);
@@ -54,9 +57,9 @@ impl LensCamera {
     pub(super) fn shoot(&self, samples: &Samples, bundle: &mut Bundle, rays: &mut CameraRays) {
         let mut shooting = Shooting {
             camera: self,
-            transmission: self
-                .transmission
-                .get_or_init(|| self.target.transmission(&self.lens, &self.place)),
+            vignetting: self
+                .vignetting
+                .get_or_init(|| self.target.vignetting(&self.lens, &self.place)),
             transmittances: self.transmittances(&self.lens),
             bundle,
             samples: FilmSamples::default(),

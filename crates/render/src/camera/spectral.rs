@@ -10,8 +10,8 @@
 //! shaded with the probability [`SAME_SURFACE_PROBABILITY`]. The difference of the two radiances is
 //! divided by the probabilities, so that the mean is that of tracing all rays.
 //!
-//! A sample whose main ray is lost is aimed again as in `resample`, if the open share of the area
-//! is known at the main wavelength. Later aims are points of the main wavelength's pupil alone, so
+//! A sample whose main ray is lost is aimed again as in `resample`, if the unvignetted fraction of
+//! the area is known at the main wavelength. Later aims are points of the main wavelength's pupil alone, so
 //! the rays of the first aim that get through at other wavelengths continue as well.
 
 use std::iter::zip;
@@ -39,7 +39,8 @@ const SAME_SURFACE_PROBABILITY: f64 = 0.2;
 /// All wavelengths are traced in a rim of the open area, because rays that are lost at some
 /// wavelengths alone are near the rim. It is the rim's share of the area.
 const RIM: f64 = 0.02;
-/// The share of the area at whose inner end that rim begins if the open share is not known.
+/// The share of the area at whose inner end that rim begins if the unvignetted fraction is not
+/// known.
 const UNKNOWN_RIM: f64 = 0.9;
 
 /// The probability with which a ray should be intersected. It is proportional to the root mean
@@ -216,7 +217,7 @@ struct OtherRays {
     /// The choices of the other rays: [`ChosenCamera`].
     probability: Lane,
     uniform: Lane,
-    /// The factor of the weights: the open share, if that is known.
+    /// The factor of the weights: the unvignetted fraction, if that is known.
     factor: Lane,
 }
 
@@ -235,9 +236,9 @@ impl OtherRays {
         self.aims.copy(lane, (aims, from));
         self.samples[lane] = aimed.sample as u32;
         self.alone |= u32::from(chosen.is_none()) << lane;
-        let share = aims.open_share[from];
-        self.factor[lane] = match chosen.is_some() && share > 0.0 {
-            true => share,
+        let unvignetted = aims.unvignetted[from];
+        self.factor[lane] = match chosen.is_some() && unvignetted > 0.0 {
+            true => unvignetted,
             false => 1.0,
         };
         if let Some(chosen) = chosen {
@@ -332,7 +333,7 @@ impl SetTracing<'_> {
         let (mut lanes, mut aims) = (FilmSamples::default(), Aims::default());
         let mut main = ExitRays::default();
         let lenses = self.lenses;
-        let transmission = &lenses.aiming(set, self.camera).transmission;
+        let vignetting = &lenses.aiming(set, self.camera).vignetting;
         let mut lost: Vec<AimedSample> = Vec::new();
         for round in 0..=ROUNDS {
             let again = std::mem::take(&mut lost);
@@ -341,8 +342,8 @@ impl SetTracing<'_> {
                 lanes.take(chunk);
                 lenses
                     .target
-                    .aims(&lanes.film, &lanes.pupil, transmission, &mut aims);
-                let known = aims.known_shares();
+                    .aims(&lanes.film, &lanes.pupil, vignetting, &mut aims);
+                let known = aims.known_vignetting();
                 let lens = &lenses.lenses[set][MAIN];
                 self.camera
                     .trace_at(lens, &lanes, &aims, self.bundle, &mut main);
@@ -370,10 +371,10 @@ impl SetTracing<'_> {
         let mut choices = Choices::default();
         for lane in bits(main.rays.mask) {
             let aimed = &samples[lane];
-            let share = Some(aims.open_share[lane]).filter(|share| *share > 0.0);
-            let weight = main.weights[lane] * share.unwrap_or(1.0);
+            let unvignetted = Some(aims.unvignetted[lane]).filter(|known| *known > 0.0);
+            let weight = main.weights[lane] * unvignetted.unwrap_or(1.0);
             self.rays.set(aimed.sample, main.ray(lane), weight);
-            let rim = share.map_or(UNKNOWN_RIM, |share| share - RIM);
+            let rim = unvignetted.map_or(UNKNOWN_RIM, |fraction| fraction - RIM);
             let probabilities = match aimed.pupil[1] > rim {
                 true => &[1.0; HERO],
                 false => aiming.probabilities(aimed.film),
@@ -575,8 +576,9 @@ mod tests {
 
     /// The mean of the fast path is that of tracing every wavelength of random samples, by a z-test
     /// of the differences for each color. A correct program exceeds 4.5 in any of the 27 tests in
-    /// one of 5,000 runs; the seeds are fixed. The open share is known to 3e-4
-    /// (`lens::pupil::transmission`).
+    /// one of 5,000 runs; the seeds are fixed. The unvignetted fraction is known
+    /// to 3e-4
+    /// (`lens::pupil::vignetting`).
     #[test]
     fn the_mean_is_that_of_tracing_all_wavelengths_of_every_sample() {
         const N: u32 = 1 << 15;

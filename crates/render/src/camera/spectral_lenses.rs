@@ -5,9 +5,7 @@ use std::sync::OnceLock;
 use glam::{DMat3, DVec2};
 use ivcam_base::math::lanes::{LANES, bits};
 use ivcam_optics::film::FilmFormat;
-use ivcam_optics::lens::{
-    Aims, Bundle, ExitPupil, FilmPlace, Lens, PupilTarget, PupilTransmission,
-};
+use ivcam_optics::lens::{Aims, Bundle, ExitPupil, FilmPlace, Lens, PupilTarget, Vignetting};
 use ivcam_optics::spectrum::{HERO, MAIN, SETS, SpectralLine, Spectrum};
 
 use super::film_samples::FilmSamples;
@@ -18,7 +16,7 @@ use super::spectral::{distance, probability};
 /// The number of equal parts of the film's half diagonal in which the distances of rays are
 /// measured.
 const RINGS: usize = 12;
-/// The sets whose open shares are measured. Those of the others are interpolated.
+/// The sets whose vignetting is measured. That of the others is interpolated.
 const MEASURED: [usize; 3] = [0, SETS / 2, SETS - 1];
 
 /// A lens at the wavelengths of every hero set.
@@ -39,8 +37,8 @@ pub(super) struct SpectralLenses {
 /// How the rays of a hero set are aimed and chosen.
 #[derive(Clone, Debug)]
 pub(super) struct SetAiming {
-    /// The open share of the target's area at the main wavelength.
-    pub transmission: PupilTransmission,
+    /// The unvignetted fraction of the target's area at the main wavelength.
+    pub vignetting: Vignetting,
     /// For each ring of the film, the probability with which each wavelength is traced; 0 for the
     /// main one.
     probabilities: [[f64; HERO]; RINGS],
@@ -107,10 +105,10 @@ impl SpectralLenses {
     fn measure(&self, camera: &LensCamera) -> Vec<SetAiming> {
         let nm = |set: usize| self.sets[set][MAIN].nm;
         let place = camera.place();
-        let measure = |set: usize| self.target.transmission(&self.lenses[set][MAIN], place);
+        let measure = |set: usize| self.target.vignetting(&self.lenses[set][MAIN], place);
         let measured = MEASURED.map(|set| (nm(set), measure(set)));
         let aiming = |set: usize| SetAiming {
-            transmission: PupilTransmission::interpolated(&measured, nm(set))
+            vignetting: Vignetting::interpolated(&measured, nm(set))
                 .unwrap_or_else(|| measure(set)),
             probabilities: std::array::from_fn(|ring| self.probabilities(camera, set, ring)),
             rings_per_mm: RINGS as f64 / camera.format.half_diagonal(),
@@ -133,7 +131,7 @@ impl SpectralLenses {
             count: LANES,
         };
         let (mut aims, mut bundle) = (Aims::default(), Bundle::default());
-        let unknown = PupilTransmission::default();
+        let unknown = Vignetting::default();
         self.target
             .aims(&lanes.film, &lanes.pupil, &unknown, &mut aims);
         let rays = self.lenses[set].each_ref().map(|lens| {

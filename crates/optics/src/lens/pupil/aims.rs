@@ -3,11 +3,9 @@
 use glam::DVec2;
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel};
 
-use crate::lens::pupil::patch::{Patch, Position};
-use crate::lens::pupil::polar::Cells;
-use crate::lens::pupil::spans::Spans;
+use crate::lens::pupil::patch::{PupilPatch, unvignetted_at};
 use crate::lens::pupil::symmetry::WedgeCopy;
-use crate::lens::pupil::transmission::PupilTransmission;
+use crate::lens::pupil::vignetting::Vignetting;
 use crate::lens::pupil::window::PupilWindow;
 
 /// Points of the rear vertex plane to aim at, a lane for each ray.
@@ -20,16 +18,16 @@ pub struct Aims {
     /// The reciprocal of each point's probability density, in square millimeters. It is 0 if no
     /// light reaches the film point.
     pub area: Lane,
-    /// The share of that area that is open; 0 if it is not known.
-    pub open_share: Lane,
+    /// The unvignetted fraction of that area; 0 if it is not known.
+    pub unvignetted: Lane,
 }
 
 impl Aims {
-    /// A mask of the lanes whose open share is known.
-    pub fn known_shares(&self) -> u32 {
-        let lanes = self.open_share.iter().zip(&self.area).enumerate();
-        lanes.fold(0, |all, (lane, (share, area))| {
-            all | u32::from((*share > 0.0) & (*area > 0.0)) << lane
+    /// A mask of the lanes whose unvignetted fraction is known.
+    pub fn known_vignetting(&self) -> u32 {
+        let lanes = self.unvignetted.iter().zip(&self.area).enumerate();
+        lanes.fold(0, |all, (lane, (fraction, area))| {
+            all | u32::from((*fraction > 0.0) & (*area > 0.0)) << lane
         })
     }
 
@@ -40,8 +38,8 @@ impl Aims {
     }
 
     /// Sets the aim of a lane to the point of a window for a pair of numbers in the unit square.
-    pub(crate) fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
-        [self.area[lane], self.open_share[lane]] = [0.0; 2];
+    pub(super) fn set(&mut self, lane: usize, window: &PupilWindow<'_>, [u, v]: [f64; 2]) {
+        [self.area[lane], self.unvignetted[lane]] = [0.0; 2];
         if !window.is_closed() {
             let aim = window.point(u, v);
             [self.x[lane], self.y[lane]] = aim.to_array();
@@ -50,11 +48,31 @@ impl Aims {
     }
 }
 
-/// The kernel of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) for a table
-/// over the film's radius.
-pub(crate) struct SpanAims<'a> {
-    pub spans: &'a Spans,
-    pub transmission: &'a PupilTransmission,
+/// A table of pupils over the film. See [`PupilPatch`] for `L` and `Q`.
+pub(super) trait PupilTable<const L: usize, const Q: usize> {
+    /// The film coordinates of a film point, its direction from the axis, and the number of its
+    /// wedge's copy. The film point is in millimeters from the film's middle.
+    fn coordinates<const FUSED: bool>(&self, film: DVec2) -> ([f64; 2], DVec2, f64);
+
+    /// The patch that contains film coordinates; none if no light reaches them.
+    fn patch(&self, film: [f64; 2]) -> Option<&PupilPatch<L, Q>>;
+
+    /// The direction of a film point in the first wedge, and the copy that maps it to its own.
+    fn unfolded(&self, direction: DVec2, copy: f64) -> (DVec2, WedgeCopy);
+
+    /// The unvignetted fractions over a patch of the table, for each lens; empty if they are not
+    /// known.
+    fn unvignetted<'a>(
+        &'a self,
+        patch: &'a PupilPatch<L, Q>,
+        vignetting: &'a Vignetting,
+    ) -> &'a [[f64; Q]];
+}
+
+/// The kernel of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) for a table.
+pub(super) struct TableAims<'a, T, const L: usize, const Q: usize> {
+    pub table: &'a T,
+    pub vignetting: &'a Vignetting,
     /// The film points, in millimeters from the film's middle.
     pub film: &'a [Lane; 2],
     /// Points of the unit square.
@@ -63,99 +81,33 @@ pub(crate) struct SpanAims<'a> {
     pub aims: &'a mut Aims,
 }
 
-impl SimdKernel for SpanAims<'_> {
+impl<T: PupilTable<L, Q>, const L: usize, const Q: usize> SimdKernel for TableAims<'_, T, L, Q> {
     type Output = ();
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
-        let [[fx, fy], [u, v]] = [self.film, self.pupil];
-        let Aims {
-            x,
-            y,
-            area,
-            open_share,
-        } = self.aims;
-        let [mut radius, mut out] = [[0.0; LANES]; 2];
+        let ([fx, fy], [u, v]) = (self.film, self.pupil);
+        let (table, aims) = (self.table, self.aims);
+        let [mut film, mut directions, mut turns, mut mirrors] = [[[0.0; LANES]; 2]; 4];
+        let [mut numbers, mut out] = [[0.0; LANES]; 2];
         for i in 0..LANES {
-            radius[i] = (fx[i] * fx[i] + fy[i] * fy[i]).sqrt();
-            out[i] = v[i].sqrt();
-        }
-        if let Some(number) = self.spans.all_in_one(&radius) {
-            let (span, start) = (&self.spans.spans[number], self.spans.start(number));
-            let mut t = [0.0; LANES];
-            for i in 0..LANES {
-                t[i] = (radius[i] - start) * self.spans.inverse_length[number];
-                area[i] = span.area(t[i]).max(0.0);
-            }
-            let [a, b, c] = self.transmission.share(number);
-            for i in 0..LANES {
-                open_share[i] = a + t[i] * (b + t[i] * c);
-            }
-            for i in 0..LANES {
-                [x[i], y[i]] = span.point(t[i], u[i], out[i]).to_array();
-            }
-        } else {
-            for i in 0..LANES {
-                [area[i], open_share[i]] = [0.0; 2];
-                if let Some((number, t)) = self.spans.at(radius[i]) {
-                    let span = &self.spans.spans[number];
-                    let [a, b, c] = self.transmission.share(number);
-                    open_share[i] = a + t * (b + t * c);
-                    area[i] = span.area(t).max(0.0);
-                    [x[i], y[i]] = span.point(t, u[i], out[i]).to_array();
-                }
-            }
-        }
-        for i in 0..LANES {
-            // On the axis every rotation is the same: take none.
-            let off_axis = radius[i] > 0.0;
-            let scale = 1.0 / (if off_axis { radius[i] } else { 1.0 });
-            let (cos, sin) = (if off_axis { fx[i] * scale } else { 1.0 }, fy[i] * scale);
-            let (across, along) = (x[i], y[i]);
-            x[i] = across * cos - along * sin;
-            y[i] = across * sin + along * cos;
-        }
-    }
-}
-
-/// The kernel of [`PupilTarget::aims`](crate::lens::pupil::target::PupilTarget::aims) for a table
-/// over film positions.
-pub(super) struct CellAims<'a> {
-    pub cells: &'a Cells,
-    /// The weights of the open shares of the table's lenses; none if they are not needed.
-    pub weights: &'a [f64],
-    /// The film points, in millimeters from the film's middle.
-    pub film: &'a [Lane; 2],
-    /// Points of the unit square.
-    pub pupil: &'a [Lane; 2],
-    /// The result.
-    pub aims: &'a mut Aims,
-}
-
-impl SimdKernel for CellAims<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<const FUSED: bool>(self) {
-        let [[fx, fy], [u, v]] = [self.film, self.pupil];
-        let aims = self.aims;
-        let mut places = [[0.0; LANES]; 2];
-        let [mut dx, mut dy, mut numbers, mut out] = [[0.0; LANES]; 4];
-        for i in 0..LANES {
-            let (place, direction, number) = self.cells.place_of::<FUSED>(DVec2::new(fx[i], fy[i]));
-            [places[0][i], places[1][i]] = place;
-            [dx[i], dy[i]] = [direction.x, direction.y];
+            let (at, direction, number) = table.coordinates::<FUSED>(DVec2::new(fx[i], fy[i]));
+            [film[0][i], film[1][i]] = at;
+            [directions[0][i], directions[1][i]] = direction.to_array();
             (numbers[i], out[i]) = (number, v[i].sqrt());
         }
-        let (mut copies, mut patches) = ([WedgeCopy::NONE; LANES], [None; LANES]);
-        let mut last: Option<&Patch> = None;
+        let mut patches: [Option<&PupilPatch<L, Q>>; LANES] = [None; LANES];
+        let mut last = None;
         for i in 0..LANES {
-            let place = [places[0][i], places[1][i]];
-            let (direction, copy) = self.cells.unfolded(DVec2::new(dx[i], dy[i]), numbers[i]);
-            ([dx[i], dy[i]], copies[i]) = (direction.to_array(), copy);
-            patches[i] = match last.filter(|patch| patch.contains(place)) {
-                None => self.cells.patch(place),
-                same => same,
+            let direction = DVec2::new(directions[0][i], directions[1][i]);
+            let (direction, copy) = table.unfolded(direction, numbers[i]);
+            [directions[0][i], directions[1][i]] = direction.to_array();
+            [turns[0][i], turns[1][i]] = copy.turn.to_array();
+            [mirrors[0][i], mirrors[1][i]] = copy.mirror.to_array();
+            let at = [film[0][i], film[1][i]];
+            patches[i] = match last {
+                Some(patch) if PupilPatch::contains(patch, at) => last,
+                _ => table.patch(at),
             };
             last = patches[i];
         }
@@ -166,28 +118,34 @@ impl SimdKernel for CellAims<'_> {
             first = lanes.end;
             let Some(patch) = run[0] else {
                 aims.area[lanes.clone()].fill(0.0);
-                aims.open_share[lanes].fill(0.0);
+                aims.unvignetted[lanes].fill(0.0);
                 continue;
             };
-            let (mut at, mut middles) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
+            let (mut at, mut centers) = ([[0.0; LANES]; 2], [[0.0; LANES]; 2]);
             for i in lanes.clone() {
-                let position = patch.position([places[0][i], places[1][i]]);
-                [at[0][i], at[1][i]] = [position.u, position.v];
+                let position = patch.coordinates([film[0][i], film[1][i]]);
+                [at[0][i], at[1][i]] = position;
                 aims.area[i] = patch.area::<FUSED>(position).max(0.0);
-                let middle = patch.middle::<FUSED>(position, DVec2::new(dx[i], dy[i]));
-                [middles[0][i], middles[1][i]] = middle.to_array();
+                let direction = DVec2::new(directions[0][i], directions[1][i]);
+                let center = patch.center::<FUSED>(position, direction);
+                [centers[0][i], centers[1][i]] = center.to_array();
             }
-            let shares = &mut aims.open_share;
-            patch.open_shares::<FUSED>(&at, lanes.clone(), self.weights, shares);
+            let fractions = table.unvignetted(patch, self.vignetting);
+            let (weights, sums) = (self.vignetting.weights(), &mut aims.unvignetted);
+            unvignetted_at::<FUSED, Q>(fractions, weights, &at, lanes.clone(), sums);
             for i in lanes {
-                let position = Position {
-                    u: at[0][i],
-                    v: at[1][i],
-                };
-                let rim = patch.rim::<FUSED>(position, aims.area[i], u[i]);
-                let point = DVec2::new(middles[0][i], middles[1][i]) + out[i] * rim;
-                [aims.x[i], aims.y[i]] = copies[i].placed(point).to_array();
+                let rim = patch.rim::<FUSED>([at[0][i], at[1][i]], aims.area[i], u[i]);
+                aims.x[i] = centers[0][i] + out[i] * rim.x;
+                aims.y[i] = centers[1][i] + out[i] * rim.y;
             }
+        }
+        for i in 0..LANES {
+            let copy = WedgeCopy {
+                turn: DVec2::new(turns[0][i], turns[1][i]),
+                mirror: DVec2::new(mirrors[0][i], mirrors[1][i]),
+            };
+            let aim = copy.placed(DVec2::new(aims.x[i], aims.y[i]));
+            [aims.x[i], aims.y[i]] = aim.to_array();
         }
     }
 }

@@ -12,20 +12,17 @@
 
 pub(crate) mod aims;
 pub(crate) mod exit_pupil;
-mod lattice;
+mod film_row;
 mod patch;
-mod polar;
+mod polar_cells;
+mod polar_table;
 mod polygon;
-mod radial;
+mod radial_table;
 pub(crate) mod rear_element;
-mod rim_shares;
-mod sampler;
 pub(crate) mod search;
-mod sides;
-mod span;
-mod spans;
+mod secondary_region;
 mod support;
 mod symmetry;
 pub(crate) mod target;
-pub(crate) mod transmission;
+pub(crate) mod vignetting;
 pub(crate) mod window;

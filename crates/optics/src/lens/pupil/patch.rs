@@ -1,82 +1,107 @@
-//! The interpolated pupils of a quarter of a cell, prepared for aiming.
+//! The interpolated pupil polygons of one region of the film, prepared for aiming.
 //!
-//! The corners of the polygons are bilinear in the place of the film point, because the sides of
-//! all polygons have the same directions. Areas are then biquadratic. Their coefficients are
-//! computed once, and an aim from any film point of the quarter costs one search among triangles.
+//! A region is an interval of film radii, with one coordinate, or a rectangle in polar coordinates,
+//! with two. The sides of all polygons have the same normals, so their corners are linear in each
+//! coordinate of the film point, and areas are quadratic in each. Their coefficients are computed
+//! once, and an aim from any film point of the region costs one search among triangles.
 
 use std::ops::Range;
 
 use glam::DVec2;
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
-use crate::lens::pupil::sides::{Outline, SIDES, Support, TriangleTable, share};
+use crate::lens::pupil::support::{Corners, SIDES};
 use crate::lens::pupil::symmetry::WedgeCopy;
 
-/// The coefficients of 1, u, v and uv.
-type Bilinear = [DVec2; 4];
+/// A patch over an interval of film radii. The second coordinate is not used.
+pub(super) type RadialPatch = PupilPatch<2, 3>;
 
-/// The coefficients of uⁱvʲ, at the index 3j + i.
-pub(super) type Biquadratic = [f64; 9];
+/// A patch over a rectangle in polar coordinates.
+pub(super) type PolarPatch = PupilPatch<4, 9>;
 
-/// The polygons at which rays are aimed from the film points of a rectangle of places.
+/// The polygons at which rays are aimed from the film points of one region.
+///
+/// A function that is linear in each coordinate has `L` coefficients: those of 1 and u, or of 1, u,
+/// v and uv. One that is quadratic in each has `Q`: those of uⁱ, or of uⁱvʲ at the index 3j + i.
 #[derive(Clone, Debug)]
-pub(super) struct Patch {
-    /// The least place.
+pub(super) struct PupilPatch<const L: usize, const Q: usize> {
+    /// The number of the patch in its table.
+    pub number: usize,
+    /// The least film coordinates.
     low: [f64; 2],
-    /// The least place beyond the rectangle.
+    /// The least film coordinates beyond the region.
     high: [f64; 2],
-    /// The reciprocals of the sides.
+    /// The reciprocals of the region's sides; 0 for a side of length 0.
     inverse: [f64; 2],
-    /// The corners of the polygon, relative to its middle. The first is repeated at the end.
-    corners: [Bilinear; SIDES + 1],
-    /// The middle of the polygon, relative to the center of the figure.
-    middle: Bilinear,
-    /// The center of the figure, relative to the direction of the film point.
-    center: Bilinear,
-    /// Twice the area of the triangles before each corner.
-    before: [Biquadratic; SIDES + 1],
-    triangles: TriangleTable,
-    /// The open share of the area for each lens of the table; empty if it is not known.
-    open_shares: Vec<Biquadratic>,
+    /// The center of the outline, relative to the direction of the film point.
+    center: [DVec2; L],
+    /// The center of the polygon, relative to that of the outline.
+    middle: [DVec2; L],
+    /// The corners of the polygon. The first is repeated at the end.
+    corners: [Corner<L, Q>; SIDES + 1],
+    /// The triangle that contains the middle of each of [`STARTS`] equal parts of the mean area.
+    /// The search for a triangle starts there, and nearly always ends there.
+    starts: [u8; STARTS],
+    /// The unvignetted fraction of the area for each lens of the table; empty if it is not known,
+    /// or not stored here.
+    pub unvignetted: Vec<[f64; Q]>,
 }
 
-/// The position in a patch, 0 to 1 from its least place to its greatest.
+/// The number of equal parts of the area in the table that finds a triangle.
+const STARTS: usize = 1024;
+
+/// A corner as a function of the coordinates. With one coordinate it fills a line of the
+/// processor's cache.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Position {
-    pub u: f64,
-    pub v: f64,
+#[repr(align(64))]
+struct Corner<const L: usize, const Q: usize> {
+    /// The corner relative to the center of the polygon.
+    offset: [DVec2; L],
+    /// Twice the area of the triangles before the corner.
+    before: [f64; Q],
 }
 
-impl Position {
-    /// Evaluates a biquadratic.
-    #[inline(always)]
-    pub(super) fn quadratic<const FUSED: bool>(self, all: &Biquadratic) -> f64 {
-        let [a, b, c, d, e, f, g, h, i] = *all;
-        let row = |a, b, c| fused::<FUSED>(self.u, fused::<FUSED>(self.u, c, b), a);
-        let (low, middle, high) = (row(a, b, c), row(d, e, f), row(g, h, i));
-        fused::<FUSED>(self.v, fused::<FUSED>(self.v, high, middle), low)
+/// Evaluates a function that is linear in each coordinate.
+#[inline(always)]
+fn linear<const FUSED: bool, const L: usize>(all: &[DVec2; L], [u, v]: [f64; 2]) -> DVec2 {
+    if L == 2 {
+        return all[0] + u * all[1];
     }
+    let axis = |k: usize| {
+        let low = fused::<FUSED>(u, all[1][k], all[0][k]);
+        let high = fused::<FUSED>(u, all[3][k], all[2][k]);
+        fused::<FUSED>(v, high, low)
+    };
+    DVec2::new(axis(0), axis(1))
+}
 
-    /// Evaluates a bilinear function.
-    #[inline(always)]
-    fn bilinear<const FUSED: bool>(self, [a, b, c, d]: &Bilinear) -> DVec2 {
-        let of = |a: f64, b: f64, c: f64, d: f64| {
-            let (low, high) = (fused::<FUSED>(self.u, b, a), fused::<FUSED>(self.u, d, c));
-            fused::<FUSED>(self.v, high, low)
-        };
-        DVec2::new(of(a.x, b.x, c.x, d.x), of(a.y, b.y, c.y, d.y))
+/// Evaluates a function that is quadratic in each coordinate.
+#[inline(always)]
+fn quadratic<const FUSED: bool, const Q: usize>(all: &[f64; Q], [u, v]: [f64; 2]) -> f64 {
+    if Q == 3 {
+        return all[0] + u * (all[1] + u * all[2]);
     }
+    let row = |k: usize| {
+        let rest = fused::<FUSED>(u, all[k + 2], all[k + 1]);
+        fused::<FUSED>(u, rest, all[k])
+    };
+    let (low, middle, high) = (row(0), row(3), row(6));
+    fused::<FUSED>(v, fused::<FUSED>(v, high, middle), low)
 }
 
-/// The coefficients of a bilinear function with the given values at (0, 0), (1, 0), (0, 1) and
-/// (1, 1).
-fn bilinear([a, b, c, d]: [DVec2; 4]) -> Bilinear {
-    [a, b - a, c - a, d - c - b + a]
+/// The coefficients of a function that is linear in each coordinate and has the given values at 0
+/// and 1, or at (0, 0), (1, 0), (0, 1) and (1, 1).
+fn linear_through<const L: usize>(values: [DVec2; L]) -> [DVec2; L] {
+    std::array::from_fn(|k| match k {
+        0 => values[0],
+        3 => values[3] - values[2] - values[1] + values[0],
+        _ => values[k] - values[0],
+    })
 }
 
-/// The coefficients of the cross product of two bilinear functions.
-fn cross(p: &Bilinear, q: &Bilinear) -> Biquadratic {
-    let mut all = [0.0; 9];
+/// The coefficients of the cross product of two functions that are linear in each coordinate.
+fn cross<const L: usize, const Q: usize>(p: &[DVec2; L], q: &[DVec2; L]) -> [f64; Q] {
+    let mut all = [0.0; Q];
     for (k, p) in p.iter().enumerate() {
         for (l, q) in q.iter().enumerate() {
             all[3 * (k / 2 + l / 2) + k % 2 + l % 2] += p.perp_dot(*q);
@@ -91,138 +116,79 @@ pub(super) fn quadratic_through([low, middle, high]: [f64; 3]) -> [f64; 3] {
     [low, high - low - bend, bend]
 }
 
-/// The coefficients of the biquadratic through its values at the positions 0, 1/2 and 1 of u and v,
-/// in the order of the coefficients.
-pub(super) fn biquadratic_through(values: Biquadratic) -> Biquadratic {
+/// The coefficients of the biquadratic through its values at the coordinates 0, 1/2 and 1, in the
+/// order of the coefficients.
+pub(super) fn biquadratic_through(values: [f64; 9]) -> [f64; 9] {
     let rows = [0, 3, 6].map(|k| quadratic_through([0, 1, 2].map(|i| values[k + i])));
     let columns = [0, 1, 2].map(|i| quadratic_through(rows.map(|row| row[i])));
     std::array::from_fn(|k| columns[k % 3][k / 3])
 }
 
-impl Patch {
-    /// The patch between `low` and `high` whose figures have the given centers and supports, at
-    /// (0, 0), (1, 0), (0, 1) and (1, 1), and sides with the normals `sides`. The open share is not
-    /// known yet.
+impl<const L: usize, const Q: usize> PupilPatch<L, Q> {
+    /// The patch of a region from its least film coordinates to the least beyond it. At its
+    /// corners the outlines have the given centers and, around those, the polygons. The
+    /// unvignetted fraction is not known yet.
     pub(super) fn new(
-        low: [f64; 2],
-        size: [f64; 2],
-        figures: [(DVec2, &Support); 4],
-        sides: &[DVec2; SIDES],
+        number: usize,
+        (low, high): ([f64; 2], [f64; 2]),
+        inverse: [f64; 2],
+        centers: [DVec2; L],
+        polygons: [&Corners; L],
     ) -> Self {
-        let outlines = figures.map(|(_, support)| Outline::of(support, sides));
-        let corner = |j: usize| bilinear(outlines.each_ref().map(|o| o.corner_offset(j)));
-        let corners: [Bilinear; SIDES + 1] = std::array::from_fn(corner);
-        let mut before = [[0.0; 9]; SIDES + 1];
+        let mut corners: [Corner<L, Q>; SIDES + 1] = std::array::from_fn(|j| Corner {
+            offset: linear_through(polygons.map(|polygon| polygon.offset(j))),
+            before: [0.0; Q],
+        });
         for j in 0..SIDES {
-            let twice = cross(&corners[j], &corners[j + 1]);
-            before[j + 1] = std::array::from_fn(|k| before[j][k] + twice[k]);
+            let twice: [f64; Q] = cross(&corners[j].offset, &corners[j + 1].offset);
+            corners[j + 1].before = std::array::from_fn(|k| corners[j].before[k] + twice[k]);
         }
-        let mean = |j: usize| {
-            let terms = before[j].iter().enumerate();
-            terms
-                .map(|(k, c)| c / ((k % 3 + 1) * (k / 3 + 1)) as f64)
-                .sum()
-        };
-        let end = |k: usize| match low[k] + size[k] {
-            // The greatest place is 1, and belongs to the last patch.
-            high if high >= 1.0 => f64::INFINITY,
-            high => high,
-        };
         Self {
+            number,
             low,
-            high: [0, 1].map(end),
-            inverse: size.map(f64::recip),
-            triangles: TriangleTable::new(mean),
+            high,
+            inverse,
+            center: linear_through(centers),
+            middle: linear_through(polygons.map(|polygon| polygon.center)),
+            starts: starts(&corners),
             corners,
-            middle: bilinear(outlines.each_ref().map(Outline::center)),
-            center: bilinear(figures.map(|(center, _)| center)),
-            before,
-            open_shares: Vec::new(),
+            unvignetted: Vec::new(),
         }
     }
 
-    /// The patch with the open shares of the table's lenses; empty if they are not known.
-    pub(super) fn with_open_shares(self, open_shares: Vec<Biquadratic>) -> Self {
-        Self {
-            open_shares,
-            ..self
-        }
-    }
-
-    /// The open shares of the area at the positions of some lanes, with the given weights of the
-    /// lenses; 0 if one is not known.
+    /// Whether film coordinates are in the region.
     #[inline(always)]
-    pub(super) fn open_shares<const FUSED: bool>(
-        &self,
-        at: &[Lane; 2],
-        lanes: Range<usize>,
-        weights: &[f64],
-        shares: &mut Lane,
-    ) {
-        shares[lanes.clone()].fill(0.0);
-        let mut is_known = [true; LANES];
-        for (share, weight) in self.open_shares.iter().zip(weights) {
-            for i in lanes.clone() {
-                let at = Position {
-                    u: at[0][i],
-                    v: at[1][i],
-                };
-                let share = at.quadratic::<FUSED>(share);
-                shares[i] = fused::<FUSED>(*weight, share, shares[i]);
-                is_known[i] &= share > 0.0;
-            }
-        }
-        for i in lanes {
-            shares[i] = if is_known[i] { shares[i] } else { 0.0 };
-        }
-    }
-
-    /// Whether a place is in the patch.
-    #[inline(always)]
-    pub(super) fn contains(&self, place: [f64; 2]) -> bool {
-        let inside = |k: usize| (place[k] >= self.low[k]) & (place[k] < self.high[k]);
+    pub(super) fn contains(&self, film: [f64; 2]) -> bool {
+        let inside = |k: usize| (film[k] >= self.low[k]) & (film[k] < self.high[k]);
         inside(0) & inside(1)
     }
 
-    /// The position of a place.
+    /// The coordinates in the patch, 0 to 1, of film coordinates.
     #[inline(always)]
-    pub(super) fn position(&self, place: [f64; 2]) -> Position {
-        let [u, v] = [0, 1].map(|k| (place[k] - self.low[k]) * self.inverse[k]);
-        Position { u, v }
+    pub(super) fn coordinates(&self, film: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|k| (film[k] - self.low[k]) * self.inverse[k])
     }
 
     /// The area of the polygon, in square millimeters.
     #[inline(always)]
-    pub(super) fn area<const FUSED: bool>(&self, at: Position) -> f64 {
-        0.5 * at.quadratic::<FUSED>(&self.before[SIDES])
+    pub(super) fn area<const FUSED: bool>(&self, at: [f64; 2]) -> f64 {
+        0.5 * quadratic::<FUSED, Q>(&self.corners[SIDES].before, at)
     }
 
-    /// The polygon from a film point in a direction.
-    pub(super) fn outline(&self, at: Position, direction: DVec2) -> Outline {
-        let center = self.middle::<false>(at, direction);
-        Outline {
-            center,
-            corners: self
-                .corners
-                .each_ref()
-                .map(|c| center + at.bilinear::<false>(c)),
-        }
-    }
-
-    /// The middle of the polygon from a film point in a direction.
+    /// The center of the polygon from a film point in a direction.
     #[inline(always)]
-    pub(super) fn middle<const FUSED: bool>(&self, at: Position, direction: DVec2) -> DVec2 {
-        let center = direction.rotate(at.bilinear::<FUSED>(&self.center));
-        center + at.bilinear::<FUSED>(&self.middle)
+    pub(super) fn center<const FUSED: bool>(&self, at: [f64; 2], direction: DVec2) -> DVec2 {
+        let center = direction.rotate(linear::<FUSED, L>(&self.center, at));
+        center + linear::<FUSED, L>(&self.middle, at)
     }
 
-    /// The point of the rim, relative to the middle, at the share `around` of the area, counted
-    /// around the middle. `area` is [`Self::area`].
+    /// The point of the rim, relative to the center, at the fraction `around` of the area, counted
+    /// around the center. `area` is [`Self::area`].
     #[inline(always)]
-    pub(super) fn rim<const FUSED: bool>(&self, at: Position, area: f64, around: f64) -> DVec2 {
-        let before = |j: usize| at.quadratic::<FUSED>(&self.before[j]);
+    pub(super) fn rim<const FUSED: bool>(&self, at: [f64; 2], area: f64, around: f64) -> DVec2 {
+        let before = |j: usize| quadratic::<FUSED, Q>(&self.corners[j].before, at);
         let place = 2.0 * around * area;
-        let mut j = self.triangles.lookup(around);
+        let mut j = usize::from(self.starts[(around * STARTS as f64) as usize & (STARTS - 1)]);
         let (mut from, mut to) = (before(j), before(j + 1));
         // The tabulated triangle nearly always contains the point.
         while j > 0 && place < from {
@@ -233,24 +199,88 @@ impl Patch {
             j += 1;
             (from, to) = (to, before(j + 1));
         }
-        let [p, q] = [j, j + 1].map(|j| at.bilinear::<FUSED>(&self.corners[j]));
-        p + share(place, from, to) * (q - p)
+        let [p, q] = [j, j + 1].map(|j| linear::<FUSED, L>(&self.corners[j].offset, at));
+        // A triangle of no area is entered in its middle.
+        let part = match to > from {
+            true => ((place - from) / (to - from)).clamp(0.0, 1.0),
+            false => 0.5,
+        };
+        p + part * (q - p)
     }
 
-    /// The point at the share `around` of the area, counted around the middle, and at the share
-    /// `out` of the distance from the middle to the rim. `direction` is that of the film point.
-    pub(super) fn point(&self, at: Position, direction: DVec2, around: f64, out: f64) -> DVec2 {
-        let area = self.area::<false>(at);
-        self.middle::<false>(at, direction) + out * self.rim::<false>(at, area, around)
+    /// The corners of the polygon from a film point in a direction.
+    pub(super) fn polygon(&self, at: [f64; 2], direction: DVec2) -> Corners {
+        let center = self.center::<false>(at, direction);
+        let corner = |c: &Corner<L, Q>| center + linear::<false, L>(&c.offset, at);
+        Corners {
+            center,
+            all: self.corners.each_ref().map(corner),
+        }
+    }
+}
+
+/// The triangle that contains the middle of each of [`STARTS`] equal parts of the area, averaged
+/// over a patch.
+fn starts<const L: usize, const Q: usize>(corners: &[Corner<L, Q>; SIDES + 1]) -> [u8; STARTS] {
+    let mean = |j: usize| -> f64 {
+        let terms = corners[j].before.iter().enumerate();
+        terms
+            .map(|(k, c)| c / ((k % 3 + 1) * (k / 3 + 1)) as f64)
+            .sum()
+    };
+    let all = mean(SIDES).max(f64::MIN_POSITIVE);
+    let before: [f64; SIDES + 1] = std::array::from_fn(|j| mean(j) / all);
+    let mut j = 0;
+    std::array::from_fn(|i| {
+        let fraction = (i as f64 + 0.5) / STARTS as f64;
+        while j < SIDES - 1 && before[j + 1] <= fraction {
+            j += 1;
+        }
+        j as u8
+    })
+}
+
+/// Evaluates the unvignetted fractions of an area at the coordinates of some lanes: their sum with
+/// the given weights of the lenses, or 0 if one is not known.
+#[inline(always)]
+pub(super) fn unvignetted_at<const FUSED: bool, const Q: usize>(
+    fractions: &[[f64; Q]],
+    weights: &[f64],
+    at: &[Lane; 2],
+    lanes: Range<usize>,
+    sums: &mut Lane,
+) {
+    sums[lanes.clone()].fill(0.0);
+    let mut is_known = [true; LANES];
+    for (fraction, weight) in fractions.iter().zip(weights) {
+        for i in lanes.clone() {
+            let fraction = quadratic::<FUSED, Q>(fraction, [at[0][i], at[1][i]]);
+            sums[i] = fused::<FUSED>(*weight, fraction, sums[i]);
+            is_known[i] &= fraction > 0.0;
+        }
+    }
+    for i in lanes {
+        sums[i] = if is_known[i] { sums[i] } else { 0.0 };
     }
 }
 
 /// A film point in a table.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Located<'a> {
-    pub patch: &'a Patch,
-    pub at: Position,
+pub(super) struct Located<'a, const L: usize, const Q: usize> {
+    pub patch: &'a PupilPatch<L, Q>,
+    /// The coordinates in the patch.
+    pub at: [f64; 2],
     /// The direction of the film point in the first wedge.
     pub direction: DVec2,
+    /// The rotation and reflection of the first wedge that contains the film point.
     pub copy: WedgeCopy,
+}
+
+impl<const L: usize, const Q: usize> Located<'_, L, Q> {
+    /// The point at the fraction `around` of the area, counted around the center, and at the
+    /// fraction `out` of the distance from the center to the rim. `area` is that of the polygon.
+    pub(super) fn point(&self, area: f64, around: f64, out: f64) -> DVec2 {
+        let center = self.patch.center::<false>(self.at, self.direction);
+        center + out * self.patch.rim::<false>(self.at, area, around)
+    }
 }

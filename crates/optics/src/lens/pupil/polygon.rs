@@ -2,53 +2,49 @@
 
 use glam::DVec2;
 
-use crate::lens::pupil::patch::{Located, Patch, Position};
-use crate::lens::pupil::sides::{Outline, SIDES};
-use crate::lens::pupil::span::Span;
+use crate::lens::pupil::patch::Located;
+use crate::lens::pupil::polar_table::PolarTable;
+use crate::lens::pupil::radial_table::RadialTable;
+use crate::lens::pupil::support::{Corners, SIDES};
 use crate::lens::pupil::symmetry::WedgeCopy;
 
 /// The polygon at which rays from one film point are aimed.
 #[derive(Clone, Copy, Debug)]
-pub struct Polygon<'a> {
-    figure: Figure<'a>,
-    /// The rotation and reflection of the figure.
+pub struct PupilPolygon<'a> {
+    shape: Shape<'a>,
+    /// The rotation and reflection of the shape.
     copy: WedgeCopy,
     /// The area in square millimeters.
     area: f64,
 }
 
-/// The shape of a polygon before it is rotated and mirrored.
+/// The polygon before it is rotated and mirrored.
 #[derive(Clone, Copy, Debug)]
-enum Figure<'a> {
-    /// The polygon at a mixing parameter of a span.
-    Between(&'a Span, f64),
-    /// The polygon at a position in a patch, from a film point in a direction.
-    Within(&'a Patch, Position, DVec2),
+enum Shape<'a> {
+    Radial(&'a RadialTable, Located<'a, 2, 3>),
+    Polar(Located<'a, 4, 9>),
 }
 
-impl<'a> Polygon<'a> {
-    /// The polygon at the parameter `t` of a span; none if it has no area.
-    #[inline]
-    pub fn between(span: &'a Span, t: f64, turn: DVec2) -> Option<Self> {
-        let area = span.area(t);
-        (area > 0.0).then_some(Self {
-            figure: Figure::Between(span, t),
-            copy: WedgeCopy {
-                turn,
-                ..WedgeCopy::NONE
-            },
-            area,
-        })
+impl<'a> PupilPolygon<'a> {
+    /// The polygon of a film point in a table over the film's radius; none if it has no area.
+    pub(super) fn radial(table: &'a RadialTable, film: DVec2) -> Option<Self> {
+        let located = table.locate(film)?;
+        let area = located.patch.area::<false>(located.at);
+        Self::with_area(Shape::Radial(table, located), located.copy, area)
     }
 
-    /// The polygon of a film point in a patch; none if it has no area.
-    pub(super) fn within(film: &Located<'a>) -> Option<Self> {
-        let area = film.patch.area::<false>(film.at);
-        (area > 0.0).then_some(Self {
-            figure: Figure::Within(film.patch, film.at, film.direction),
-            copy: film.copy,
-            area,
-        })
+    /// The polygon of a film point in a table over film positions; none if it has no area.
+    pub(super) fn polar(table: &'a PolarTable, film: DVec2) -> Option<Self> {
+        Self::located(table.locate(film)?)
+    }
+
+    fn located(located: Located<'a, 4, 9>) -> Option<Self> {
+        let area = located.patch.area::<false>(located.at);
+        Self::with_area(Shape::Polar(located), located.copy, area)
+    }
+
+    fn with_area(shape: Shape<'a>, copy: WedgeCopy, area: f64) -> Option<Self> {
+        (area > 0.0).then_some(Self { shape, copy, area })
     }
 
     /// The area in square millimeters.
@@ -56,47 +52,43 @@ impl<'a> Polygon<'a> {
         self.area
     }
 
-    /// The outline before rotation and reflection.
-    fn outline(&self) -> Outline {
-        match &self.figure {
-            Figure::Between(span, t) => span.outline(*t),
-            Figure::Within(patch, at, direction) => patch.outline(*at, *direction),
+    /// The corners before rotation and reflection.
+    fn unplaced(&self) -> Corners {
+        match &self.shape {
+            Shape::Radial(table, film) => table.polygon(film.patch.number, film.at[0]),
+            Shape::Polar(film) => film.patch.polygon(film.at, film.direction),
         }
     }
 
     /// The mean of the corners, around which the polygon is divided into triangles.
     pub fn center(&self) -> DVec2 {
-        self.copy.placed(self.outline().center)
+        self.copy.placed(self.unplaced().center)
     }
 
     /// The corners, for drawing.
     pub fn corners(&self) -> impl Iterator<Item = DVec2> {
-        let corners = self
-            .outline()
-            .corners
-            .map(|corner| self.copy.placed(corner));
+        let corners = self.unplaced().all.map(|corner| self.copy.placed(corner));
         corners.into_iter().take(SIDES)
     }
 
     /// A point that is uniformly distributed over the area if `u` and `v` are uniformly distributed
-    /// from 0 to 1. The direction from the center is given by `u`, and √`v` is the share of the
+    /// from 0 to 1. The direction from the center is given by `u`, and √`v` is the fraction of the
     /// distance to the rim.
-    #[inline]
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
-        let point = match &self.figure {
-            Figure::Between(span, t) => span.point(*t, u, v.sqrt()),
-            Figure::Within(patch, at, direction) => patch.point(*at, *direction, u, v.sqrt()),
+        let point = match &self.shape {
+            Shape::Radial(_, film) => film.point(self.area, u, v.sqrt()),
+            Shape::Polar(film) => film.point(self.area, u, v.sqrt()),
         };
         self.copy.placed(point)
     }
 
     /// Whether a point of the rear vertex plane lies in the polygon.
     pub fn contains(&self, point: DVec2) -> bool {
-        let outline = self.outline();
+        let corners = self.unplaced().all;
         let p = self.copy.unfold(point);
         let size = self.area.sqrt();
-        (0..SIDES).all(|j| {
-            let (a, b) = (outline.corners[j], outline.corners[j + 1]);
+        corners.windows(2).all(|edge| {
+            let (a, b) = (edge[0], edge[1]);
             // The direction of an edge shorter than the rounding error is meaningless.
             (b - a).perp_dot(p - a) >= 0.0 || (b - a).length() < 1e-12 * (size + a.length())
         })
@@ -108,10 +100,11 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::lens::pupil::sides::{Support, directions};
+    use crate::lens::pupil::patch::PolarPatch;
+    use crate::lens::pupil::support::{Support, even_normals};
 
     /// The mean of x² over a polygon, from the integrals over its triangles.
-    fn mean_square(polygon: &Polygon<'_>) -> f64 {
+    fn mean_square(polygon: &PupilPolygon<'_>) -> f64 {
         let c = polygon.center();
         let corners: Vec<DVec2> = polygon.corners().collect();
         let mut sum = 0.0;
@@ -124,7 +117,7 @@ mod tests {
         sum / polygon.area()
     }
 
-    fn check(polygon: &Polygon<'_>) {
+    fn check(polygon: &PupilPolygon<'_>) {
         let n = 200;
         let mut mean = DVec2::ZERO;
         let mut square = 0.0;
@@ -145,40 +138,46 @@ mod tests {
 
     #[test]
     fn points_of_a_polygon_are_even_and_inside_and_its_area_is_right() {
-        let sides = directions();
+        let normals = even_normals();
         // Discs about (1, 0): of radius 1 to 3, so of 2 in their middle.
-        let disc = |radius: f64| Outline::of(&std::array::from_fn(|j| radius + sides[j].x), &sides);
+        let disc = |radius: f64| Support([radius; SIDES]).shifted(DVec2::X, &normals);
         let turn = DVec2::new(0.6, 0.8);
         let circumscribed = 4.0 * SIDES as f64 * libm::tan(PI / SIDES as f64);
-        let span = Span::new(disc(1.0), disc(3.0));
-        let mut all = vec![Polygon::between(&span, 0.5, turn).unwrap()];
+        let table = RadialTable::new(vec![(0.0, disc(1.0)), (1.0, disc(3.0))], normals);
+        let mut all = vec![PupilPolygon::radial(&table, 0.5 * turn).unwrap()];
         // Discs of radius 1 to 3 about (0, 0), with centers from (0, 0) to (2, 0) along a
         // direction.
-        let supports = [1.0, 1.0, 3.0, 3.0].map(|radius| [radius; SIDES]);
+        let polygons = [1.0, 1.0, 3.0, 3.0].map(|radius| {
+            let support = Support([radius; SIDES]);
+            Corners::new(&support, &normals)
+        });
         let center = |k: usize| DVec2::new([0.0, 2.0][k % 2], 0.0);
-        let figures = std::array::from_fn(|k| (center(k), &supports[k]));
-        let patch = Patch::new([0.25, 0.5], [0.125, 0.25], figures, &sides);
-        let place = [0.3125, 0.625];
-        assert!(patch.contains(place) && !patch.contains([0.375, 0.625]));
+        let patch = PolarPatch::new(
+            0,
+            ([0.25, 0.5], [0.375, 0.75]),
+            [8.0, 4.0],
+            std::array::from_fn(center),
+            polygons.each_ref(),
+        );
+        let film = [0.3125, 0.625];
+        assert!(patch.contains(film) && !patch.contains([0.375, 0.625]));
         for mirror in [DVec2::ONE, DVec2::new(-1.0, 1.0), DVec2::new(-1.0, -1.0)] {
             let copy = WedgeCopy { turn, mirror };
-            let at = patch.position(place);
             for angle in [0.0, 1.0] {
-                let direction = DVec2::from_angle(angle);
                 let located = Located {
                     patch: &patch,
-                    at,
-                    direction,
+                    at: patch.coordinates(film),
+                    direction: DVec2::from_angle(angle),
                     copy,
                 };
-                all.push(Polygon::within(&located).unwrap());
+                all.push(PupilPolygon::located(located).unwrap());
             }
         }
         for polygon in all {
             assert!((polygon.area() - circumscribed).abs() < 1e-12);
-            let direction = match polygon.figure {
-                Figure::Between(..) => DVec2::X,
-                Figure::Within(_, _, direction) => direction,
+            let direction = match polygon.shape {
+                Shape::Radial(..) => DVec2::X,
+                Shape::Polar(film) => film.direction,
             };
             let center = polygon.copy.mirror * turn.rotate(direction);
             assert!((polygon.center() - center).length() < 1e-12);
@@ -189,19 +188,18 @@ mod tests {
     /// A pupil that is cut off from one side, so that corners merge.
     #[test]
     fn points_between_two_different_pupils_are_even_and_inside() {
-        let sides = directions();
-        let round: Support = std::array::from_fn(|j| 1.5 + sides[j].x);
-        let cut: Support = std::array::from_fn(|j| (1.5 + sides[j].x).min(1.5 - 0.5 * sides[j].x));
-        let outline = |s: &Support| Outline::of(s, &sides);
+        let normals = even_normals();
+        let round = Support([1.5; SIDES]).shifted(DVec2::X, &normals);
+        let cut = normals.map(|n| (1.5 + n.x).min(1.5 - 0.5 * n.x));
         // The minimum of two supports is not a support itself: take that of the corners.
-        let lens = outline(&cut);
-        let cut = std::array::from_fn(|j| {
-            let reach = lens.corners.iter().map(|c| c.dot(sides[j]));
+        let lens = Corners::new(&Support(cut), &normals);
+        let cut = Support(normals.map(|normal| {
+            let reach = lens.all.iter().map(|c| c.dot(normal));
             reach.fold(f64::NEG_INFINITY, f64::max)
-        });
-        let span = Span::new(outline(&round), outline(&cut));
+        }));
+        let table = RadialTable::new(vec![(0.0, round), (1.0, cut)], normals);
         for t in [0.0, 0.3, 1.0] {
-            check(&Polygon::between(&span, t, DVec2::X).unwrap());
+            check(&PupilPolygon::radial(&table, t * DVec2::X).unwrap());
         }
     }
 }

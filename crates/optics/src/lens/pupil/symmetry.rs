@@ -21,16 +21,14 @@ pub(super) struct Symmetry {
 }
 
 impl Symmetry {
-    const NONE: Self = Self {
-        turns: 1,
-        base: 0.0,
-        mirrored: false,
-    };
-
     /// The symmetry of a lens and its film.
-    pub(super) fn of(lens: &Lens, place: &FilmPlace) -> Self {
+    pub(super) fn new(lens: &Lens, place: &FilmPlace) -> Self {
         if !place.is_centered() {
-            return Self::NONE;
+            return Self {
+                turns: 1,
+                base: 0.0,
+                mirrored: false,
+            };
         }
         let edges = lens.iris_edges();
         let surfaces = &lens.prescription().surfaces;
@@ -63,20 +61,13 @@ impl Symmetry {
     /// The rotations and signs that map the first wedge to the others.
     pub(super) fn copies(&self) -> Vec<WedgeCopy> {
         let part = TAU / f64::from(self.turns);
-        let turned = |angle: f64| {
-            let (sin, cos) = libm::sincos(angle);
-            DVec2::new(cos, sin)
-        };
         let copies = (0..self.turns).flat_map(|number| {
-            let plain = WedgeCopy {
-                turn: turned(f64::from(number) * part),
-                mirror: DVec2::ONE,
-            };
+            let plain = unit(f64::from(number) * part);
             let mirrored = WedgeCopy {
-                turn: turned(-2.0 * self.base - f64::from(number + 1) * part),
+                turn: unit(-2.0 * self.base - f64::from(number + 1) * part),
                 mirror: DVec2::new(1.0, -1.0),
             };
-            [plain, mirrored]
+            [WedgeCopy::turned(plain), mirrored]
         });
         copies.collect()
     }
@@ -116,11 +107,12 @@ pub(super) struct WedgeCopy {
 }
 
 impl WedgeCopy {
-    /// The wedge itself.
-    pub(super) const NONE: Self = Self {
-        turn: DVec2::X,
-        mirror: DVec2::ONE,
-    };
+    /// The wedge rotated by a unit vector.
+    #[inline(always)]
+    pub(super) fn turned(turn: DVec2) -> Self {
+        let mirror = DVec2::ONE;
+        Self { turn, mirror }
+    }
 
     /// Maps a direction of this wedge to the first.
     #[inline(always)]
@@ -164,6 +156,12 @@ fn is_same(edges: &[DVec2], change: impl Fn(DVec2) -> DVec2) -> bool {
         let near = |e: &DVec2| (*e - wanted).length() < 1e-6 * wanted.length();
         edges.iter().any(near)
     })
+}
+
+/// The unit vector at an angle from +x, in radians. It is the same on every machine.
+pub(super) fn unit(angle: f64) -> DVec2 {
+    let (sin, cos) = libm::sincos(angle);
+    DVec2::new(cos, sin)
 }
 
 /// The inverse of a rotation.

@@ -11,10 +11,10 @@ use ivcam_base::math::lanes::{LANES, Lane, dispatch};
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
-use crate::lens::pupil::aims::{Aims, CellAims, SpanAims};
+use crate::lens::pupil::aims::{Aims, TableAims};
 use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
 use crate::lens::pupil::rear_element::RearElement;
-use crate::lens::pupil::transmission::PupilTransmission;
+use crate::lens::pupil::vignetting::Vignetting;
 use crate::lens::pupil::window::PupilWindow;
 use crate::sampling::DiscMap;
 
@@ -63,47 +63,49 @@ impl PupilTarget {
         &self,
         film: &[Lane; 2],
         pupil: &[Lane; 2],
-        transmission: &PupilTransmission,
+        vignetting: &Vignetting,
         aims: &mut Aims,
     ) {
-        if let Self::ExitPupil(target) = self
-            && target.stray_region.is_none()
-        {
-            return match &target.table {
-                Table::Radial(_, spans) => dispatch(SpanAims {
-                    spans,
-                    transmission,
-                    film,
-                    pupil,
-                    aims,
-                }),
-                Table::Cells(cells) => dispatch(CellAims {
-                    cells,
-                    weights: transmission.weights(),
-                    film,
-                    pupil,
-                    aims,
-                }),
-            };
-        }
-        for lane in 0..LANES {
-            let window = self.window(DVec2::new(film[0][lane], film[1][lane]));
-            aims.set(lane, &window, [pupil[0][lane], pupil[1][lane]]);
+        match self.table() {
+            Some(Table::Radial(table)) => dispatch(TableAims {
+                table,
+                vignetting,
+                film,
+                pupil,
+                aims,
+            }),
+            Some(Table::Polar(table)) => dispatch(TableAims {
+                table: &**table,
+                vignetting,
+                film,
+                pupil,
+                aims,
+            }),
+            None => {
+                for lane in 0..LANES {
+                    let window = self.window(DVec2::new(film[0][lane], film[1][lane]));
+                    aims.set(lane, &window, [pupil[0][lane], pupil[1][lane]]);
+                }
+            }
         }
     }
 
-    /// Measures the open share of the aimed area, for the lens and film that this target was made
-    /// for. It is known if the iris is convex and there are no secondary openings. Without
+    /// Measures the unvignetted fraction of the aimed area, for the lens and film that this target
+    /// was made for. It is known if the iris is convex and there are no secondary openings. Without
     /// rotational symmetry it is measured as film points are asked for.
-    pub fn transmission(&self, lens: &Lens, place: &FilmPlace) -> PupilTransmission {
+    pub fn vignetting(&self, lens: &Lens, place: &FilmPlace) -> Vignetting {
+        match self.table() {
+            Some(Table::Radial(table)) => Vignetting::measure(table, lens, place),
+            Some(Table::Polar(table)) => Vignetting::weighted(table.weights_at(lens.wavelength())),
+            None => Vignetting::default(),
+        }
+    }
+
+    /// The table of pupils from which alone rays are aimed; none if they are aimed at a disc, too.
+    fn table(&self) -> Option<&Table> {
         match self {
-            Self::ExitPupil(pupil) if pupil.stray_region.is_none() => match &pupil.table {
-                Table::Radial(_, spans) => PupilTransmission::of(spans, lens, place),
-                Table::Cells(cells) => {
-                    PupilTransmission::ByLens(cells.weights_at(lens.wavelength()))
-                }
-            },
-            _ => PupilTransmission::default(),
+            Self::ExitPupil(pupil) if pupil.secondary.is_none() => Some(&pupil.table),
+            _ => None,
         }
     }
 }

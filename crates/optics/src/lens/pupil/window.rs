@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use crate::lens::pupil::polygon::Polygon;
+use crate::lens::pupil::polygon::PupilPolygon;
 use crate::sampling::DiscMap;
 
 /// The share of the aims that are uniformly distributed over a disc, if light may come through
@@ -28,10 +28,10 @@ pub enum PupilWindow<'a> {
         map: DiscMap,
     },
     /// A polygon that contains the pupil.
-    Polygon(Polygon<'a>),
+    Polygon(PupilPolygon<'a>),
     /// A mixture of a polygon and, with the share `DEFENSIVE_FRACTION`, a disc about the axis
     /// whose radius is given in millimeters: there may be secondary openings outside the polygon.
-    Defensive(Polygon<'a>, f64),
+    Defensive(PupilPolygon<'a>, f64),
     /// No light reaches the film point.
     Closed,
 }

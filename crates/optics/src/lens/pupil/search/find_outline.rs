@@ -8,7 +8,7 @@ use ivcam_base::math::lanes::{LANES, Lane};
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction, OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::{InnerPoint, PupilSearch};
 use crate::lens::pupil::search::rim::{RimPoint, RimRow, corner};
-use crate::lens::pupil::sides::{SIDES, Support};
+use crate::lens::pupil::support::{SIDES, Support};
 
 /// The relative error of the rim points in a pupil table: a tenth of the margin that the table
 /// adds.
@@ -27,16 +27,15 @@ const MAX_CENTER_FILL: f64 = 0.99;
 const MIN_DISTANCE: f64 = 0.2;
 
 impl PupilSearch<'_> {
-    /// Finds the outline from a film point, or returns none if no light reaches it. `sides` are the
-    /// normals of the outline's sides, and `guess` comes from a neighboring film point.
+    /// Finds the outline from a film point, or returns none if no light reaches it. `guess`
+    /// comes from a neighboring film point.
     pub(crate) fn find_outline(
         &self,
         film: DVec3,
-        sides: &[DVec2; SIDES],
         guess: Option<&OutlineGuess>,
     ) -> Option<PupilOutline> {
         if let Some(guess) = guess {
-            let found = self.refine_guess(film, sides, guess);
+            let found = self.refine_guess(film, guess);
             if found.is_some() {
                 return found;
             }
@@ -44,23 +43,18 @@ impl PupilSearch<'_> {
             let fill = self.fill(film, center);
             let inner = InnerPoint { center, fill };
             if fill < MAX_CENTER_FILL
-                && let Some(outline) = self.outline_around(inner, film, sides, Some(guess))
+                && let Some(outline) = self.outline_around(inner, film, Some(guess))
             {
                 return Some(outline);
             }
             // The neighbor's center is too near the rim of this outline: search without a guess.
         }
-        self.outline_around(self.inner_point(film)?, film, sides, None)
+        self.outline_around(self.inner_point(film)?, film, None)
     }
 
     /// Finds the outline around the center of a guess, starting from its distances and slopes.
     /// Returns none if the iteration from them does not converge.
-    fn refine_guess(
-        &self,
-        film: DVec3,
-        sides: &[DVec2; SIDES],
-        guess: &OutlineGuess,
-    ) -> Option<PupilOutline> {
+    fn refine_guess(&self, film: DVec3, guess: &OutlineGuess) -> Option<PupilOutline> {
         let directions = self.directions(film);
         let mut rims = vec![RimPoint::default(); directions.len()];
         let mut slopes = guess.slopes;
@@ -87,7 +81,7 @@ impl PupilSearch<'_> {
                 fill.max(1.0 - slope * rim.distance)
             }),
         };
-        Some(self.outline_of(film, sides, inside, rims, slopes))
+        Some(self.outline_of(film, inside, rims, slopes))
     }
 
     /// Finds the rim in up to one bundle of directions by the secant method, starting from the
@@ -172,7 +166,6 @@ impl PupilSearch<'_> {
         &self,
         inside: InnerPoint,
         film: DVec3,
-        sides: &[DVec2; SIDES],
         guess: Option<&OutlineGuess>,
     ) -> Option<PupilOutline> {
         let directions = self.directions(film);
@@ -193,14 +186,13 @@ impl PupilSearch<'_> {
         for (slope, rim) in slopes.iter_mut().zip(&rims) {
             *slope = (1.0 - inside.fill) / rim.distance;
         }
-        Some(self.outline_of(film, sides, inside, rims, slopes))
+        Some(self.outline_of(film, inside, rims, slopes))
     }
 
     /// Makes the outline from its rim points around a point inside.
     fn outline_of(
         &self,
         film: DVec3,
-        sides: &[DVec2; SIDES],
         inside: InnerPoint,
         mut rims: Vec<RimPoint>,
         slopes: [f64; DIRECTIONS],
@@ -213,11 +205,11 @@ impl PupilSearch<'_> {
         }
         let (nearest, _) = nearest_and_mean(&rims);
         let corners = self.corners(film, inside, &mut rims);
-        let mut support: Support = std::array::from_fn(|j| inside.center.dot(sides[j]));
+        let mut support: [f64; SIDES] = self.normals.map(|normal| inside.center.dot(normal));
         let points = rims.iter().map(|rim| rim.point);
         for point in points.chain(corners) {
-            for (support, side) in support.iter_mut().zip(sides) {
-                *support = support.max(point.dot(*side));
+            for (support, normal) in support.iter_mut().zip(&self.normals) {
+                *support = support.max(point.dot(*normal));
             }
         }
         if mirrored {
@@ -227,7 +219,7 @@ impl PupilSearch<'_> {
         }
         // The guess for the next film point starts from the center of this outline.
         let span = |j: usize| 0.5 * (support[j] - support[(j + SIDES / 2) % SIDES]);
-        let (a, b) = (sides[0], sides[SIDES / 4]);
+        let (a, b) = (self.normals[0], self.normals[SIDES / 4]);
         let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
         let moved = center - inside.center;
         for (distance, direction) in distances.iter_mut().zip(directions) {
@@ -238,6 +230,7 @@ impl PupilSearch<'_> {
             distances,
             slopes,
         };
+        let support = Support(support);
         PupilOutline { support, guess }
     }
 

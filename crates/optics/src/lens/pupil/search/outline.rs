@@ -3,7 +3,8 @@
 use glam::DVec2;
 use ivcam_base::math::lanes::LANES;
 
-use crate::lens::pupil::sides::Support;
+use crate::lens::pupil::support::Support;
+use crate::lens::pupil::symmetry::unit;
 
 /// The number of directions in which an outline is searched. They cover half a turn if the other
 /// half is its mirror image.
@@ -21,11 +22,8 @@ pub(super) struct Direction {
 impl Direction {
     /// The direction at an angle from +x, in radians.
     pub(super) fn at(angle: f64) -> Self {
-        let (sin, cos) = libm::sincos(angle);
-        Self {
-            angle,
-            unit: DVec2::new(cos, sin),
-        }
+        let unit = unit(angle);
+        Self { angle, unit }
     }
 }
 

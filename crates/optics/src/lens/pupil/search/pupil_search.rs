@@ -10,6 +10,7 @@ use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
 use crate::lens::pupil::search::rim::{Bracket, RimPoint};
 use crate::lens::pupil::search::secondary_openings::Downhill;
+use crate::lens::pupil::support::{Normals, normals_along};
 
 /// The search for a center ends at a point with a fill below this. Such a point is far enough
 /// inside the pupil to measure the outline around it. No search is recorded: a smaller value costs
@@ -37,6 +38,8 @@ const SURFACES_PER_BUNDLE: usize = 28;
 /// The search for the exit pupil of one lens.
 pub(crate) struct PupilSearch<'a> {
     pub(super) lens: &'a Lens,
+    /// The normals of the sides of every outline.
+    pub normals: Normals,
     /// Half of the side of the square that is searched, in millimeters.
     pub(super) reach: f64,
     /// Whether the lens has rotational symmetry.
@@ -66,6 +69,7 @@ impl<'a> PupilSearch<'a> {
         let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
         Self {
             lens,
+            normals: normals_along(lens.iris_edges()),
             reach: REACH * rear,
             rotational: lens.is_rotational(),
             mirror_symmetric: lens.iris_edges().is_empty(),

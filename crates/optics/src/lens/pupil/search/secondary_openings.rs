@@ -10,7 +10,6 @@ use ivcam_base::math::lanes::LANES;
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::pupil::search::outline::PupilOutline;
 use crate::lens::pupil::search::pupil_search::PupilSearch;
-use crate::lens::pupil::sides::{SIDES, Support};
 use crate::lens::trace::ray::{LensRay, unit};
 
 /// Rays of the grid with a greater fill at the rear surface are dropped. The grid reaches 1.5 times
@@ -66,12 +65,11 @@ impl PupilSearch<'_> {
     ///
     /// The fill is measured on a grid over the reach, and followed downhill from every local
     /// minimum. `slope` is the slope of the fill at the rim of a pupil, per millimeter; if it is
-    /// infinite, every ray is traced to its end. `sides` are the normals of the outline's sides.
+    /// infinite, every ray is traced to its end.
     pub(crate) fn secondary_openings(
         &self,
         film: DVec3,
         outline: Option<&PupilOutline>,
-        sides: &[DVec2; SIDES],
         slope: f64,
         fill_limit: f64,
     ) -> Vec<(DVec2, f64)> {
@@ -89,7 +87,7 @@ impl PupilSearch<'_> {
             DVec2::new(from(i) - self.reach, y)
         };
         let outside =
-            |p: DVec2| outline.is_none_or(|outline| is_outside(p, &outline.support, sides));
+            |p: DVec2| outline.is_none_or(|outline| outline.support.is_outside(p, &self.normals));
         let aims = (0..rows * side).map(|k| place(k % side, k / side));
         let aims: Vec<DVec2> = aims.collect();
         let max_fills = match slope.is_finite() {
@@ -247,12 +245,6 @@ impl PupilSearch<'_> {
         }
         (best, least)
     }
-}
-
-/// Whether a point lies outside a convex figure with the given support and normals.
-pub(crate) fn is_outside(p: DVec2, support: &Support, sides: &[DVec2; SIDES]) -> bool {
-    let mut sides = sides.iter().zip(support);
-    sides.any(|(side, reach)| p.dot(*side) > *reach)
 }
 
 #[cfg(test)]
