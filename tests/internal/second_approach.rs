@@ -49,7 +49,7 @@ impl Bench {
         let header = "#Inventor V2.1 ascii\n";
         Self {
             film_z: focus.expect("2 m is in its reach").film_z,
-            radius: RearElement::of(&lens, DiscMap::Concentric).radius,
+            radius: RearElement::new(&lens, DiscMap::Concentric).radius,
             boards: compiled(&format!("{header}{BOARDS}")),
             boards_and_lens: compiled(&format!("{header}{BOARDS}{body}")),
             lens,

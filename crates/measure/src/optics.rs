@@ -500,7 +500,7 @@ fn by_rows(lens: &Lens, film: DVec2, film_z: f64, rows: u32) -> f64 {
         let direction = aim.extend(lens.length()) - origin;
         lens.trace_from_film(&LensRay { origin, direction }).is_ok()
     };
-    let reach = 1.5 * RearElement::of(lens, DiscMap::Concentric).radius;
+    let reach = 1.5 * RearElement::new(lens, DiscMap::Concentric).radius;
     let end = |from: DVec2, way: DVec2| {
         let (mut inside, mut outside) = (0.0, 2.0 * reach);
         for _ in 0..56 {
@@ -542,7 +542,7 @@ fn count(lens: &Lens, film: DVec2, film_z: f64) -> (f64, f64) {
     const SIDE: u64 = 1000;
     const GRIDS: u64 = 9;
     // A curved rear element has rays that cross the plane of its vertex beside it.
-    let radius = 1.5 * RearElement::of(lens, DiscMap::Concentric).radius;
+    let radius = 1.5 * RearElement::new(lens, DiscMap::Concentric).radius;
     let cell = 2.0 * radius / SIDE as f64;
     let random = |key: u64| unit(mix(key));
     let origin = film.extend(film_z);
@@ -755,7 +755,7 @@ pub(super) fn cut_rays(
     place: &FilmPlace,
     film_radius: f64,
 ) -> (usize, usize) {
-    let rear = RearElement::of(lens, DiscMap::Concentric).radius;
+    let rear = RearElement::new(lens, DiscMap::Concentric).radius;
     let (mut cut, mut passed) = (0, 0);
     for i in 0..400_000 {
         let [a, b, c, d] = spread(i);

@@ -86,7 +86,7 @@ pub fn film_plane(lens: &Lens, film_z: f64) -> FilmPlane {
         film_z: film_z * METERS_FROM_MM,
         height_angle: 2.0 * libm::atan(FILM_HALF_HEIGHT / image_distance.abs()),
         rear_z: lens.length() * METERS_FROM_MM,
-        rear_radius: RearElement::of(lens, DiscMap::Concentric).radius * METERS_FROM_MM,
+        rear_radius: RearElement::new(lens, DiscMap::Concentric).radius * METERS_FROM_MM,
         irradiance: white_irradiance(lens, film_z),
     }
 }

@@ -416,7 +416,7 @@ mod tests {
             .map(|aim| camera(lens.clone(), aim));
         let film = DVec2::new(0.0, 21.0);
         let (origin, rear_z) = (film.extend(pupil.focus.film_z), lens.length());
-        let radius = RearElement::of(&lens, DiscMap::Concentric).radius;
+        let radius = RearElement::new(&lens, DiscMap::Concentric).radius;
         let (mut inside, mut all) = (0.0, 0.0);
         const SIDE: i32 = 1200;
         for k in 0..SIDE * SIDE {

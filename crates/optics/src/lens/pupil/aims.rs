@@ -131,7 +131,7 @@ impl<T: PupilTable<L, Q>, const L: usize, const Q: usize> SimdKernel for TableAi
                 [centers[0][i], centers[1][i]] = center.to_array();
             }
             let fractions = table.unvignetted(patch, self.vignetting);
-            let (weights, sums) = (self.vignetting.weights(), &mut aims.unvignetted);
+            let (weights, sums) = (&self.vignetting.weights, &mut aims.unvignetted);
             unvignetted_at::<FUSED, Q>(fractions, weights, &at, lanes.clone(), sums);
             for i in lanes {
                 let rim = patch.rim::<FUSED>([at[0][i], at[1][i]], aims.area[i], u[i]);

@@ -187,22 +187,22 @@ impl<const L: usize, const Q: usize> PupilPatch<L, Q> {
     #[inline(always)]
     pub(super) fn rim<const FUSED: bool>(&self, at: [f64; 2], area: f64, around: f64) -> DVec2 {
         let before = |j: usize| quadratic::<FUSED, Q>(&self.corners[j].before, at);
-        let place = 2.0 * around * area;
+        let before_rim = 2.0 * around * area;
         let mut j = usize::from(self.starts[(around * STARTS as f64) as usize & (STARTS - 1)]);
         let (mut from, mut to) = (before(j), before(j + 1));
         // The tabulated triangle nearly always contains the point.
-        while j > 0 && place < from {
+        while j > 0 && before_rim < from {
             j -= 1;
             (from, to) = (before(j), from);
         }
-        while j < SIDES - 1 && place >= to {
+        while j < SIDES - 1 && before_rim >= to {
             j += 1;
             (from, to) = (to, before(j + 1));
         }
         let [p, q] = [j, j + 1].map(|j| linear::<FUSED, L>(&self.corners[j].offset, at));
         // A triangle of no area is entered in its middle.
         let part = match to > from {
-            true => ((place - from) / (to - from)).clamp(0.0, 1.0),
+            true => ((before_rim - from) / (to - from)).clamp(0.0, 1.0),
             false => 0.5,
         };
         p + part * (q - p)

@@ -2,10 +2,11 @@
 
 use std::cmp::Ordering;
 use std::collections::HashMap;
+use std::sync::OnceLock;
 
 use glam::DVec2;
 
-use crate::lens::pupil::polar_table::{Branch, PolarCell, PolarTable, RADIAL_CELLS};
+use crate::lens::pupil::polar_table::{Branch, POINTS, PolarCell, PolarTable, RADIAL_CELLS};
 use crate::lens::pupil::radial_table::support_around;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
@@ -24,8 +25,8 @@ const MAX_CUT: f64 = 0.015;
 const MAX_ADDED: f64 = 0.035;
 /// The margin of a cell that is too small to be halved and in which the light ends, as a fraction
 /// of the half width. Such a cell takes the hull of all its outlines. A larger value loses more
-/// rays. With it at most 12 of about 4 million rays are cut on a film of 36×24 mm (docs/accuracy.md,
-/// *The pupils of the shipped lenses*).
+/// rays. With it at most 12 of about 4 million rays are cut on a film of 36×24 mm
+/// (docs/accuracy.md, *The pupils of the shipped lenses*).
 const END_MARGIN: f64 = 0.05;
 
 /// An outline, stored as its center relative to the direction of the film point, and its support
@@ -211,13 +212,17 @@ impl<'a> Lattice<'a> {
             }
         };
         // The unvignetted fraction of a hull varies too much to be interpolated.
-        let lenses = match is_interpolated && table.lenses[0].is_iris_convex() {
-            true => table.lenses.len(),
+        let measured = match is_interpolated && table.lenses[0].is_iris_convex() {
+            true => POINTS * POINTS * table.lenses.len(),
             false => 0,
         };
-        let half = self.film_coordinates(size).map(|size| 0.5 * size);
-        let low = self.film_coordinates(low);
-        Some(PolarCell::new(low, half, outlines, lenses))
+        Some(PolarCell {
+            low: self.film_coordinates(low),
+            half: self.film_coordinates(size).map(|size| 0.5 * size),
+            outlines,
+            quarters: Default::default(),
+            unvignetted: vec![OnceLock::new(); measured],
+        })
     }
 
     /// The coordinate in which a cell is halved, outward (0) or around (1); none if its error is

@@ -40,7 +40,7 @@ const MIN_END_ARC: f64 = 1.0 / 8.0;
 const MIN_ARC_ROTATIONAL: f64 = 0.2;
 
 /// The points along a side of a cell at which unvignetted fractions are measured.
-const POINTS: usize = 5;
+pub(super) const POINTS: usize = 5;
 
 /// The pupils by film position.
 #[derive(Clone, Debug)]
@@ -83,35 +83,17 @@ pub(super) enum Branch {
 /// row.
 #[derive(Clone, Debug)]
 pub(super) struct PolarCell {
-    low: [f64; 2],
+    /// The least film coordinates.
+    pub low: [f64; 2],
     /// Half of the size.
-    half: [f64; 2],
-    outlines: [CenteredOutline; 9],
+    pub half: [f64; 2],
+    pub outlines: [CenteredOutline; 9],
     /// The patches of the four quarters, row by row. Each is prepared when a film point in it is
     /// first asked for.
-    quarters: [OnceLock<Box<PolarPatch>>; 4],
+    pub quarters: [OnceLock<Box<PolarPatch>>; 4],
     /// The unvignetted fractions for each lens at [`POINTS`]² points, row by row: see
     /// [`PolarTable::unvignetted_at`]. Empty if they are not measured.
-    unvignetted: Vec<OnceLock<Option<f64>>>,
-}
-
-impl PolarCell {
-    /// A cell from its least film coordinates, half of its size, its outlines, and the number of
-    /// lenses for which unvignetted fractions may be measured.
-    pub(super) fn new(
-        low: [f64; 2],
-        half: [f64; 2],
-        outlines: [CenteredOutline; 9],
-        lenses: usize,
-    ) -> Self {
-        Self {
-            low,
-            half,
-            outlines,
-            quarters: Default::default(),
-            unvignetted: vec![OnceLock::new(); POINTS * POINTS * lenses],
-        }
-    }
+    pub unvignetted: Vec<OnceLock<Option<f64>>>,
 }
 
 impl PolarTable {

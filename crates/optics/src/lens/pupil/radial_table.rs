@@ -208,7 +208,8 @@ impl PupilTable<2, 3> for RadialTable {
         patch: &'a RadialPatch,
         vignetting: &'a Vignetting,
     ) -> &'a [[f64; 3]] {
-        vignetting.of_patch(patch.number)
+        let number = patch.number;
+        vignetting.by_patch.get(number..=number).unwrap_or_default()
     }
 }
 

@@ -20,7 +20,7 @@ pub struct RearElement {
 
 impl RearElement {
     /// The disc of the rear surface of a lens.
-    pub fn of(lens: &Lens, map: DiscMap) -> Self {
+    pub fn new(lens: &Lens, map: DiscMap) -> Self {
         let prescription = lens.prescription();
         let listed = prescription
             .surfaces
@@ -40,7 +40,7 @@ impl RearElement {
 /// crosses the rear vertex plane. That ray goes from the farthest film point through the rim. The
 /// result is at most 100 times the rear element's radius.
 pub(super) fn reach_of(lens: &Lens, place: &FilmPlace, film_radius: f64) -> f64 {
-    let rear = RearElement::of(lens, DiscMap::Concentric).radius;
+    let rear = RearElement::new(lens, DiscMap::Concentric).radius;
     let film = |k: i32| place.point(film_radius * DVec2::from_angle(TAU * f64::from(k) / 64.0));
     let (mut near, mut far) = (place.point(DVec2::ZERO).z, 0.0f64);
     for point in (0..64).map(film) {

@@ -127,8 +127,8 @@ impl WedgeCopy {
     }
 }
 
-/// The angle of a vector as a share of a full turn, from −1/2 to 1/2, with an error below 1e-12. It
-/// has no branches.
+/// The angle of a vector as a fraction of a full turn, from −1/2 to 1/2, with an error below 1e-12.
+/// It has no branches.
 #[inline(always)]
 fn turns_of<const FUSED: bool>(x: f64, y: f64) -> f64 {
     let (ax, ay) = (x.abs(), y.abs());

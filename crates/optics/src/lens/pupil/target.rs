@@ -30,7 +30,7 @@ pub enum PupilTarget {
 impl PupilTarget {
     /// The disc of the rear element, sampled by a map from the unit square.
     pub fn rear_element(lens: &Lens, map: DiscMap) -> Self {
-        Self::RearElement(RearElement::of(lens, map))
+        Self::RearElement(RearElement::new(lens, map))
     }
 
     /// The exit pupil for a flat film at `film_z` whose points are at most `film_radius` from the
@@ -96,7 +96,10 @@ impl PupilTarget {
     pub fn vignetting(&self, lens: &Lens, place: &FilmPlace) -> Vignetting {
         match self.table() {
             Some(Table::Radial(table)) => Vignetting::measure(table, lens, place),
-            Some(Table::Polar(table)) => Vignetting::weighted(table.weights_at(lens.wavelength())),
+            Some(Table::Polar(table)) => Vignetting {
+                by_patch: Vec::new(),
+                weights: table.weights_at(lens.wavelength()),
+            },
             None => Vignetting::default(),
         }
     }

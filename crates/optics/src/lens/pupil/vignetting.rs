@@ -20,14 +20,15 @@ use crate::lens::pupil::radial_table::RadialTable;
 use crate::lens::pupil::support::{Corners, SIDES};
 
 /// Every aim in this fraction of the area, from the center outward, must get through; otherwise the
-/// unvignetted fraction is left unknown, and lost rays stay lost. It is .95 or more in all but a few
-/// cases (docs/accuracy.md), so that .8 leaves room for its variation around the rim.
+/// unvignetted fraction is left unknown, and lost rays stay lost. It is .95 or more in all but a
+/// few cases (docs/accuracy.md), so that .8 leaves room for its variation around the rim.
 const INNER_FRACTION: f64 = 0.8;
 /// The fractions of the area at which that is tested, each in a third of the directions, besides
 /// [`INNER_FRACTION`] itself. They detect a pupil that is not open in one piece. No search is
 /// recorded: they are spread over the area, and the tests
 /// `as_many_aims_get_through_as_the_fraction_says` and
-/// `as_many_aims_get_through_by_film_radius_as_the_fraction_says` compare the fractions with counted rays.
+/// `as_many_aims_get_through_by_film_radius_as_the_fraction_says` compare the fractions with
+/// counted rays.
 const TESTED_FRACTIONS: [f64; 3] = [0.05, 0.3, 0.6];
 /// The number of times that the rim is searched by the rule of false position. The fill is nearly
 /// linear in the fraction of the area, so that the error is about 1e-5.
@@ -46,9 +47,9 @@ pub struct Vignetting {
     /// The fraction over each patch of a table over the film's radius, as a quadratic of the
     /// coordinate in the patch; 0 where it is not known. Empty for a table over film positions,
     /// which has its own.
-    by_patch: Vec<[f64; 3]>,
+    pub(super) by_patch: Vec<[f64; 3]>,
     /// The weights of the fractions for the lenses of the table; empty if they are not known.
-    weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
 }
 
 impl Vignetting {
@@ -69,12 +70,6 @@ impl Vignetting {
             by_patch: by_patch.collect(),
             weights: vec![1.0],
         }
-    }
-
-    /// The vignetting of a table over film positions whose lenses have the given weights.
-    pub(super) fn weighted(weights: Vec<f64>) -> Self {
-        let by_patch = Vec::new();
-        Self { by_patch, weights }
     }
 
     /// Interpolates the fractions of a table over the film's radius that were measured at three
@@ -100,21 +95,10 @@ impl Vignetting {
             weights: vec![1.0],
         })
     }
-
-    /// The fraction over a patch of a table over the film's radius; empty if it is not known.
-    #[inline(always)]
-    pub(super) fn of_patch(&self, number: usize) -> &[[f64; 3]] {
-        self.by_patch.get(number..=number).unwrap_or_default()
-    }
-
-    /// The weights of the fractions for the lenses of the table.
-    pub(super) fn weights(&self) -> &[f64] {
-        &self.weights
-    }
 }
 
-/// Measures the unvignetted fraction of a polygon at which rays from a film point are aimed; none if the
-/// polygon is not open in one piece. The film point is in lens space, in millimeters.
+/// Measures the unvignetted fraction of a polygon at which rays from a film point are aimed; none
+/// if the polygon is not open in one piece. The film point is in lens space, in millimeters.
 pub(super) fn unvignetted_fraction(lens: &Lens, film: DVec3, polygon: &Corners) -> Option<f64> {
     const { assert!(LANES == SIDES) }
     let [corners, next] =
@@ -141,8 +125,8 @@ pub(super) fn unvignetted_fraction(lens: &Lens, film: DVec3, polygon: &Corners) 
     Some(open / all)
 }
 
-/// The shares of the area up to the rim in some directions; none if the polygon is not open in one
-/// piece. `fills` returns the fills of rays at shares of the area.
+/// The fractions of the area up to the rim in some directions; none if the polygon is not open in
+/// one piece. `fills` returns the fills of rays at fractions of the area.
 fn rims(fills: impl Fn(&Lane) -> Lane) -> Option<Lane> {
     let tested = fills(&std::array::from_fn(|i| {
         TESTED_FRACTIONS[i % TESTED_FRACTIONS.len()]
@@ -292,11 +276,11 @@ mod tests {
         [passed, expected, variance, count]
     }
 
-    /// The number of rays that get through is compared with the unvignetted fractions, for blades, moved film
-    /// and cylinders, at one wavelength of several. Of 10 comparisons by z, a correct program
-    /// exceeds 4.5 in one of 15,000 runs; the seeds are fixed. Gauss's rule is not exact for the
-    /// arc of a rim, and the fraction is not a polynomial where a rim begins to cut off light: 3e-4 is
-    /// allowed for each case.
+    /// The number of rays that get through is compared with the unvignetted fractions, for blades,
+    /// moved film and cylinders, at one wavelength of several. Of 10 comparisons by z, a correct
+    /// program exceeds 4.5 in one of 15,000 runs; the seeds are fixed. Gauss's rule is not exact
+    /// for the arc of a rim, and the fraction is not a polynomial where a rim begins to cut off
+    /// light: 3e-4 is allowed for each case.
     #[test]
     fn as_many_aims_get_through_as_the_fraction_says() {
         let tilted = Movements {
@@ -344,10 +328,10 @@ mod tests {
     }
 
     /// For every shipped lens with a table over the film's radius, at three stops, the number of
-    /// rays that get through is compared with the unvignetted fractions, over 40,000 aims from random film
-    /// points. Of about a hundred comparisons by z, a correct program exceeds 4.5 in one of 1,500
-    /// runs; the seeds are fixed. Gauss's rule is not exact for the arc of a rim: 3e-4 is allowed
-    /// for each case, and 1e-4 for all together.
+    /// rays that get through is compared with the unvignetted fractions, over 40,000 aims from
+    /// random film points. Of about a hundred comparisons by z, a correct program exceeds 4.5 in
+    /// one of 1,500 runs; the seeds are fixed. Gauss's rule is not exact for the arc of a rim: 3e-4
+    /// is allowed for each case, and 1e-4 for all together.
     #[test]
     fn as_many_aims_get_through_by_film_radius_as_the_fraction_says() {
         let (mut measured, mut cases) = (0, 0);
@@ -423,8 +407,8 @@ mod tests {
         );
     }
 
-    /// A fraction that is measured has an error of about 1e-5, and 3e-4 is far more than the errors of
-    /// four.
+    /// A fraction that is measured has an error of about 1e-5, and 3e-4 is far more than the errors
+    /// of four.
     #[test]
     fn fractions_between_three_wavelengths_are_interpolated() {
         let lens = Lens::named("takumar-50").unwrap();
@@ -454,6 +438,6 @@ mod tests {
         let lens = Lens::named("double-gauss").unwrap();
         let target = PupilTarget::rear_element(&lens, crate::sampling::DiscMap::Polar);
         let vignetting = target.vignetting(&lens, &FilmPlace::flat(lens.length() + 70.0));
-        assert!(vignetting.of_patch(0).is_empty() && vignetting.weights().is_empty());
+        assert!(vignetting.by_patch.is_empty() && vignetting.weights.is_empty());
     }
 }

@@ -7,9 +7,9 @@ use glam::DVec2;
 use crate::lens::pupil::polygon::PupilPolygon;
 use crate::sampling::DiscMap;
 
-/// The share of the aims that are uniformly distributed over a disc, if light may come through
+/// The fraction of the aims that are uniformly distributed over a disc, if light may come through
 /// secondary openings. It makes the density a defensive mixture (Hesterberg 1995), so that every
-/// ray that gets through has a known density above 0. Most of these rays are lost, so the share is
+/// ray that gets through has a known density above 0. Most of these rays are lost, so it is
 /// small: doubling it loses another 2.5% of the rays, and halving it doubles the variance of the
 /// light through secondary openings. The mean is right for any value
 /// (docs/decisions/0011-measuring-a-pupil.md).
@@ -29,7 +29,7 @@ pub enum PupilWindow<'a> {
     },
     /// A polygon that contains the pupil.
     Polygon(PupilPolygon<'a>),
-    /// A mixture of a polygon and, with the share `DEFENSIVE_FRACTION`, a disc about the axis
+    /// A mixture of a polygon and, with the fraction `DEFENSIVE_FRACTION`, a disc about the axis
     /// whose radius is given in millimeters: there may be secondary openings outside the polygon.
     Defensive(PupilPolygon<'a>, f64),
     /// No light reaches the film point.
@@ -58,20 +58,14 @@ impl PupilWindow<'_> {
             Self::Disc { radius, .. } => 1.0 / (PI * radius * radius),
             Self::Polygon(polygon) => 1.0 / polygon.area(),
             Self::Defensive(polygon, radius) => {
-                let share = |inside: bool, fraction: f64, area: f64| match inside {
-                    true => fraction / area,
-                    false => 0.0,
-                };
-                let disc = PI * radius * radius;
-                share(
-                    point.length_squared() <= radius * radius,
-                    DEFENSIVE_FRACTION,
-                    disc,
-                ) + share(
-                    polygon.contains(point),
-                    1.0 - DEFENSIVE_FRACTION,
-                    polygon.area(),
-                )
+                let mut density = 0.0;
+                if point.length_squared() <= radius * radius {
+                    density += DEFENSIVE_FRACTION / (PI * radius * radius);
+                }
+                if polygon.contains(point) {
+                    density += (1.0 - DEFENSIVE_FRACTION) / polygon.area();
+                }
+                density
             }
             Self::Closed => 0.0,
         }

@@ -20,9 +20,9 @@ const FINE: f64 = 1e-10;
 /// decides only whether the search begins at a neighbor's center or without a guess, which takes
 /// more rays.
 const MAX_CENTER_FILL: f64 = 0.99;
-/// A guess is rejected if the nearest point of the outline is nearer to its center than this share
-/// of the mean distance: directions from such a center cover the far side of the outline too
-/// thinly. No search is recorded: a larger value rejects more guesses, which costs time, and a
+/// A guess is rejected if the nearest point of the outline is nearer to its center than this
+/// fraction of the mean distance: directions from such a center cover the far side of the outline
+/// too thinly. No search is recorded: a larger value rejects more guesses, which costs time, and a
 /// smaller one accepts less exact outlines.
 const MIN_DISTANCE: f64 = 0.2;
 
@@ -99,8 +99,8 @@ impl PupilSearch<'_> {
         slopes: &mut [f64],
         rims: &mut [RimPoint],
     ) -> Option<()> {
-        /// The iteration ends if all steps are shorter than this share of the distance. The step
-        /// after it would be of the order of its square.
+        /// The iteration ends if all steps are shorter than this fraction of the distance. The
+        /// step after it would be of the order of its square.
         const LAST_STEP: f64 = 1e-3;
         /// Nearly all outlines need two rounds; more than this means that the guess is useless.
         const MAX_ROUNDS: usize = 8;
@@ -182,10 +182,7 @@ impl PupilSearch<'_> {
         if guess.is_some() && nearest < MIN_DISTANCE * mean {
             return None;
         }
-        let mut slopes = [0.0; DIRECTIONS];
-        for (slope, rim) in slopes.iter_mut().zip(&rims) {
-            *slope = (1.0 - inside.fill) / rim.distance;
-        }
+        let slopes = std::array::from_fn(|i| (1.0 - inside.fill) / rims[i].distance);
         Some(self.outline_of(film, inside, rims, slopes))
     }
 
@@ -199,10 +196,7 @@ impl PupilSearch<'_> {
     ) -> PupilOutline {
         let mirrored = self.is_mirrored(film);
         let directions = self.directions(film);
-        let mut distances = [0.0; DIRECTIONS];
-        for (distance, rim) in distances.iter_mut().zip(&rims) {
-            *distance = rim.distance;
-        }
+        let distances: [f64; DIRECTIONS] = std::array::from_fn(|i| rims[i].distance);
         let (nearest, _) = nearest_and_mean(&rims);
         let corners = self.corners(film, inside, &mut rims);
         let mut support: [f64; SIDES] = self.normals.map(|normal| inside.center.dot(normal));
@@ -222,12 +216,10 @@ impl PupilSearch<'_> {
         let (a, b) = (self.normals[0], self.normals[SIDES / 4]);
         let center = (span(SIDES / 4) * a - span(0) * b).perp() / a.perp_dot(b);
         let moved = center - inside.center;
-        for (distance, direction) in distances.iter_mut().zip(directions) {
-            *distance = (*distance - moved.dot(direction.unit)).max(0.1 * nearest);
-        }
+        let moved_to = |i: usize| distances[i] - moved.dot(directions[i].unit);
         let guess = OutlineGuess {
             center,
-            distances,
+            distances: std::array::from_fn(|i| moved_to(i).max(0.1 * nearest)),
             slopes,
         };
         let support = Support(support);

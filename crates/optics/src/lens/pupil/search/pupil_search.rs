@@ -66,7 +66,7 @@ pub(super) struct InnerPoint {
 impl<'a> PupilSearch<'a> {
     /// The search for the exit pupil of a lens.
     pub(crate) fn new(lens: &'a Lens) -> Self {
-        let rear = RearElement::of(lens, crate::sampling::DiscMap::Concentric).radius;
+        let rear = RearElement::new(lens, crate::sampling::DiscMap::Concentric).radius;
         Self {
             lens,
             normals: normals_along(lens.iris_edges()),
@@ -186,13 +186,9 @@ impl<'a> PupilSearch<'a> {
         let aims = (0..SIDE * SIDE).map(|k| DVec2::new(place(k % SIDE), place(k / SIDE)));
         let aims: Vec<DVec2> = aims.collect();
         let fills = self.lens.fills_up_to([f64::INFINITY; 2], film, &aims);
-        let mut best = (DVec2::ZERO, f64::INFINITY);
-        for (aim, fill) in aims.into_iter().zip(fills) {
-            if fill < best.1 {
-                best = (aim, fill);
-            }
-        }
-        best
+        let none = (DVec2::ZERO, f64::INFINITY);
+        let all = aims.into_iter().zip(fills);
+        all.fold(none, |best, next| if next.1 < best.1 { next } else { best })
     }
 
     /// Finds the rim, where the fill is 1, in up to one bundle of directions. Each resulting point

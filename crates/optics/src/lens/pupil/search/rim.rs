@@ -88,7 +88,7 @@ impl Bracket {
         }
     }
 
-    /// Whether the bracket is wider than the share `width` of the distance.
+    /// Whether the bracket is wider than the fraction `width` of the distance.
     pub(super) fn is_open(&self, width: f64) -> bool {
         !(self.f_high > 0.0) || self.high - self.low > width * self.high
     }

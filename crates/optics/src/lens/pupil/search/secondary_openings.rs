@@ -25,7 +25,8 @@ const MAX_FILL_ELSEWHERE: f64 = 2.0;
 /// The number of grid steps of [`MAX_FILL_ELSEWHERE`]. The slope of the fill around a secondary
 /// opening may be about this many times as steep as at the rim of the pupil.
 const RISE_STEPS: f64 = 12.0;
-/// The golden angle as a share of a turn, (3 − √5)/2. Points at its multiples cover a disc evenly.
+/// The golden angle as a fraction of a turn, (3 − √5)/2. Points at its multiples cover a disc
+/// evenly.
 const GOLDEN_ANGLE: f64 = 0.381966;
 /// The factor by which the neighborhood of [`PupilSearch::downhill`] shrinks in a round. The 32
 /// points of a round are about 0.3 of its radius apart, so that the minimum is nearly always in the
