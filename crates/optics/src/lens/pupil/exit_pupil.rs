@@ -30,7 +30,8 @@ pub struct ExitPupil {
     pub(super) secondary: Option<SecondaryRegion>,
 }
 
-/// The measured pupils.
+/// The measured pupils. A lens has one table, so that a table of the smaller kind needs no box.
+#[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
 pub(super) enum Table {
     /// The pupils by film radius, for a lens and a film with rotational symmetry.
