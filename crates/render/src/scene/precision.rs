@@ -1,11 +1,25 @@
 //! Reports scenes that are too large or too small for the precision of their positions.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use ivcam_base::diag::Diagnostic;
 
 /// Points with a larger coordinate, in meters, are left out, because the square of a distance would
 /// overflow `f32`.
 pub(super) const MAX_COORDINATE: f32 = 1e18;
+
+/// Whether a point can be drawn, which means that it is finite and not too far away.
+#[inline]
+pub(super) fn in_reach(p: Vec3) -> bool {
+    let reaches = |v: f32| v.abs() < MAX_COORDINATE; // false for NaN
+    reaches(p.x) & reaches(p.y) & reaches(p.z)
+}
+
+/// Whether numbers are finite and below [`MAX_COORDINATE`].
+pub(super) fn are_in_reach(numbers: &[f64]) -> bool {
+    // A comparison with NaN is false.
+    let mut numbers = numbers.iter();
+    numbers.all(|v| v.abs() < f64::from(MAX_COORDINATE))
+}
 
 /// The farthest position in meters. Files and rays keep 24 bits of a position, which are steps of
 /// 8 m at this distance.

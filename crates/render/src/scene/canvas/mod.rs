@@ -7,6 +7,7 @@
 
 mod bounds;
 mod drawing;
+mod one_by_one;
 mod picture_view;
 mod points;
 mod reports;
@@ -16,6 +17,7 @@ mod vertices;
 
 pub(crate) use bounds::{BoundsCanvas, grow};
 pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants};
+pub(crate) use one_by_one::{draw_facets, draw_mesh, draw_triangles};
 pub(crate) use picture_view::PictureView;
 pub(crate) use points::{Points, SPARSE_RATIO};
 pub(crate) use reports::Reports;

@@ -10,15 +10,16 @@ use super::appearance::Shared;
 use super::deferred_text::DeferredText;
 use super::strokes;
 use crate::bvh::Bvh;
-use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind, facets};
+use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
+    draw_facets,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles};
 use crate::scene::options::CompileOptions;
 use crate::scene::placement::Placement;
-use crate::scene::precision::MAX_COORDINATE;
+use crate::scene::precision::in_reach;
 use crate::scene::render_scene::RenderScene;
 
 /// The lists that are kept for the triangles of the current shape. See [`Surface`] for their
@@ -277,15 +278,7 @@ impl SceneBuilder {
     /// Draws a round shape as polygons.
     fn facets(&mut self, kind: QuadricKind, material: u32) {
         let fineness = Fineness::of_complexity(self.shape.complexity);
-        for polygon in facets(kind, fineness, material) {
-            if self.shape.outlines() {
-                self.edges(&polygon);
-                continue;
-            }
-            for pair in polygon[1..].windows(2) {
-                self.keep_triangle([polygon[0], pair[0], pair[1]]);
-            }
-        }
+        draw_facets(self, kind, fineness, material);
     }
 }
 
@@ -470,13 +463,6 @@ impl Canvas for SceneBuilder {
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {
         self.reports.bad_parts(node);
     }
-}
-
-/// Whether a point can be drawn, which means that it is finite and not too far away.
-#[inline]
-pub(super) fn in_reach(p: Vec3) -> bool {
-    let reaches = |v: f32| v.abs() < MAX_COORDINATE; // false for NaN
-    reaches(p.x) & reaches(p.y) & reaches(p.z)
 }
 
 fn is_box_in_reach((min, max): (DVec3, DVec3)) -> bool {

@@ -4,9 +4,10 @@ use glam::{DVec3, Vec3};
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::traversal::state::DrawStyle;
 
-use super::scene_builder::{SceneBuilder, in_reach};
+use super::scene_builder::SceneBuilder;
 use crate::geometry::{Corner, Stroke, StrokeView};
 use crate::scene::options::CompileOptions;
+use crate::scene::precision::in_reach;
 
 /// The largest width of a line in pixels. A wider line fills the picture anyway, and the limit
 /// keeps its box finite.

@@ -9,15 +9,16 @@ use ivcam_inventor::traversal::state::{Binding, TextureCoordinates};
 
 use super::deferred_text::glyph_offset;
 use super::numbers::{Numbers, listed, three};
-use super::scene_builder::{SceneBuilder, in_reach};
+use super::scene_builder::SceneBuilder;
 use crate::geometry::normals::face_normal;
 use crate::geometry::{Corner, Mesh};
 use crate::scene::canvas::{
     IndexedTriangle, MaterialsBy, NormalPer, Normals, Points, Runs, SPARSE_RATIO, TriangleList,
-    Vertices, wrapped,
+    Vertices, draw_mesh, draw_triangles, wrapped,
 };
 use crate::scene::looks::Surface;
 use crate::scene::placement::Placement;
+use crate::scene::precision::in_reach;
 
 impl SceneBuilder {
     /// Keeps the triangles of a vertex-based shape.
@@ -29,7 +30,7 @@ impl SceneBuilder {
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
     ) {
         if self.shape.outlines() {
-            return self.keep_edges(runs, vertices, cut);
+            return draw_triangles(self, runs, vertices, cut);
         }
         let buffer = std::mem::take(&mut self.points);
         let placement = self.placement;
@@ -46,23 +47,6 @@ impl SceneBuilder {
             self.keep_lists(triangles, runs, vertices, &numbers);
         });
         self.points = points.all;
-    }
-
-    /// Keeps the edges or vertices of the triangles of a vertex-based shape.
-    fn keep_edges(
-        &mut self,
-        runs: &Runs<'_>,
-        vertices: &Vertices<'_, '_>,
-        cut: &mut dyn FnMut(&mut TriangleList<'_>),
-    ) {
-        let counts = runs.counts();
-        TriangleList::fill(cut, &mut |triangles| {
-            for triangle in triangles.iter() {
-                if let Some(corners) = vertices.corners(triangle, runs, &counts) {
-                    self.edges(&corners);
-                }
-            }
-        });
     }
 
     /// Returns the rules for the lists of a shape, and keeps its normals.
@@ -170,7 +154,7 @@ impl SceneBuilder {
         let moved = mesh.positions.iter().map(|p| placement.point(*p));
         let points: Vec<Vec3> = moved.collect();
         if self.shape.outlines() || !points.iter().all(|p| in_reach(*p)) {
-            return self.keep_mesh_one_by_one(mesh, by_part);
+            return draw_mesh(self, mesh, materials);
         }
         let room = self.admit(mesh.triangles.len(), false);
         if room == 0 {
@@ -201,24 +185,6 @@ impl SceneBuilder {
         }
         if uses.thirds {
             surface.thirds.extend(triangles.iter().map(|_| [0.0; 3]));
-        }
-    }
-
-    /// Keeps a mesh triangle by triangle, because some corners cannot be drawn or edges are drawn.
-    fn keep_mesh_one_by_one(&mut self, mesh: &Mesh, by_part: bool) {
-        for (i, triangle) in mesh.triangles.iter().enumerate() {
-            let materials = mesh.materials(i, by_part);
-            let corner = |k: usize| {
-                let v = triangle[k] as usize;
-                Corner {
-                    position: mesh.positions[v],
-                    normal: mesh.normals[v],
-                    material: materials[k],
-                    coordinates: mesh.texcoords[v],
-                    third: 0.0,
-                }
-            };
-            self.keep_triangle([0, 1, 2].map(corner));
         }
     }
 

@@ -11,14 +11,15 @@ use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
 use super::surface::{Images, Mapping, Surface};
 use super::weld::{self, Lists};
-use crate::geometry::{self, Corner, Fineness, QuadricKind, facets};
+use crate::geometry::{self, Corner, Fineness, QuadricKind};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
+    draw_facets, draw_mesh, draw_triangles,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
 use crate::scene::placement::Placement;
-use crate::scene::precision::MAX_COORDINATE;
+use crate::scene::precision::in_reach;
 
 /// The current shape.
 struct Shape {
@@ -112,11 +113,7 @@ impl MeshCanvas {
 
     /// Returns a corner in object space, or `None` if it cannot be drawn.
     fn place(&mut self, corner: &Corner) -> Option<Corner> {
-        let reaches = |p: Vec3| p.abs().max_element() < MAX_COORDINATE;
-        let is_sound = corner.position.is_finite()
-            && reaches(corner.position)
-            && reaches(self.placement.point(corner.position));
-        if !is_sound {
+        if !in_reach(corner.position) || !in_reach(self.placement.point(corner.position)) {
             self.census.bad_corners += 1;
             return None;
         }
@@ -126,7 +123,7 @@ impl MeshCanvas {
             corner.position = position.as_vec3();
             let normal = *normals * corner.normal.as_dvec3();
             corner.normal = normal.normalize_or_zero().as_vec3();
-            if !reaches(corner.position) {
+            if !in_reach(corner.position) {
                 self.census.bad_corners += 1;
                 return None;
             }
@@ -369,14 +366,7 @@ impl Canvas for MeshCanvas {
         _most: usize,
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
     ) {
-        let counts = runs.counts();
-        TriangleList::fill(cut, &mut |triangles| {
-            for triangle in triangles.iter() {
-                if let Some(corners) = vertices.corners(triangle, runs, &counts) {
-                    self.triangle(corners);
-                }
-            }
-        });
+        draw_triangles(self, runs, vertices, cut);
     }
 
     fn triangle(&mut self, corners: [Corner; 3]) {
@@ -405,20 +395,7 @@ impl Canvas for MeshCanvas {
             self.census.bad_corners += 1;
             return;
         }
-        let by_part = materials == MaterialsBy::Part && mesh.colors.is_empty();
-        for (i, triangle) in mesh.triangles.iter().enumerate() {
-            let materials = mesh.materials(i, by_part);
-            self.triangle([0, 1, 2].map(|k| {
-                let v = triangle[k] as usize;
-                Corner {
-                    position: mesh.positions[v],
-                    normal: mesh.normals[v],
-                    material: materials[k],
-                    coordinates: mesh.texcoords[v],
-                    third: 0.0,
-                }
-            }));
-        }
+        draw_mesh(self, mesh, materials);
     }
 
     fn quadric(&mut self, kind: QuadricKind, material: u32) {
@@ -426,15 +403,7 @@ impl Canvas for MeshCanvas {
             Some(shape) if self.outlines() => Fineness::of_complexity(shape.complexity),
             _ => self.fineness,
         };
-        for polygon in facets(kind, fineness, material) {
-            if self.outlines() {
-                self.edges(&polygon);
-                continue;
-            }
-            for pair in polygon[1..].windows(2) {
-                self.triangle([polygon[0], pair[0], pair[1]]);
-            }
-        }
+        draw_facets(self, kind, fineness, material);
     }
 
     fn line(&mut self, ends: [Corner; 2], _width: f32) {

@@ -7,10 +7,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
 
 use super::feature::Place;
-use crate::scene::precision::MAX_COORDINATE;
-
-/// The largest coordinate, in meters, and the largest element of a matrix.
-pub(super) const FARTHEST: f64 = MAX_COORDINATE as f64;
+use crate::scene::precision::are_in_reach;
 
 /// The shape of a light. Angles are in radians from its axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -75,9 +72,9 @@ pub struct Pose {
 }
 
 impl Light {
-    /// Converts a light of the traversal. Numbers that are not finite, and positions beyond
-    /// [`FARTHEST`], become the defaults of their fields.
-    pub(super) fn of(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
+    /// Converts a light of the traversal. Numbers that are not finite, and positions that are not
+    /// in reach ([`are_in_reach`]), become the defaults of their fields.
+    pub(super) fn new(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
         let angle = |angle: f32| finite_or(angle, std::f32::consts::FRAC_PI_4);
         let shape = match light.kind {
             LightKind::Directional => LightShape::Directional,
@@ -141,9 +138,9 @@ impl Light {
 }
 
 impl Camera {
-    /// Makes the camera of a node. A position beyond [`FARTHEST`] becomes the default of its field,
-    /// and an orientation that is not finite becomes no rotation.
-    pub(super) fn of(node: NodeRef<'_>, mut pose: CameraPose, name: String, place: Place) -> Self {
+    /// Makes the camera of a node. A position that is not in reach ([`are_in_reach`]) becomes the
+    /// default of its field, and an orientation that is not finite becomes no rotation.
+    pub(super) fn new(node: NodeRef<'_>, mut pose: CameraPose, name: String, place: Place) -> Self {
         pose.position = position_or_default(pose.position, node, "position");
         if !pose.orientation.is_finite() {
             pose.orientation = DQuat::IDENTITY;
@@ -156,12 +153,9 @@ fn finite_or(value: f32, default: f32) -> f32 {
     if value.is_finite() { value } else { default }
 }
 
-/// Returns a position if it is finite and not beyond [`FARTHEST`], or else the default of the
-/// node's field.
+/// Returns a position if it is in reach ([`are_in_reach`]), or else the default of the node's field.
 fn position_or_default(position: DVec3, node: NodeRef<'_>, field: &str) -> DVec3 {
-    // A comparison with NaN is false.
-    let is_near = |v: f64| v.abs() < FARTHEST;
-    if position.to_array().into_iter().all(is_near) {
+    if are_in_reach(&position.to_array()) {
         return position;
     }
     let declared = node.known_class().and_then(|class| class.field(field));

@@ -2,16 +2,16 @@
 
 use glam::{DAffine3, DVec3};
 
-use super::lights::FARTHEST;
 use super::mesh::Mesh;
 use super::scene_model::Model;
+use crate::scene::precision::are_in_reach;
 
 /// A scene is far if its distance from the origin is more than this many times its size. The error
 /// of positions with 24 bits is then above 1/16,000 of the size.
 const FAR: f64 = 1000.0;
 
 /// Moves a scene that is far from its origin, and the meshes that are far from theirs. A scene
-/// beyond [`FARTHEST`] stays where it is.
+/// out of reach ([`are_in_reach`]) stays where it is.
 pub(super) fn recenter(model: &mut Model) {
     let Some(bounds) = model.bounds() else {
         return;
@@ -19,7 +19,7 @@ pub(super) fn recenter(model: &mut Model) {
     let center = 0.5 * (bounds.0 + bounds.1);
     let size = (bounds.1 - bounds.0).max_element();
     let distance = center.abs().max_element();
-    if !(distance > FAR * size && distance < FARTHEST && size > 0.0) {
+    if !(distance > FAR * size && are_in_reach(&[distance]) && size > 0.0) {
         return;
     }
     // Whole numbers are easy to read and to add again.

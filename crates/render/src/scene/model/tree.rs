@@ -23,12 +23,13 @@ use ivcam_inventor::traversal::{self, Visitor, WalkOptions};
 
 use super::canvas::MeshCanvas;
 use super::feature::{Feature, Occurrence, Place};
-use super::lights::{Camera, FARTHEST, Light, Pose};
+use super::lights::{Camera, Light, Pose};
 use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
 use super::scene_model::{Model, Node, Part};
 use crate::scene::canvas::Canvas;
 use crate::scene::looks::{self, LightTree};
+use crate::scene::precision::are_in_reach;
 use crate::scene::{shapes, survey};
 
 /// A group that the walk is in.
@@ -152,10 +153,9 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
     builder
 }
 
-/// Whether all elements of a matrix are finite and below [`FARTHEST`].
+/// Whether all elements of a matrix are finite and not too large.
 fn is_bounded(matrix: &DAffine3) -> bool {
-    // A comparison with NaN is false.
-    matrix.to_cols_array().iter().all(|v| v.abs() < FARTHEST)
+    are_in_reach(&matrix.to_cols_array())
 }
 
 /// Returns the matrix if a group may have it: it can be inverted, and it and its inverse are
@@ -445,7 +445,7 @@ impl<'a> Visitor<'a> for Builder<'_> {
         let place = Place::of(node);
         let name = place.name.clone().unwrap_or_else(|| place.class.clone());
         self.light_nodes.push(light.node);
-        let light = Light::of(light, node, name, place);
+        let light = Light::new(light, node, name, place);
         self.model.lights.push(light);
     }
 
@@ -458,7 +458,7 @@ impl<'a> Visitor<'a> for Builder<'_> {
         let described = described.map(str::to_owned);
         let name = place.name.clone().or(described);
         let name = name.unwrap_or_else(|| place.class.clone());
-        let camera = Camera::of(node, pose, name, place);
+        let camera = Camera::new(node, pose, name, place);
         self.model.cameras.push(camera);
     }
 
