@@ -11,7 +11,7 @@ use crate::iv::NodeRef;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// The numbers of copies along the three directions.
-    pub counts: [i64; 3],
+    pub counts: [u64; 3],
     /// The steps from one copy to the next along each direction, in the array's space.
     steps: [DVec3; 3],
     /// The position of the first copy along each direction, in steps.
@@ -20,21 +20,21 @@ pub struct Grid {
 
 impl Grid {
     /// The grid of an `Array`. A negative number of elements counts as 0.
-    pub fn of(node: NodeRef<'_>) -> Self {
+    pub fn from_node(node: NodeRef<'_>) -> Self {
         let counts = [
             array::NUM_ELEMENTS1,
             array::NUM_ELEMENTS2,
             array::NUM_ELEMENTS3,
         ];
         let steps = [array::SEPARATION1, array::SEPARATION2, array::SEPARATION3];
-        let counts = counts.map(|field| i64::from(node.get(field).max(0)));
+        let counts = counts.map(|field| u64::try_from(node.get(field)).unwrap_or(0));
         let origin = node.get(array::ORIGIN);
         Self {
             counts,
             steps: steps.map(|field| node.get(field).as_dvec3()),
             from: counts.map(|n| match origin {
-                array::ORIGIN_CENTER => -0.5 * (n - 1) as f64,
-                array::ORIGIN_LAST => -(n - 1) as f64,
+                array::ORIGIN_CENTER => 0.5 - 0.5 * n as f64,
+                array::ORIGIN_LAST => 1.0 - n as f64,
                 _ => 0.0,
             }),
         }
@@ -42,8 +42,7 @@ impl Grid {
 
     /// The number of copies. Three 16-bit numbers cannot overflow it, and larger ones saturate.
     pub fn len(&self) -> u64 {
-        let counts = self.counts.iter().map(|n| n.unsigned_abs());
-        counts.fold(1, u64::saturating_mul)
+        self.counts.into_iter().fold(1, u64::saturating_mul)
     }
 
     /// Returns whether there are none.
@@ -53,7 +52,7 @@ impl Grid {
 
     /// The translation of the copy with a number below [`Self::len`].
     pub fn offset(&self, number: u64) -> DVec3 {
-        let [columns, rows, _] = self.counts.map(|n| n.unsigned_abs());
+        let [columns, rows, _] = self.counts;
         self.offset_at([
             number % columns,
             number / columns % rows,
@@ -65,6 +64,20 @@ impl Grid {
     pub fn offset_at(&self, place: [u64; 3]) -> DVec3 {
         let along = |i: usize| (self.from[i] + place[i] as f64) * self.steps[i];
         along(0) + along(1) + along(2)
+    }
+
+    /// The place of the last copy of a grid that is not empty.
+    pub fn last(&self) -> [u64; 3] {
+        self.counts.map(|n| n.saturating_sub(1))
+    }
+
+    /// The translations of the copies at the corners of a range of places.
+    pub fn corners(&self, from: [u64; 3], to: [u64; 3]) -> [DVec3; 8] {
+        std::array::from_fn(|corner| {
+            let is_far = |axis: usize| corner >> axis & 1 == 1;
+            let place = |axis| if is_far(axis) { to[axis] } else { from[axis] };
+            self.offset_at(std::array::from_fn(place))
+        })
     }
 }
 

@@ -116,7 +116,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// every copy begins with the state at the array itself. Copies beyond the limit of visits are
     /// left out.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
-        let grid = Grid::of(node);
+        let grid = Grid::from_node(node);
         if self
             .visitor
             .repeats(Repeated::Grid(node, grid), &self.state)

@@ -30,15 +30,19 @@ pub(super) const LARGE: usize = 1 << 16;
 const TREE: u32 = BLOCK as u32 + 1;
 
 impl Bvh {
-    /// Builds a tree over the boxes of primitives. `triangle` returns a primitive's corners, or
-    /// `None` if it is not a triangle. A refined tree takes more time to build and less for each
-    /// ray. Very few rays hit another triangle in it.
+    /// Builds a tree over the boxes of primitives, which are numbered in order. A primitive whose
+    /// box is empty, with the lowest corner above the highest, is left out. `triangle` returns a
+    /// primitive's corners, or `None` if it is not a triangle. A refined tree takes more time to
+    /// build and less for each ray. Very few rays hit another triangle in it.
     pub fn build(
         boxes: impl Iterator<Item = Box3>,
         refined: bool,
         triangle: impl Fn(u32) -> Option<[Vec3; 3]> + Sync,
     ) -> Self {
-        let mut items: Vec<Item> = boxes.zip(0..).map(|(of, i)| Item::new(of, i)).collect();
+        let (least, most) = boxes.size_hint();
+        let mut items: Vec<Item> = Vec::with_capacity(most.unwrap_or(least));
+        let kept = boxes.zip(0..).filter(|((low, high), _)| !(low.x > high.x));
+        items.extend(kept.map(|(of, i)| Item::new(of, i)));
         if items.is_empty() {
             return Self::default();
         }

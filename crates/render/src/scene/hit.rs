@@ -130,18 +130,19 @@ impl RenderScene {
     /// Returns the rank of a primitive in the drawing order. Transparent primitives are drawn after
     /// opaque ones.
     pub(crate) fn rank(&self, hit: &Hit) -> u64 {
-        let owner = self.owner(hit.primitive, hit.place);
+        let owner = self.owner(hit.primitive);
         let surface = &self.surfaces[owner as usize];
         let first = u64::from(surface.layer) << 1 | u64::from(!surface.is_opaque());
         // There are fewer than 2^29 surfaces, because each has a node.
         let number = match &self.instances {
             None => u64::from(owner) << 32 | u64::from(hit.primitive),
             Some(instances) => {
-                let lists = match hit.place {
-                    0 => [self.triangles.len(), self.quadrics.len()],
-                    _ => [instances.triangles.len(), instances.quadrics.len()],
+                let shape = &instances.shapes[owner as usize];
+                let first = match hit.place {
+                    0 => shape.first.unwrap_or_default(),
+                    place => place - 1,
                 };
-                instances.number(owner, (hit.primitive, hit.place), lists)
+                first + u64::from(self.lists().local(shape, hit.primitive))
             }
         };
         first << 61 | number
@@ -193,7 +194,8 @@ impl RenderScene {
                     (block.primitive(lane) as usize).checked_sub(self.owners.len())
             {
                 let range = (t_min, t_max);
-                t_max = instances.search((ray, sorted), element, range, &mut found);
+                let lists = self.lists();
+                t_max = instances.search(lists, (ray, sorted), element, range, &mut found);
                 continue;
             }
             let primitive = block.primitive(lane);
@@ -284,8 +286,8 @@ impl RenderScene {
     }
 
     /// Whether a primitive blocks all light everywhere.
-    pub(super) fn stops_light(&self, primitive: u32, place: u64) -> bool {
-        let surface = &self.surfaces[self.owner(primitive, place) as usize];
+    pub(super) fn stops_light(&self, primitive: u32) -> bool {
+        let surface = &self.surfaces[self.owner(primitive) as usize];
         surface.casts_shadow && surface.clip.is_empty() && surface.is_opaque()
     }
 
@@ -295,7 +297,7 @@ impl RenderScene {
         if !surface.casts_shadow {
             return 1.0;
         }
-        if self.stops_light(hit.primitive, hit.place) {
+        if self.stops_light(hit.primitive) {
             return 0.0;
         }
         if surface.clip.is_empty() || self.is_visible(ray, hit) {
@@ -315,7 +317,7 @@ impl RenderScene {
         if a.primitive == b.primitive && a.place == b.place && self.is_triangle(&a) {
             return false;
         }
-        let [owner, others] = [a, b].map(|hit| (self.owner(hit.primitive, hit.place), hit.place));
+        let [owner, others] = [a, b].map(|hit| (self.owner(hit.primitive), hit.place));
         let aligned = || {
             let normal = self.geometric_normal(ray, &a);
             normal.dot(self.geometric_normal(other, &b))

@@ -1,12 +1,13 @@
 //! The primitive that a ray has hit, placed in the scene.
 //!
-//! A primitive of the scene itself is stored there. One of a prototype is placed by the path of
-//! uses that the hit tells.
+//! A primitive of the scene itself is stored there. One of a prototype is in object space, and is
+//! placed by the instance that the hit tells.
 
 use std::borrow::Cow;
 
 use glam::Vec3;
 
+use super::instances::ShapeLists;
 use super::looks::Surface;
 use super::render_scene::RenderScene;
 use crate::bvh::Hit;
@@ -25,23 +26,27 @@ pub(super) enum Primitive<'a> {
 }
 
 impl RenderScene {
+    /// The triangles and round surfaces of the scene and of its prototypes.
+    pub(super) fn lists(&self) -> ShapeLists<'_> {
+        ShapeLists {
+            triangles: &self.triangles,
+            quadrics: &self.quadrics,
+        }
+    }
+
     /// Returns the primitive of a hit.
     #[inline]
     pub(super) fn primitive(&self, hit: &Hit) -> Primitive<'_> {
         if let Some(corners) = self.corners(hit.primitive, hit.place) {
             return Primitive::Triangle(corners);
         }
-        if hit.place != 0
-            && let Some(instances) = &self.instances
-            && let Some(quadric) = instances.quadric(hit.primitive, hit.place)
-        {
-            return Primitive::Quadric(Cow::Owned(quadric));
-        }
         let index = hit.primitive as usize - self.triangles.len();
-        match self.quadrics.get(index) {
-            Some(quadric) => Primitive::Quadric(Cow::Borrowed(quadric)),
-            None => Primitive::Stroke(&self.strokes[index - self.quadrics.len()]),
-        }
+        let Some(quadric) = self.quadrics.get(index) else {
+            return Primitive::Stroke(&self.strokes[index - self.quadrics.len()]);
+        };
+        let instances = self.instances.as_ref().filter(|_| hit.place != 0);
+        let placed = instances.and_then(|all| all.quadric(quadric, hit.place));
+        Primitive::Quadric(placed.map_or(Cow::Borrowed(quadric), Cow::Owned))
     }
 
     /// Whether hits may be on primitives of prototypes.
@@ -49,20 +54,31 @@ impl RenderScene {
         self.instances.is_some()
     }
 
+    /// Whether the shape with a surface is in a prototype, so that it is drawn only by instances.
+    pub(super) fn is_in_prototype(&self, surface: u32) -> bool {
+        let instances = self.instances.as_ref();
+        instances.is_some_and(|all| all.has_shape(surface))
+    }
+
     /// The corners of a hit primitive, or `None` if it is not a triangle.
     #[inline(always)]
     pub(crate) fn corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
-        if place != 0 {
-            return self.placed_corners(primitive, place);
-        }
-        self.triangles.get(primitive as usize).copied()
+        let corners = *self.triangles.get(primitive as usize)?;
+        Some(match place {
+            0 => corners,
+            _ => self.placed_corners(corners, place),
+        })
     }
 
     /// The corners of a triangle of a prototype, placed in the scene.
     #[cold]
     #[inline(never)]
-    fn placed_corners(&self, primitive: u32, place: u64) -> Option<[Vec3; 3]> {
-        self.instances.as_ref()?.corners(primitive, place)
+    fn placed_corners(&self, corners: [Vec3; 3], place: u64) -> [Vec3; 3] {
+        let Some(instances) = &self.instances else {
+            return corners;
+        };
+        let placement = instances.placement(place);
+        corners.map(|p| placement.point(p))
     }
 
     /// The normals of the corners of a surface's triangle, or `None` if its face is flat.
@@ -91,22 +107,15 @@ impl RenderScene {
         normals.map(|normal| placement.normal(normal))
     }
 
-    /// The number of a hit primitive's surface.
+    /// The number of a primitive's surface.
     #[inline(always)]
-    pub(crate) fn owner(&self, primitive: u32, place: u64) -> u32 {
-        match &self.instances {
-            Some(instances) if place != 0 => instances.owners[primitive as usize],
-            _ => self.owners[primitive as usize],
-        }
+    pub(crate) fn owner(&self, primitive: u32) -> u32 {
+        self.owners[primitive as usize]
     }
 
     /// Whether a hit is on a triangle.
     #[inline(always)]
     pub(super) fn is_triangle(&self, hit: &Hit) -> bool {
-        let triangles = match &self.instances {
-            Some(instances) if hit.place != 0 => instances.triangles.len(),
-            _ => self.triangles.len(),
-        };
-        (hit.primitive as usize) < triangles
+        (hit.primitive as usize) < self.triangles.len()
     }
 }

@@ -23,7 +23,8 @@ pub struct RenderScene {
     pub(super) strokes: Vec<Stroke>,
     /// The number of strokes that are not the first part of their line.
     pub(super) further_pieces: usize,
-    /// The surface number of each triangle, quadric and stroke.
+    /// The surface number of each triangle, quadric and stroke. Those of prototypes are in the same
+    /// lists, in the object space of their shape.
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) light_sets: LightSets,
@@ -66,17 +67,23 @@ pub struct OracleTriangle {
 impl RenderScene {
     /// Computes the values that depend on the whole scene: bounds, fog and transparency.
     pub(super) fn finalize(&mut self) -> Result<()> {
-        let instances = self.instances.as_ref();
-        let stored = instances.map_or(0, |all| all.owners.len().max(all.root.len()));
-        if u32::try_from(self.owners.len() + stored).is_err() {
+        let instances = self.instances.as_ref().map_or(0, |all| all.root.len());
+        if u32::try_from(self.owners.len() + instances).is_err() {
             return Err(Diagnostic::beyond_limit(
                 "the scene has more than 2^32 primitives",
             ));
         }
-        let triangles = around(self.triangles.as_flattened());
-        let others = self.boxes_of_others().chain(triangles);
-        let others = others.chain(self.boxes_of_instances());
-        self.bounds = others.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        let both = |a: (Vec3, Vec3), b: (Vec3, Vec3)| (a.0.min(b.0), a.1.max(b.1));
+        self.bounds = match &self.instances {
+            None => {
+                let triangles = around(self.triangles.as_flattened());
+                self.boxes_of_others().chain(triangles).reduce(both)
+            }
+            Some(_) => self
+                .boxes()
+                .filter(|(low, high)| low.x <= high.x)
+                .reduce(both),
+        };
         self.resolve_fog_distance();
         if self.census.transparent {
             self.find_centers();
@@ -109,18 +116,17 @@ impl RenderScene {
         }
     }
 
-    /// The bounding box of each primitive.
+    /// The bounding box of each primitive, which is empty for those of prototypes, and then of each
+    /// instance.
     fn boxes(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
         let triangles = self.triangles.iter();
         let triangles = triangles.map(|[a, b, c]| (a.min(*b).min(*c), a.max(*b).max(*c)));
-        triangles
-            .chain(self.boxes_of_others())
-            .chain(self.boxes_of_instances())
-    }
-
-    /// The bounding box of each instance.
-    fn boxes_of_instances(&self) -> impl Iterator<Item = (Vec3, Vec3)> + '_ {
-        self.instances.iter().flat_map(|all| all.boxes())
+        let own = triangles.chain(self.boxes_of_others()).zip(&self.owners);
+        let own = own.map(|(around, owner)| match self.is_in_prototype(*owner) {
+            true => (Vec3::INFINITY, Vec3::NEG_INFINITY),
+            false => around,
+        });
+        own.chain(self.instances.iter().flat_map(|all| all.boxes()))
     }
 
     /// The bounding box of each quadric and stroke.
@@ -142,7 +148,8 @@ impl RenderScene {
     /// Builds the tree now, so that the first ray does not wait. It is refined if the expected
     /// number of rays pays for that.
     pub fn prepare(&self, rays: u64) {
-        let refined = rays / RAYS_TO_REFINE >= self.owners.len() as u64;
+        let own = self.owners.iter().filter(|o| !self.is_in_prototype(**o));
+        let refined = rays / RAYS_TO_REFINE >= own.count() as u64;
         self.tree.get_or_init(|| self.build_tree(refined));
     }
 
@@ -154,7 +161,8 @@ impl RenderScene {
     /// Computes the center of the bounding box of each surface.
     fn find_centers(&mut self) {
         let mut around: Vec<Option<(Vec3, Vec3)>> = vec![None; self.surfaces.len()];
-        for (owner, (min, max)) in self.owners.iter().zip(self.boxes()) {
+        let own = self.owners.iter().zip(self.boxes());
+        for (owner, (min, max)) in own.filter(|(_, (min, max))| min.x <= max.x) {
             let all = &mut around[*owner as usize];
             *all = Some(all.map_or((min, max), |(a, b)| (a.min(min), b.max(max))));
         }
@@ -187,7 +195,7 @@ impl RenderScene {
 
     /// The surface of a hit.
     pub fn surface(&self, hit: &Hit) -> &Surface {
-        &self.surfaces[self.owner(hit.primitive, hit.place) as usize]
+        &self.surfaces[self.owner(hit.primitive) as usize]
     }
 
     /// The counts of nodes, primitives and what was left out.
@@ -234,13 +242,8 @@ impl RenderScene {
     /// The numbers of triangles, of quadrics, and of lines and points, as stored: what is drawn
     /// many times counts once.
     pub fn primitives(&self) -> (usize, usize, usize) {
-        let stored = self.instances.as_ref();
-        let stored = stored.map_or((0, 0), |all| (all.triangles.len(), all.quadrics.len()));
-        (
-            self.triangles.len() + stored.0,
-            self.quadrics.len() + stored.1,
-            self.strokes.len() - self.further_pieces,
-        )
+        let strokes = self.strokes.len() - self.further_pieces;
+        (self.triangles.len(), self.quadrics.len(), strokes)
     }
 
     /// All surfaces, by number.
@@ -248,9 +251,12 @@ impl RenderScene {
         &self.surfaces
     }
 
-    /// The triangles in order of traversal, for comparison with another program.
+    /// The triangles in order of traversal, without those of prototypes, for comparison with another
+    /// program.
     pub fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
-        self.triangles.iter().enumerate().map(|(i, corners)| {
+        let all = self.triangles.iter().enumerate();
+        let own = all.filter(|(i, _)| !self.is_in_prototype(self.owners[*i]));
+        own.map(|(i, corners)| {
             let surface = &self.surfaces[self.owners[i] as usize];
             let local = i - surface.first as usize;
             let materials = surface.materials_of(local);

@@ -147,7 +147,7 @@ fn ids(document: &Document) -> impl Iterator<Item = NodeId> {
 fn copies(document: &Document, id: NodeId) -> u64 {
     let node = document.node(id);
     match role(node) {
-        Role::Array => Grid::of(node).len(),
+        Role::Array => Grid::from_node(node).len(),
         Role::MultipleCopy => node.get(multiple_copy::MATRIX).len() as u64,
         _ => 1,
     }

@@ -2,7 +2,7 @@
 //!
 //! A shape is luminous if it has an emissive color or is not lit. Lights themselves (`PointLight`)
 //! are invisible. Only what the camera sees directly is found; images in mirrors are not, nor are
-//! the glyphs of texts that are stored once.
+//! glyphs that are prototypes.
 
 use glam::{DVec3, Vec3};
 
@@ -10,9 +10,9 @@ use super::RenderScene;
 use super::placed::Primitive;
 use crate::bvh::{Hit, Ray};
 
-/// The largest number of luminous shapes in shared parts that are examined, each as often as it is
+/// The largest number of luminous shapes of prototypes that are examined, each as often as it is
 /// drawn.
-const MOST_SHARED: usize = 1 << 14;
+const MOST_INSTANCED: usize = 1 << 14;
 
 /// A luminous shape that is small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +48,8 @@ impl RenderScene {
         let mut seen = vec![Seen::default(); luminous.len()];
         for (primitive, &owner) in self.owners.iter().enumerate() {
             let owner = owner as usize;
-            if luminous[owner] != Vec3::ZERO && seen[owner].pixels < smaller_than {
+            let is_luminous = luminous[owner] != Vec3::ZERO && !self.is_in_prototype(owner as u32);
+            if is_luminous && seen[owner].pixels < smaller_than {
                 self.see((primitive as u32, 0), size, &mut seen[owner]);
             }
         }
@@ -63,34 +64,34 @@ impl RenderScene {
         let is_small = |(_, seen): &(Vec3, Seen)| {
             seen.pixels > 0.0 && seen.pixels < smaller_than && self.is_in_sight(seen)
         };
-        let shared = self.shared_lights(&luminous, size, smaller_than);
-        let all = luminous.into_iter().zip(seen).chain(shared);
+        let instanced = self.instanced_lights(&luminous, size, smaller_than);
+        let all = luminous.into_iter().zip(seen).chain(instanced);
         all.filter(is_small).map(small).collect()
     }
 
-    /// Returns the radiance of each luminous shape in the parts that are stored once, as often as
-    /// it is drawn, with what is seen of it.
-    fn shared_lights(
+    /// Returns the radiance of each luminous shape of a prototype, as often as it is drawn, with
+    /// what is seen of it.
+    fn instanced_lights(
         &self,
         luminous: &[Vec3],
         size: [f64; 2],
         smaller_than: f64,
     ) -> Vec<(Vec3, Seen)> {
-        let mut lights = Vec::new();
         let Some(instances) = &self.instances else {
-            return lights;
+            return Vec::new();
         };
         let is_luminous = |surface: u32| luminous[surface as usize] != Vec3::ZERO;
-        instances.each_shape(&is_luminous, MOST_SHARED, &mut |surface, place| {
+        let shapes = instances.shapes_with(&is_luminous, MOST_INSTANCED);
+        let light = |(surface, place): (u32, u64)| {
             let mut seen = Seen::default();
-            for primitive in instances.primitives_of(surface) {
+            for primitive in self.lists().numbers(&instances.shapes[surface as usize]) {
                 if seen.pixels < smaller_than {
                     self.see((primitive, place), size, &mut seen);
                 }
             }
-            lights.push((luminous[surface as usize], seen));
-        });
-        lights
+            (luminous[surface as usize], seen)
+        };
+        shapes.into_iter().map(light).collect()
     }
 
     /// The light that a surface has without lights.
@@ -156,8 +157,8 @@ impl RenderScene {
     fn is_in_sight(&self, seen: &Seen) -> bool {
         let meets = |&(primitive, place, point): &(u32, u64, Vec3)| {
             let hit = self.hit(&Ray::new(Vec3::ZERO, point));
-            let shape = (self.owner(primitive, place), place);
-            hit.is_none_or(|h| h.t >= 1.0 || (self.owner(h.primitive, h.place), h.place) == shape)
+            let shape = (self.owner(primitive), place);
+            hit.is_none_or(|h| h.t >= 1.0 || (self.owner(h.primitive), h.place) == shape)
         };
         seen.points.iter().flatten().any(meets)
     }

@@ -83,8 +83,7 @@ impl<'a> Surveyor<'a> {
     /// which is larger than that of what is drawn if the part is turned.
     fn add(&mut self, number: usize, grid: Option<Grid>, world: DMat4) {
         let part = &self.surveyed[number];
-        let far = |grid: &Grid| grid.counts.map(|n| n.unsigned_abs().saturating_sub(1));
-        let between = grid.map(|grid| grid_bounds(&grid, [0; 3], far(&grid)));
+        let between = grid.map(|grid| grid_bounds(&grid, [0; 3], grid.last()));
         let (low, high) = between.unwrap_or_default();
         if let Some((min, max)) = part.bounds {
             let around = moved((min + low, max + high), &DAffine3::from_mat4(world));
@@ -104,28 +103,15 @@ impl<'a> Surveyor<'a> {
         };
         let outer = self.open.last().map(|(matrix, _)| matrix.inverse());
         let local = outer.unwrap_or_default() * world;
-        for offset in corners(grid.as_ref()) {
+        let corners = grid.map(|grid| grid.corners([0; 3], grid.last()));
+        let corners = corners.as_ref().map_or(&[DVec3::ZERO][..], |all| all);
+        for &offset in corners {
             let placed = local * DMat4::from_translation(offset);
             if placed.is_finite() {
                 self.join(bounds.under(placed));
             }
         }
     }
-}
-
-/// The translations of the copies at the corners of a grid, or none without a grid.
-fn corners(grid: Option<&Grid>) -> Vec<DVec3> {
-    let Some(grid) = grid else {
-        return vec![DVec3::ZERO];
-    };
-    let corner = |i: u32| {
-        let place = std::array::from_fn(|axis| {
-            let last = grid.counts[axis].unsigned_abs().saturating_sub(1);
-            if i >> axis & 1 == 1 { last } else { 0 }
-        });
-        grid.offset_at(place)
-    };
-    (0..8).map(corner).collect()
 }
 
 #[cfg(test)]

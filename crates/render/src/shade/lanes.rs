@@ -227,7 +227,7 @@ impl PointLanes {
         };
         let (primitive, place) = of(first);
         if bits(hits.mask).any(|lane| of(lane) != (primitive, place))
-            || surfaces[scene.owner(primitive, place) as usize].has_materials
+            || surfaces[scene.owner(primitive) as usize].has_materials
         {
             return false;
         }
@@ -272,7 +272,7 @@ impl PointLanes {
         let Some(corners) = scene.corners(primitive, place) else {
             return;
         };
-        let number = scene.owner(primitive, place) as usize;
+        let number = scene.owner(primitive) as usize;
         let values = &surfaces[number];
         let to = &mut self.gathered;
         for (to, corner) in to.corners.iter_mut().zip(corners) {

@@ -137,12 +137,7 @@ impl<'a> Compiler<'a> {
     ) -> Option<(u32, u32)> {
         let builder = &mut self.builder;
         builder.assign_surface();
-        let is_inside = builder.is_recording;
-        let repeats = self.repeats.as_mut()?;
-        if !is_inside {
-            builder.exchange(&mut repeats.other);
-            builder.is_recording = true;
-        }
+        let is_inside = std::mem::replace(&mut builder.is_recording, true);
         let placement = builder.placement;
         builder.placement = placement.deferred();
         let before = builder.lengths();
@@ -151,13 +146,11 @@ impl<'a> Compiler<'a> {
         builder.keep_mesh(mesh, materials);
         builder.assign_surface();
         builder.placement = placement;
-        repeats.recordings.push(Recording::new(Step::start()));
+        let recordings = &mut self.repeats.as_mut()?.recordings;
+        recordings.push(Recording::new(Step::start()));
         self.keep_shape(before, Some(Vec::new()));
-        let (builder, repeats) = (&mut self.builder, self.repeats.as_mut()?);
-        if !is_inside {
-            builder.exchange(&mut repeats.other);
-            builder.is_recording = false;
-        }
+        self.builder.is_recording = is_inside;
+        let repeats = self.repeats.as_mut()?;
         let mut recording = repeats.recordings.pop()?;
         recording.contents.is_glyph = true;
         repeats.instances.prototypes.push(recording.contents);

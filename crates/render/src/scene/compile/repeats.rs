@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use glam::{DMat4, DVec3};
+use glam::DMat4;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::snapshot::Snapshot;
@@ -12,14 +12,10 @@ use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::{Grid, Repeated, State, Step, WalkOptions};
 
 use super::glyphs::StoredGlyphs;
-use super::scene_builder::{Owners, SceneBuilder};
+use super::scene_builder::SceneBuilder;
 use super::walk::Compiler;
-use crate::geometry::quadric::exact_bounds;
-use crate::geometry::{Quadric, Stroke};
 use crate::scene::census::{Census, InstanceCounts};
-use crate::scene::instances::{
-    Content, Extent, Instances, Prototype, ShapePrimitives, around, product,
-};
+use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives, product};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::scene::shared_parts::{Outcome, RecordsParts, SharedParts, walk_recorded};
@@ -41,15 +37,6 @@ impl Recording {
     }
 }
 
-/// The primitives of prototypes while those of the scene are compiled, and the reverse.
-#[derive(Default)]
-pub(super) struct PrimitiveRange {
-    triangles: Vec<[glam::Vec3; 3]>,
-    quadrics: Vec<Quadric>,
-    strokes: Vec<Stroke>,
-    owners: Owners,
-}
-
 /// The numbers of surfaces and primitives at some time.
 #[derive(Clone, Copy)]
 pub(super) struct Lengths {
@@ -66,7 +53,6 @@ pub(super) struct Repeats<'a> {
     pub instances: Box<Instances>,
     /// The counts of each prototype.
     pub censuses: Vec<Census>,
-    pub other: PrimitiveRange,
     /// The glyphs of texts.
     pub glyphs: StoredGlyphs,
 }
@@ -84,7 +70,6 @@ impl<'a> Repeats<'a> {
             recordings: vec![Recording::new(Step::start())],
             instances: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
-            other: PrimitiveRange::default(),
             glyphs: StoredGlyphs::default(),
         })
     }
@@ -94,16 +79,11 @@ impl<'a> Repeats<'a> {
         let Some(root) = self.recordings.pop() else {
             return;
         };
-        if root.contents.len() == 0 {
+        let mut instances = self.instances;
+        if instances.prototypes.is_empty() {
             return;
         }
-        let mut instances = self.instances;
         instances.root = root.contents;
-        let mut owners = self.other.owners;
-        instances.triangles = self.other.triangles;
-        instances.quadrics = self.other.quadrics;
-        instances.owners = owners.triangles;
-        instances.owners.append(&mut owners.quadrics);
         let extent = &instances.root.extent;
         scene.census.instances = InstanceCounts {
             parts: instances.prototypes.len() as u64,
@@ -134,18 +114,6 @@ impl SceneBuilder {
         self.owners.triangles.truncate(lengths.triangles);
         self.owners.quadrics.truncate(lengths.quadrics);
         self.owners.strokes.truncate(lengths.strokes);
-    }
-
-    /// Exchanges the lists of primitives, before or after a recording.
-    pub(super) fn exchange(&mut self, other: &mut PrimitiveRange) {
-        use std::mem::swap;
-        let before = self.lengths();
-        swap(&mut self.scene.triangles, &mut other.triangles);
-        swap(&mut self.scene.quadrics, &mut other.quadrics);
-        swap(&mut self.scene.strokes, &mut other.strokes);
-        swap(&mut self.owners, &mut other.owners);
-        let total = |n: Lengths| n.triangles + n.quadrics + n.strokes;
-        self.elsewhere = self.elsewhere + total(before) - total(self.lengths());
     }
 }
 
@@ -201,7 +169,7 @@ impl<'a> Compiler<'a> {
         }
         let range = |from: usize, to: usize| from as u32..to as u32;
         let mut shape = ShapePrimitives {
-            first: 0,
+            first: None,
             triangles: range(before.triangles, after.triangles),
             quadrics: range(before.quadrics, after.quadrics),
             strokes: range(before.strokes, after.strokes),
@@ -214,7 +182,10 @@ impl<'a> Compiler<'a> {
             Some(())
         } else if is_recording {
             matrices.and_then(|matrices| {
-                let bounds = bounds(&builder.scene, &shape, &matrices);
+                let (lists, matrix) = (builder.scene.lists(), product(&matrices));
+                let boxes = lists.numbers(&shape).map(|n| lists.around(n, &matrix));
+                let none = Extent::NONE.bounds;
+                let bounds = boxes.fold(none, |a, b| (a.0.min(b.0), a.1.max(b.1)));
                 let extent = Extent::of_shape(shape.len(), bounds, &matrices)?;
                 let surface = before.surfaces as u32;
                 let content = Content::Shape { surface };
@@ -222,7 +193,7 @@ impl<'a> Compiler<'a> {
             })
         } else {
             let first = recording.contents.skip(shape.len());
-            first.map(|first| shape.first = first)
+            first.map(|first| shape.first = Some(first))
         };
         let shapes = &mut repeats.instances.shapes;
         shapes.resize(after.surfaces, ShapePrimitives::default());
@@ -265,10 +236,7 @@ impl<'a> Compiler<'a> {
             return Outcome::Expanded;
         };
         self.builder.assign_surface();
-        if !repeats.parts.is_recording() {
-            self.builder.exchange(&mut repeats.other);
-            self.builder.is_recording = true;
-        }
+        self.builder.is_recording = true;
         let (lengths, parts) = (self.builder.lengths(), repeats.censuses.len());
         let counts = std::mem::take(&mut self.builder.scene.census);
         let mut inner = repeats.parts.begin(part, state);
@@ -310,10 +278,7 @@ impl<'a> Compiler<'a> {
                 None
             }
         };
-        if !repeats.parts.is_recording() {
-            builder.exchange(&mut repeats.other);
-            builder.is_recording = false;
-        }
+        builder.is_recording = repeats.parts.is_recording();
         record
     }
 
@@ -335,16 +300,12 @@ impl<'a> Compiler<'a> {
         };
         let times = grid.map_or(1, |grid| grid.len());
         if !instances.prototypes[number as usize].extent.is_empty() {
-            let content = match grid {
-                None => Content::Prototype { number },
-                Some(grid) => {
-                    instances.grids.push(grid);
-                    let grid = instances.grids.len() as u32 - 1;
-                    Content::Grid { number, grid }
-                }
+            let content = Content::Instance {
+                prototype: number,
+                grid: grid.map(Box::new),
             };
             let placed = matrices.and_then(|matrices| {
-                let extent = instances.extent(content)?.under(&matrices)?;
+                let extent = instances.extent(&content)?.under(&matrices)?;
                 Some((extent, matrices))
             });
             let origin = self.builder.options.origin;
@@ -364,7 +325,7 @@ impl<'a> Compiler<'a> {
                 self.does_not_fit();
                 return true;
             }
-            self.builder.elsewhere += 1;
+            self.builder.instances += 1;
         }
         let part = &repeats.censuses[number as usize];
         self.builder.scene.census.add_drawn(part, times);
@@ -384,16 +345,4 @@ impl<'a> Compiler<'a> {
             builder.reports.add(*warning);
         }
     }
-}
-
-/// The box around a shape's primitives under matrices.
-fn bounds(scene: &RenderScene, shape: &ShapePrimitives, matrices: &[DMat4]) -> (DVec3, DVec3) {
-    let matrix = product(matrices);
-    let triangles = shape.triangles.start as usize..shape.triangles.end as usize;
-    let quadrics = shape.quadrics.start as usize..shape.quadrics.end as usize;
-    let triangles = scene.triangles[triangles].iter();
-    let quadrics = scene.quadrics[quadrics].iter();
-    let all = triangles.map(|corners| around(corners, &matrix));
-    let all = all.chain(quadrics.map(|quadric| exact_bounds(quadric.kind, &matrix)));
-    all.fold(Extent::NONE.bounds, |a, b| (a.0.min(b.0), a.1.max(b.1)))
 }

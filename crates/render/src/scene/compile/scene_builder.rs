@@ -88,8 +88,8 @@ pub(super) struct SceneBuilder {
     pub spoiled: bool,
     /// The glyphs of the current text, if they are stored when it has ended.
     pub deferred: Option<DeferredText>,
-    /// The number of primitives and instances that are kept in other lists.
-    pub elsewhere: usize,
+    /// The number of instances so far, which count as primitives.
+    pub instances: usize,
     /// The number of shapes so far.
     shapes: u32,
     /// A buffer for the transformed points of a shape.
@@ -126,7 +126,7 @@ impl SceneBuilder {
             is_recording: false,
             spoiled: false,
             deferred: None,
-            elsewhere: 0,
+            instances: 0,
             shapes: 0,
             points: Vec::new(),
             options: options.clone(),
@@ -185,7 +185,7 @@ impl SceneBuilder {
     /// The number of primitives that can still be kept.
     fn left(&self) -> usize {
         let (triangles, quadrics, strokes) = self.scene.primitives();
-        let kept = triangles + quadrics + strokes + self.elsewhere;
+        let kept = triangles + quadrics + strokes + self.instances;
         self.options.limits.primitives.saturating_sub(kept)
     }
 

@@ -66,7 +66,7 @@ impl Extent {
 
     /// Returns the extent of the copies of a prototype on a grid, or `None` if they are too many.
     pub(super) fn copied(&self, grid: &Grid) -> Option<Self> {
-        let (low, high) = grid_bounds(grid, [0; 3], grid.counts.map(|n| n.unsigned_abs() - 1));
+        let (low, high) = grid_bounds(grid, [0; 3], grid.last());
         Some(Self {
             count: self.count.checked_mul(grid.len()).filter(|n| *n <= MOST)?,
             uses: self.uses.saturating_mul(grid.len()),
@@ -152,14 +152,7 @@ pub(in crate::scene) fn moved((low, high): (DVec3, DVec3), matrix: &DAffine3) ->
 
 /// Returns the box around the translations of a grid's copies from one place to another.
 pub(in crate::scene) fn grid_bounds(grid: &Grid, from: [u64; 3], to: [u64; 3]) -> (DVec3, DVec3) {
-    let corner = |i: u32| {
-        let place = std::array::from_fn(|axis| {
-            let far = i >> axis & 1 == 1;
-            if far { to[axis] } else { from[axis] }
-        });
-        grid.offset_at(place)
-    };
-    let corners = (0..8).map(corner);
+    let corners = grid.corners(from, to).into_iter();
     corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| {
         (low.min(p), high.max(p))
     })

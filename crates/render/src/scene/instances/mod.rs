@@ -11,10 +11,11 @@ mod extent;
 mod local_ray;
 mod prototype;
 mod search;
+mod shape;
 mod store;
 mod tree;
 
 pub(in crate::scene) use extent::{Extent, grid_bounds, moved, product};
 pub(in crate::scene) use prototype::{Content, Prototype};
-pub(in crate::scene) use store::{Instances, ShapePrimitives};
-pub(in crate::scene) use tree::around;
+pub(in crate::scene) use shape::{ShapeLists, ShapePrimitives};
+pub(in crate::scene) use store::Instances;

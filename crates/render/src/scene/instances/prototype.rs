@@ -8,14 +8,15 @@ use ivcam_inventor::traversal::Grid;
 use super::extent::Extent;
 
 /// The content of an element of a prototype.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug)]
 pub(in crate::scene) enum Content {
     /// The shape with the number of a surface.
     Shape { surface: u32 },
-    /// A prototype.
-    Prototype { number: u32 },
-    /// A prototype at every place of a grid.
-    Grid { number: u32, grid: u32 },
+    /// An instance of the prototype with a number, or instances at every place of a grid.
+    Instance {
+        prototype: u32,
+        grid: Option<Box<Grid>>,
+    },
 }
 
 /// A part of a prototype.
@@ -25,7 +26,7 @@ pub(super) struct PrototypeElement {
     pub first: u64,
     /// The matrices from the prototype's space to its own, as indices in [`Prototype::steps`].
     pub steps: Range<u32>,
-    /// The shape, prototype or grid that it draws.
+    /// What it draws.
     pub content: Content,
 }
 

@@ -7,18 +7,20 @@ use ivcam_inventor::traversal::Grid;
 use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
 use super::prototype::{Content, Prototype, copy_matrix};
+use super::shape::ShapeLists;
 use super::store::Instances;
 use super::tree::{InstanceItem, PrototypeTree};
 use crate::bvh::{Hit, PreparedRay};
 use crate::geometry::Quadric;
 
 /// The largest number of ranges of a grid that wait to be visited: one for each halving of three
-/// 31-bit numbers.
-const RANGES: usize = 96;
+/// 31-bit numbers, and the whole.
+const RANGES: usize = 97;
 
 /// A search for the hits of one ray.
 struct InstanceSearch<'a, 'f> {
     instances: &'a Instances,
+    lists: ShapeLists<'a>,
     trees: &'a [PrototypeTree],
     /// The ray in the scene.
     ray: &'a PreparedRay,
@@ -42,19 +44,21 @@ struct Visit<'a> {
 }
 
 /// A range of the places of a grid: the first and the last in each direction.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy)]
 struct GridRange {
     from: [u32; 3],
     to: [u32; 3],
+    /// The distance at which the ray enters its box; infinite if it misses it.
     near: f32,
 }
 
 impl Instances {
-    /// Calls `found` with the hits of a ray on one of the scene's prototypes. `found` returns the
-    /// farthest distance of interest for further hits, and this function returns the last of these.
-    /// Near primitives come first if `sorted`, else the order is the fastest one.
+    /// Calls `found` with the hits of a ray on one of the scene's instances, or on one grid of them.
+    /// `found` returns the farthest distance of interest for further hits, and this function returns
+    /// the last of these. Near primitives come first if `sorted`, else the order is the fastest one.
     pub(in crate::scene) fn search(
         &self,
+        lists: ShapeLists<'_>,
         (ray, sorted): (&PreparedRay, bool),
         element: usize,
         (t_min, t_max): (f32, f32),
@@ -62,7 +66,8 @@ impl Instances {
     ) -> f32 {
         let mut search = InstanceSearch {
             instances: self,
-            trees: self.trees(),
+            lists,
+            trees: self.trees(lists),
             ray,
             origin: ray.origin.as_dvec3(),
             direction: ray.direction.as_dvec3(),
@@ -91,17 +96,20 @@ impl<'a> InstanceSearch<'a, '_> {
         LocalRay::new(self.origin, self.direction, &self.placed(world), bounds)
     }
 
-    /// Searches an element that is a prototype or a grid.
+    /// Searches the instances of an element.
     fn element(&mut self, prototype: &'a Prototype, number: usize, world: &DMat4, first: u64) {
         let element = &prototype.elements[number];
-        let world = prototype.world(element, world);
-        let first = first + element.first;
-        match element.content {
-            Content::Shape { .. } => {} // its primitives are items of the tree
-            Content::Prototype { number } => self.prototype(number, world, first),
-            Content::Grid { number, grid } => {
-                let grid = &self.instances.grids[grid as usize];
-                self.grid(grid, number, &world, first);
+        // The primitives of shapes are items of the tree.
+        if let Content::Instance {
+            prototype: inner,
+            grid,
+        } = &element.content
+        {
+            let world = prototype.world(element, world);
+            let first = first + element.first;
+            match grid {
+                None => self.prototype(*inner, world, first),
+                Some(grid) => self.grid(grid, *inner, &world, first),
             }
         }
     }
@@ -140,67 +148,50 @@ impl<'a> InstanceSearch<'a, '_> {
         ray: &LocalRay,
         last: &mut (u32, DAffine3),
     ) {
-        let (element, primitive) = match item {
-            InstanceItem::Inner {
-                element,
-                box_number,
-            } => {
-                let (low, high) = visit.tree.boxes[box_number as usize];
-                let bounds = (low.as_dvec3(), high.as_dvec3());
-                if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
-                    self.element(visit.prototype, element as usize, &visit.world, visit.first);
-                }
-                return;
+        let element = &visit.prototype.elements[item.element as usize];
+        if let Content::Instance { .. } = element.content {
+            let (low, high) = visit.tree.boxes[item.number as usize];
+            let bounds = (low.as_dvec3(), high.as_dvec3());
+            if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
+                let number = item.element as usize;
+                self.element(visit.prototype, number, &visit.world, visit.first);
             }
-            InstanceItem::Triangle { element, triangle } => (element, triangle),
-            InstanceItem::Quadric { element, quadric } => (element, quadric),
+            return;
+        }
+        if last.0 != item.element {
+            let world = visit.prototype.world(element, &visit.world);
+            *last = (item.element, self.placed(world));
+        }
+        self.primitive(item.number, visit.first + element.first + 1, &last.1);
+    }
+
+    /// Tests a triangle, or a round surface, which the ray may hit twice.
+    fn primitive(&mut self, primitive: u32, place: u64, placed: &DAffine3) {
+        let mut hit = Hit {
+            t: self.t_min,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
         };
-        let part = &visit.prototype.elements[element as usize];
-        if last.0 != element {
-            let world = visit.prototype.world(part, &visit.world);
-            *last = (element, self.placed(world));
+        if let Some(corners) = self.lists.triangles.get(primitive as usize) {
+            // These are the operations of `Placement::point`.
+            let corners = corners.map(|p| placed.transform_point3(p.as_dvec3()).as_vec3());
+            if let Some((t, u, v)) = self.ray.triangle(&corners, self.t_min, self.t_max) {
+                (hit.t, hit.u, hit.v) = (t, u, v);
+                self.t_max = (self.found)(hit);
+            }
+            return;
         }
-        let place = visit.first + part.first + 1;
-        match item {
-            InstanceItem::Triangle { .. } => self.triangle(primitive, place, &last.1),
-            _ => self.quadric(primitive, place, &last.1),
-        }
-    }
-
-    /// Tests a triangle.
-    fn triangle(&mut self, primitive: u32, place: u64, placed: &DAffine3) {
-        let corners = self.instances.triangles[primitive as usize];
-        // These are the operations of `Placement::point`.
-        let corners = corners.map(|p| placed.transform_point3(p.as_dvec3()).as_vec3());
-        if let Some((t, u, v)) = self.ray.triangle(&corners, self.t_min, self.t_max) {
-            self.t_max = (self.found)(Hit {
-                t,
-                primitive,
-                u,
-                v,
-                place,
-            });
-        }
-    }
-
-    /// Tests a round surface, which the ray may hit twice.
-    fn quadric(&mut self, number: u32, place: u64, placed: &DAffine3) {
-        let stored = &self.instances.quadrics[number as usize];
+        let stored = &self.lists.quadrics[primitive as usize - self.lists.triangles.len()];
         let Some(quadric) = Quadric::new(stored.kind, *placed, stored.material) else {
             return;
         };
         let roots = quadric.intersect(self.origin, self.direction);
-        let mut from = self.t_min;
         for t in roots.map(|t| t as f32) {
-            if t > from && t < self.t_max {
-                from = t;
-                self.t_max = (self.found)(Hit {
-                    t,
-                    primitive: self.instances.triangles.len() as u32 + number,
-                    u: 0.0,
-                    v: 0.0,
-                    place,
-                });
+            if t > hit.t && t < self.t_max {
+                hit.t = t;
+                self.t_max = (self.found)(hit);
             }
         }
     }
@@ -216,51 +207,37 @@ impl<'a> InstanceSearch<'a, '_> {
         let mut all = GridRange {
             from: [0; 3],
             to: grid.counts.map(|n| (n - 1) as u32),
-            near: 0.0,
+            near: f32::INFINITY,
         };
         let ray = self.local_ray(*world, around(&all));
-        let enters = |range: &GridRange, limits| ray.enters(around(range), limits);
-        let mut waiting = [GridRange::default(); RANGES];
-        let mut count = 0;
-        if enters(&all, (self.t_min, self.t_max)).is_none() {
-            return;
-        }
-        loop {
-            if let Some([mut a, mut b]) = all.halves() {
-                let limits = (self.t_min, self.t_max);
-                let enter = |half: &mut GridRange| {
-                    let near = enters(half, limits);
-                    half.near = near.unwrap_or(f64::INFINITY) as f32;
-                    near.is_some()
-                };
-                let (hits_a, hits_b) = (enter(&mut a), enter(&mut b));
-                if hits_a && hits_b {
-                    let (near, far) = if b.near < a.near { (b, a) } else { (a, b) };
-                    waiting[count] = far;
-                    count += 1;
-                    all = near;
-                    continue;
-                }
-                if hits_a || hits_b {
-                    all = if hits_a { a } else { b };
-                    continue;
-                }
-            } else {
-                let place = all.number(grid);
+        let enter = |range: &mut GridRange, limits| {
+            if let Some(near) = ray.enters(around(range), limits) {
+                range.near = near as f32;
+            }
+        };
+        enter(&mut all, (self.t_min, self.t_max));
+        let mut waiting = [all; RANGES];
+        let mut count = 1;
+        while count > 0 && !self.is_over() {
+            count -= 1;
+            let range = waiting[count];
+            // A range at the limit itself may hold a hit within rounding.
+            let limit = self.t_max + self.t_max.abs() * 1e-5;
+            if range.near == f32::INFINITY || range.near > limit {
+                continue;
+            }
+            let Some([mut a, mut b]) = range.halves() else {
+                let place = range.number(grid);
                 let each = first + place * inside.count;
                 self.prototype(number, copy_matrix(grid, world, place), each);
-            }
-            loop {
-                if count == 0 || self.is_over() {
-                    return;
-                }
-                count -= 1;
-                all = waiting[count];
-                // A range at the limit itself may hold a hit within rounding.
-                if all.near <= self.t_max + self.t_max.abs() * 1e-5 {
-                    break;
-                }
-            }
+                continue;
+            };
+            let limits = (self.t_min, self.t_max);
+            enter(&mut a, limits);
+            enter(&mut b, limits);
+            let (near, far) = if b.near < a.near { (b, a) } else { (a, b) };
+            waiting[count..count + 2].copy_from_slice(&[far, near]);
+            count += 2;
         }
     }
 }
@@ -274,7 +251,11 @@ impl GridRange {
             return None;
         }
         let middle = self.from[axis] + length(&axis) / 2;
-        let (mut a, mut b) = (*self, *self);
+        let missed = Self {
+            near: f32::INFINITY,
+            ..*self
+        };
+        let (mut a, mut b) = (missed, missed);
         a.to[axis] = middle;
         b.from[axis] = middle + 1;
         Some([a, b])
@@ -282,7 +263,7 @@ impl GridRange {
 
     /// The number of a single place, with x fastest and z slowest.
     fn number(&self, grid: &Grid) -> u64 {
-        let [columns, rows, _] = grid.counts.map(|n| n.unsigned_abs());
+        let [columns, rows, _] = grid.counts;
         let [i, j, k] = self.from.map(u64::from);
         i + columns * (j + rows * k)
     }
