@@ -7,7 +7,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::State;
-use ivcam_inventor::traversal::{self, Leading, Repeated, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions};
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
@@ -50,7 +50,7 @@ impl<'a> Visitor<'a> for OverviewCollector {
         self.overview.has_light |= !state.lights.is_empty();
     }
 
-    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
+    fn instance(&mut self, part: Instance<'a>, state: &State<'a>) -> bool {
         let tells_light = !self.overview.has_light && !state.lights.is_empty();
         !tells_light && !self.leading.is_in(part)
     }

@@ -687,7 +687,7 @@ impl Session {
         seconds.render = made.spent.seconds;
         let (triangles, quadrics, strokes) = self.scene.primitives();
         let stored = (triangles + quadrics + strokes) as u64;
-        let shared = self.scene.census().instances;
+        let instances = self.scene.census().instances;
         let mut report = RenderReport {
             ivcam: env!("CARGO_PKG_VERSION"),
             scene: self.plan.scene.display().to_string(),
@@ -709,9 +709,9 @@ impl Session {
             ghosts_of_picture: None,
             ghosts_of_lights: None,
             primitives: stored,
-            primitives_drawn: stored.max(shared.primitives),
-            shared_parts: shared.parts,
-            shared_uses: shared.uses,
+            primitives_drawn: stored.max(instances.primitives),
+            shared_parts: instances.prototypes,
+            shared_uses: instances.placed,
             left_out: self.left_out(),
         };
         report.set_counts(&made.counts);

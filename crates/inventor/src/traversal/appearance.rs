@@ -36,7 +36,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         match role {
             Role::Shape => self.visitor.shape(geometry, &self.state),
             Role::Kept | Role::Held => {}
-            _ => self.enter(geometry, role), // the body of a prototype
+            _ => self.enter_once(geometry, role), // the body of a prototype
         }
     }
 }

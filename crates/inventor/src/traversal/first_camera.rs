@@ -3,7 +3,7 @@
 use super::leading::Leading;
 use super::role::{Role, role};
 use super::state::State;
-use super::visitor::{Repeated, Visitor, WalkOptions};
+use super::visitor::{Instance, Visitor, WalkOptions};
 use super::walk::walk;
 use crate::iv::NodeRef;
 use crate::pose::CameraPose;
@@ -29,7 +29,7 @@ struct CameraSearch {
 impl<'a> Visitor<'a> for CameraSearch {
     fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
 
-    fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
+    fn instance(&mut self, part: Instance<'a>, _: &State<'a>) -> bool {
         !self.leading.is_in(part)
     }
 

@@ -6,7 +6,7 @@ use ivcam_base::diag::Diagnostic;
 use super::copies::{Copies, Grid};
 use super::frame::WalkFrame;
 use super::state::Language;
-use super::visitor::{Repeated, Visitor};
+use super::visitor::{Instance, Visitor};
 use super::walk::Walk;
 use crate::grammar::{
     Class, billboard, blinker, level_of_detail, lod, path, path_switch, switch_node, vrml97_group,
@@ -117,10 +117,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// left out.
     pub(super) fn array(&mut self, node: NodeRef<'a>) {
         let grid = Grid::from_node(node);
-        if self
-            .visitor
-            .repeats(Repeated::Grid(node, grid), &self.state)
-        {
+        let part = Instance::Grid(node, grid);
+        if self.visitor.instance(part, &self.state) {
             return;
         }
         let most = self.options.max_visits;
@@ -176,7 +174,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.keep_state();
         self.state.multiply(matrix);
         self.state.switch = i32::try_from(number).unwrap_or(i32::MAX);
-        if self.visitor.repeats(Repeated::Copy(node), &self.state) {
+        if self.visitor.instance(Instance::Copy(node), &self.state) {
             self.visits += 1;
         } else {
             self.children(node);

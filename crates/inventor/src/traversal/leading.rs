@@ -1,7 +1,7 @@
 //! Finds the nodes below which there is a node of some kind, so that a walk can skip the others.
 
 use super::role::{Role, role};
-use super::visitor::Repeated;
+use super::visitor::Instance;
 use crate::iv::{Document, NodeId, NodeRef, Value};
 
 /// The nodes that are of some kind, or have such a node below.
@@ -41,9 +41,8 @@ impl Leading {
     }
 
     /// Whether there is a wanted node in a part of the document.
-    pub fn is_in(&self, part: Repeated<'_>) -> bool {
-        let (Repeated::Node(node) | Repeated::Copy(node) | Repeated::Grid(node, _)) = part;
-        self.0[node.id.0 as usize]
+    pub fn is_in(&self, part: Instance<'_>) -> bool {
+        self.0[part.node().id.0 as usize]
     }
 }
 

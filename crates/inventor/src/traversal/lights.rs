@@ -7,7 +7,7 @@
 use super::leading::Leading;
 use super::property::{self, LightReach};
 use super::state::{LightElement, State};
-use super::visitor::{Repeated, Visitor, WalkOptions};
+use super::visitor::{Instance, Visitor, WalkOptions};
 use super::walk::{Walk, walk_list};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
@@ -30,7 +30,7 @@ pub(super) fn scene_lights<'a>(
     struct Collector<'d>(&'d Document, Vec<LightElement>, Leading);
     impl<'a> Visitor<'a> for Collector<'_> {
         fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
-        fn repeats(&mut self, part: Repeated<'a>, _: &State<'a>) -> bool {
+        fn instance(&mut self, part: Instance<'a>, _: &State<'a>) -> bool {
             !self.2.is_in(part)
         }
         fn light(&mut self, light: &LightElement, _: &State<'a>) {

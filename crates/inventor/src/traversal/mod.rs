@@ -27,7 +27,7 @@ pub use leading::{Leading, each_child};
 pub use light_list::LightList;
 pub use state::State;
 pub use steps::Step;
-pub use visitor::{Repeated, Visitor, WalkOptions};
+pub use visitor::{Instance, Visitor, WalkOptions};
 pub use walk::{Scratch, walk, walk_list, walk_part};
 
 #[cfg(test)]

@@ -51,10 +51,10 @@ impl WalkOptions {
     }
 }
 
-/// A part of a scene that leaves the state as it was, so that it can be drawn again elsewhere
-/// without being walked.
+/// An instance of a part of a scene that leaves the state as it was, so that a visitor that knows the
+/// part can draw it without a walk.
 #[derive(Clone, Copy)]
-pub enum Repeated<'a> {
+pub enum Instance<'a> {
     /// A node that restores the state.
     Node(NodeRef<'a>),
     /// The children of a `MultipleCopy` or an `Array`, once.
@@ -62,6 +62,22 @@ pub enum Repeated<'a> {
     /// The children of an `Array` at every place of a grid. All begin with the same state but for
     /// the matrix and the choice of the last `Switch`.
     Grid(NodeRef<'a>, Grid),
+}
+
+impl<'a> Instance<'a> {
+    /// The node that is drawn, or whose children are.
+    pub fn node(self) -> NodeRef<'a> {
+        let (Self::Node(node) | Self::Copy(node) | Self::Grid(node, _)) = self;
+        node
+    }
+
+    /// The grid on which the part is drawn, if it is drawn on one.
+    pub fn grid(self) -> Option<Grid> {
+        match self {
+            Self::Grid(_, grid) => Some(grid),
+            _ => None,
+        }
+    }
 }
 
 /// Receives the nodes of a walk, each with the state at the node.
@@ -79,9 +95,9 @@ pub trait Visitor<'a> {
     fn enter(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Ends the part of the walk below the node that was entered last.
     fn leave(&mut self) {}
-    /// Draws a part again that the visitor knows, so that the walk skips it. Returns `false` if the
-    /// visitor does not know it; the walk then enters it.
-    fn repeats(&mut self, _part: Repeated<'a>, _state: &State<'a>) -> bool {
+    /// Draws an instance of a part that the visitor knows, so that the walk skips it. Returns `false`
+    /// if the visitor does not know the part; the walk then enters it.
+    fn instance(&mut self, _part: Instance<'a>, _state: &State<'a>) -> bool {
         false
     }
     /// Begins a separator.

@@ -10,7 +10,7 @@ use super::lights;
 use super::property::{self, LightReach};
 use super::role::{self, Role};
 use super::state::{Language, State};
-use super::visitor::{Repeated, Visitor, WalkOptions};
+use super::visitor::{Instance, Visitor, WalkOptions};
 use crate::grammar::{
     Class, class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node,
     vrml97_transform,
@@ -68,19 +68,19 @@ pub fn walk_list<'a, V: Visitor<'a>>(
     walk.run();
 }
 
-/// Walks a part of a snapshot inside another walk, beginning with a state. `scratch` is memory that
-/// walks of the same document share.
+/// Walks what is in a part of a snapshot inside another walk, beginning with a state. The node of
+/// the part itself is not visited again. `scratch` is memory that walks of the same document share.
 pub fn walk_part<'a, V: Visitor<'a>>(
     snapshot: &'a Snapshot<'_>,
-    part: Repeated<'a>,
+    part: Instance<'a>,
     state: State<'a>,
     (options, scratch): (&WalkOptions, &mut Scratch),
     visitor: &mut V,
 ) {
     let mut walk = Walk::new(snapshot, state, options, visitor, scratch);
     match part {
-        Repeated::Node(node) => walk.stack.push(WalkFrame::Visit(node.id)),
-        Repeated::Copy(node) | Repeated::Grid(node, _) => walk.children(node),
+        Instance::Node(node) => walk.enter(node, role::role(node)),
+        Instance::Copy(node) | Instance::Grid(node, _) => walk.children(node),
     }
     walk.run();
 }
@@ -211,14 +211,13 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::Light => self.light(node),
             Role::Camera => self.visitor.camera(node, &self.state),
             Role::Bindable => self.visitor.bindable(node, &self.state),
-            _ => self.enter(node, role),
+            _ => self.enter_once(node, role),
         }
     }
 
-    /// Enters a node with children, unless it is already on the path, which means that it contains
-    /// itself.
-    pub(super) fn enter(&mut self, node: NodeRef<'a>, role: Role) {
-        let index = node.id.0 as usize;
+    /// Enters a node with children, unless the visitor draws it as an instance, or it is already on
+    /// the path, which means that it contains itself.
+    pub(super) fn enter_once(&mut self, node: NodeRef<'a>, role: Role) {
         if !std::ptr::eq(node.document, self.document) {
             return; // a default part of a kit, which has no children
         }
@@ -226,10 +225,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             role,
             Role::Separator | Role::TransformGroup | Role::AppearanceAndGeometry
         );
-        if restores && self.visitor.repeats(Repeated::Node(node), &self.state) {
+        if restores && self.visitor.instance(Instance::Node(node), &self.state) {
             return;
         }
-        if self.on_path[index] {
+        if self.on_path[node.id.0 as usize] {
             if !self.reported_cycle {
                 self.reported_cycle = true;
                 let mut diagnostic = Diagnostic::warning(format!(
@@ -243,7 +242,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
             return;
         }
-        self.on_path[index] = true;
+        self.enter(node, role);
+    }
+
+    /// Enters a node with children.
+    fn enter(&mut self, node: NodeRef<'a>, role: Role) {
+        self.on_path[node.id.0 as usize] = true;
         self.stack.push(WalkFrame::Leave(node.id));
         self.visitor.enter(node, &self.state);
         match role {

@@ -19,8 +19,8 @@ pub struct Census {
     pub quadrics: u64,
     /// The number of lines and points kept.
     pub strokes: u64,
-    /// The numbers of parts that are stored once, of their uses, and of the primitives of all uses.
-    /// All are 0 if the scene is stored as it is drawn.
+    /// The numbers of prototypes, of instances, and of the primitives of all instances. All are 0 if
+    /// the scene is expanded.
     pub instances: InstanceCounts,
     /// The number of lights that light a shape.
     pub lights: u64,
@@ -44,10 +44,10 @@ pub struct Census {
 /// How much of a scene is stored once and drawn many times.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct InstanceCounts {
-    /// The number of different parts.
-    pub parts: u64,
-    /// The number of times that a part is drawn, inside other parts too.
-    pub uses: u64,
+    /// The number of prototypes.
+    pub prototypes: u64,
+    /// The number of times that a prototype is drawn, inside others too.
+    pub placed: u64,
     /// The number of primitives of the scene, each as often as it is drawn.
     pub primitives: u64,
 }

@@ -40,12 +40,12 @@ impl Needs {
     };
 }
 
-/// When the parts of a scene that are drawn many times are stored once.
+/// When repeated parts of a scene are stored once, as prototypes with instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Instancing {
-    /// If the expanded scene would exceed the limit of visits or of primitives, or has long texts.
-    BeyondLimits,
+    /// If it pays: if the expanded scene is so large that it should not be made, or has long texts.
+    WhereItPays,
     /// Always, also small parts. Tests compare such a scene with the expanded one.
     Everywhere,
 }
@@ -69,8 +69,7 @@ pub struct CompileOptions {
     /// The memory in bytes that the compiled scene may use; what does not fit is left out. Default:
     /// half of what the machine has.
     pub memory: u64,
-    /// When to store parts once that are drawn many times. Default: if the expanded scene would
-    /// exceed a limit or has long texts.
+    /// When to store repeated parts once. Default: where it pays.
     pub instancing: Instancing,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
@@ -90,7 +89,7 @@ impl Default for CompileOptions {
             pixel_rows: 240,
             limits: Limits::default(),
             memory: MemoryLimit::default().bytes(),
-            instancing: Instancing::BeyondLimits,
+            instancing: Instancing::WhereItPays,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),

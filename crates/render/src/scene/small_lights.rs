@@ -174,7 +174,7 @@ mod tests {
     /// Returns the small lights of a scene in a picture of 100x100 pixels with a height angle of 45
     /// degrees, seen from the origin along -z.
     fn lights(text: &str, smaller_than: f64) -> Vec<SmallLight> {
-        stored_lights(text, smaller_than, Instancing::BeyondLimits)
+        stored_lights(text, smaller_than, Instancing::WhereItPays)
     }
 
     fn stored_lights(text: &str, smaller_than: f64, instancing: Instancing) -> Vec<SmallLight> {

@@ -9,16 +9,16 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::{Corners, Snapshot};
 use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::state::{LightElement, State};
-use ivcam_inventor::traversal::{self, Repeated, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Instance, Visitor, WalkOptions};
 
 use super::canvas::{BoundsCanvas, PictureView, grow};
 use super::census::Census;
+use super::instancing::{Prototypes, draw_instance};
 use super::inventor_box::InventorBox;
 use super::options::CompileOptions;
 use super::render_scene::RenderScene;
 use super::shapes;
-use super::shared_parts::SharedParts;
-use super::surveyed_parts::SurveyedPart;
+use super::surveyed_prototypes::SurveyedPrototype;
 
 /// The contents of a scene. Positions are in meters in world space.
 #[derive(Clone, Debug, Default)]
@@ -50,10 +50,10 @@ pub(super) struct Surveyor<'a> {
     pub(super) survey: Survey,
     /// The matrix of each open separator and the box of its contents so far, with the root first.
     pub(super) open: Vec<(DMat4, Option<InventorBox>)>,
-    /// The parts that are surveyed once, unless the scene is expanded.
-    pub(super) parts: Option<SharedParts<'a>>,
-    /// The findings of each recorded part, by its number.
-    pub(super) surveyed: Vec<SurveyedPart>,
+    /// The prototypes, unless the scene is expanded.
+    pub(super) prototypes: Option<Prototypes<'a>>,
+    /// The findings of each prototype, by its number.
+    pub(super) surveyed: Vec<SurveyedPrototype>,
     /// Whether sizes in pixels depend on the last camera of the scene, because the options have
     /// none.
     uses_scene_cameras: bool,
@@ -102,7 +102,7 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
         canvas: BoundsCanvas::new(PictureView::of(options)),
         survey: Survey::default(),
         open: vec![(DMat4::IDENTITY, None)],
-        parts: SharedParts::of(snapshot, options, &walk_options),
+        prototypes: Prototypes::new(snapshot, options, &walk_options),
         surveyed: Vec::new(),
         uses_scene_cameras: options.camera.is_none(),
     };
@@ -204,13 +204,12 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         self.canvas.object_bounds = None;
     }
 
-    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
-        self.repeat(part, state)
+    fn instance(&mut self, part: Instance<'a>, state: &State<'a>) -> bool {
+        draw_instance(self, part, state)
     }
 
     fn is_full(&self) -> bool {
-        let parts = self.parts.as_ref();
-        parts.is_some_and(|parts| parts.is_spoiled() || parts.is_beyond())
+        self.prototypes.as_ref().is_some_and(Prototypes::is_full)
     }
 
     fn open(&mut self, state: &State<'a>) {
@@ -247,13 +246,9 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
-        if let Some(parts) = &mut self.parts {
-            let is_counted = !parts.is_entering(node);
-            let warning = parts.begin_node(node, role);
+        if let Some(prototypes) = &mut self.prototypes {
+            let warning = prototypes.begin_node(node, role);
             self.canvas.reports.diagnostics.extend(warning.map(|w| *w));
-            if !is_counted {
-                return;
-            }
         }
         if resets_box(node)
             && let Some((_, all)) = self.open.last_mut()

@@ -67,9 +67,9 @@ fn picture(scene: &RenderScene, shading: Shading) -> (Vec<[u32; 3]>, u32) {
 fn compared(scene: &str) -> (u64, u64) {
     let mut counts = (0, 0);
     for shading in Shading::ALL {
-        let expanded = compiled(scene, shading, Instancing::BeyondLimits);
+        let expanded = compiled(scene, shading, Instancing::WhereItPays);
         let instanced = compiled(scene, shading, Instancing::Everywhere);
-        assert_eq!(expanded.census().instances.uses, 0);
+        assert_eq!(expanded.census().instances.placed, 0);
         let (known, hits) = picture(&expanded, shading);
         assert!(hits > 40, "{hits} hits: {scene}");
         let (found, _) = picture(&instanced, shading);
@@ -79,7 +79,7 @@ fn compared(scene: &str) -> (u64, u64) {
         assert_eq!(expanded.seen, instanced.seen, "{scene}");
         assert_eq!(expanded.drawn, instanced.drawn, "{scene}");
         if shading == Shading::Recursive {
-            counts = (instanced.instances.parts, instanced.instances.uses);
+            counts = (instanced.instances.prototypes, instanced.instances.placed);
         }
     }
     counts
@@ -177,11 +177,11 @@ fn a_long_text_is_stored_as_its_glyphs() {
         "Translation {{ translation -9 9 -60 }} Font {{ size 1 }}
         Text3 {{ parts ALL string [ {lines} ] }}"
     );
-    let scene = compiled(&scene, Shading::Recursive, Instancing::BeyondLimits);
+    let scene = compiled(&scene, Shading::Recursive, Instancing::WhereItPays);
     let (triangles, _, _) = scene.primitives();
     let census = scene.census();
     assert_eq!(
-        census.instances.uses,
+        census.instances.placed,
         100 * 4 * 36,
         "glyphs that are not spaces"
     );
@@ -284,12 +284,12 @@ fn a_part_that_depends_on_its_place_is_expanded() {
 /// Compares the pictures of a scene by one shading model, and returns the numbers of parts and of
 /// uses.
 fn counted(scene: &str) -> (u64, u64) {
-    let [expanded, instanced] = [Instancing::BeyondLimits, Instancing::Everywhere]
+    let [expanded, instanced] = [Instancing::WhereItPays, Instancing::Everywhere]
         .map(|instancing| compiled(scene, Shading::Recursive, instancing));
     let [known, found] = [&expanded, &instanced].map(|scene| picture(scene, Shading::Recursive));
     assert!(known == found && known.1 > 0, "{scene}");
     let counts = instanced.census().instances;
-    (counts.parts, counts.uses)
+    (counts.prototypes, counts.placed)
 }
 
 #[test]
@@ -331,7 +331,7 @@ fn a_hundred_million_cubes_are_stored_as_a_few() {
         size *= 3.0;
     }
     let scene = format!("Switch {{ {scene} }} Translation {{ translation -9999 0 -29999 }} USE n8");
-    let scene = compiled(&scene, Shading::Recursive, Instancing::BeyondLimits);
+    let scene = compiled(&scene, Shading::Recursive, Instancing::WhereItPays);
     let (triangles, _, _) = scene.primitives();
     assert!(triangles < 20_000, "{triangles} triangles");
     let census = scene.census();
@@ -352,7 +352,7 @@ fn parts_nested_beyond_all_numbers_are_reported() {
         scene += &format!("DEF n{level} Separator {{ USE n{below} {step} USE n{below} }}\n");
     }
     let scene = format!("Switch {{ {scene} }} Translation {{ translation 0 0 -9 }} USE n80");
-    for instancing in [Instancing::BeyondLimits, Instancing::Everywhere] {
+    for instancing in [Instancing::WhereItPays, Instancing::Everywhere] {
         let scene = compiled(&scene, Shading::Flat, instancing);
         let reports = &scene.census().diagnostics;
         let is_reported = |d: &ivcam_base::diag::Diagnostic| {
@@ -363,7 +363,7 @@ fn parts_nested_beyond_all_numbers_are_reported() {
     }
     let array = "Array { numElements1 30000 numElements2 30000 numElements3 30000 ";
     let scene = format!("{}Cube {{ }}{}", array.repeat(3), "}".repeat(3));
-    let scene = compiled(&scene, Shading::Flat, Instancing::BeyondLimits);
+    let scene = compiled(&scene, Shading::Flat, Instancing::WhereItPays);
     assert!(scene.census().instances.primitives > 1 << 40);
     assert!(!scene.census().diagnostics.is_empty());
 }

@@ -1,6 +1,6 @@
-//! Stores each glyph of a text once, in scenes whose parts are stored once.
+//! Makes each glyph of a text a prototype, in scenes with instances.
 //!
-//! A glyph is a prototype with the surface of the text. Texts with equal glyphs and equal surfaces
+//! It has the surface of the text. Texts with equal glyphs and equal surfaces
 //! share them.
 
 use std::collections::HashMap;
@@ -11,7 +11,7 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::{State, Step};
 
 use super::deferred_text::{DeferredText, glyph_offset};
-use super::repeats::Recording;
+use super::instances::Recording;
 use super::walk::Compiler;
 use crate::geometry::Mesh;
 use crate::scene::canvas::{Canvas, MaterialsBy};
@@ -62,14 +62,12 @@ impl<'a> Compiler<'a> {
     /// Draws a glyph with its origin at a place. Returns `false` if it is to be expanded.
     fn draw_glyph(&mut self, prototype: u32, at: Vec2, state: &State<'a>) -> bool {
         let offset = glyph_offset(at);
-        let matrices = if self.builder.is_recording {
-            self.matrices(state).map(|mut matrices| {
-                matrices.push(offset);
-                matrices
-            })
-        } else {
-            Some(vec![state.world_from_object * offset])
-        };
+        let mut matrices = self.matrices(state);
+        match &mut matrices {
+            Some(matrices) if self.builder.is_recording => matrices.push(offset),
+            Some(matrices) => matrices[0] *= offset,
+            None => {}
+        }
         self.draw(prototype, None, matrices)
     }
 
@@ -112,13 +110,13 @@ impl<'a> Compiler<'a> {
             let is_equal = known.materials == materials && known.mesh == *mesh;
             is_equal && look.has_look_of(&surfaces[surface as usize])
         };
-        let stored = &mut self.repeats.as_mut()?.glyphs.0;
+        let stored = &mut self.instances.as_mut()?.glyphs.0;
         if let Some(known) = stored.get(&hash).and_then(|all| all.iter().find(is_it)) {
             return Some(known.prototype);
         }
         let (own, prototype) = self.record_glyph(mesh, materials, surface)?;
         self.builder.memory.count(mesh.bytes());
-        let stored = &mut self.repeats.as_mut()?.glyphs.0;
+        let stored = &mut self.instances.as_mut()?.glyphs.0;
         stored.entry(hash).or_default().push(Glyph {
             mesh: mesh.clone(),
             materials,
@@ -146,16 +144,14 @@ impl<'a> Compiler<'a> {
         builder.keep_mesh(mesh, materials);
         builder.assign_surface();
         builder.placement = placement;
-        let recordings = &mut self.repeats.as_mut()?.recordings;
+        let recordings = &mut self.instances.as_mut()?.recordings;
         recordings.push(Recording::new(Step::start()));
         self.keep_shape(before, Some(Vec::new()));
         self.builder.is_recording = is_inside;
-        let repeats = self.repeats.as_mut()?;
-        let mut recording = repeats.recordings.pop()?;
-        recording.contents.is_glyph = true;
-        repeats.instances.prototypes.push(recording.contents);
-        repeats.censuses.push(Census::default());
-        Some((own, repeats.censuses.len() as u32 - 1))
+        let instances = self.instances.as_mut()?;
+        let mut glyph = instances.recordings.pop()?.contents;
+        glyph.is_glyph = true;
+        Some((own, instances.keep(glyph, Census::default())))
     }
 }
 

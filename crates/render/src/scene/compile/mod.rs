@@ -3,8 +3,8 @@
 mod appearance;
 mod deferred_text;
 mod glyphs;
+mod instances;
 mod numbers;
-mod repeats;
 mod scene_builder;
 mod strokes;
 mod triangles;

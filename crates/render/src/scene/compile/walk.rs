@@ -9,13 +9,14 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::property::fog97;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::{EnvironmentElement, FogKind, LightElement, State};
-use ivcam_inventor::traversal::{self, Repeated, Visitor};
+use ivcam_inventor::traversal::{self, Instance, Visitor};
 
 use super::deferred_text::DeferredText;
-use super::repeats::Repeats;
+use super::instances::CompiledInstances;
 use super::scene_builder::SceneBuilder;
 use crate::bvh::Bvh;
 use crate::scene::canvas::Canvas;
+use crate::scene::instancing::draw_instance;
 use crate::scene::looks::Background;
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
@@ -29,8 +30,8 @@ const MAX_RESERVED: usize = 1 << 18;
 pub(super) struct Compiler<'a> {
     pub(super) snapshot: &'a Snapshot<'a>,
     pub(super) builder: SceneBuilder,
-    /// The parts that are stored once, unless the scene is expanded.
-    pub(super) repeats: Option<Repeats<'a>>,
+    /// The instances, unless the scene is expanded.
+    pub(super) instances: Option<CompiledInstances<'a>>,
     background_set: bool,
     /// Whether the walk has reached each node of the document.
     reached: Vec<bool>,
@@ -51,13 +52,13 @@ impl RenderScene {
         let mut compiler = Compiler {
             snapshot,
             builder: SceneBuilder::new(options),
-            repeats: Repeats::of(snapshot, options, &walk_options),
+            instances: CompiledInstances::new(snapshot, options, &walk_options),
             background_set: false,
             reached: vec![false; snapshot.document().nodes.len()],
             lights: HashSet::new(),
             fog: None,
         };
-        compiler.builder.deferred = compiler.repeats.as_ref().map(|_| DeferredText::new());
+        compiler.builder.deferred = compiler.instances.as_ref().map(|_| DeferredText::new());
         compiler.reserve_all();
         traversal::walk(snapshot, &walk_options, &mut compiler);
         compiler.finish()
@@ -138,8 +139,8 @@ impl Compiler<'_> {
         let notices = builder.shared.files.notices;
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.diagnostics;
-        if let Some(repeats) = self.repeats {
-            repeats.finish(&mut scene);
+        if let Some(instances) = self.instances {
+            instances.finish(&mut scene);
         }
         scene.finalize()?;
         let primitives = scene.owners.len() + scene.instances.as_ref().map_or(0, |all| all.len());
@@ -164,14 +165,13 @@ impl<'a> Visitor<'a> for Compiler<'a> {
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
         self.reach(node);
-        if self.begin_node(node, role) {
-            let handles = self.snapshot.has_handles();
-            self.builder.census().see_node(node, handles);
-        }
+        self.begin_node(node, role);
+        let handles = self.snapshot.has_handles();
+        self.builder.census().see_node(node, handles);
     }
 
-    fn repeats(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
-        self.repeat(part, state)
+    fn instance(&mut self, part: Instance<'a>, state: &State<'a>) -> bool {
+        draw_instance(self, part, state)
     }
 
     fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
@@ -200,6 +200,8 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     }
 
     fn is_full(&self) -> bool {
-        self.builder.over_limit || self.is_spoiled()
+        let prototypes = self.instances.as_ref();
+        let is_spoiled = self.builder.spoiled || prototypes.is_some_and(|all| all.is_full());
+        self.builder.over_limit || is_spoiled
     }
 }

@@ -18,7 +18,7 @@ pub(in crate::scene) struct Extent {
     /// The number of primitives, each as often as it is drawn.
     pub count: u64,
     /// The number of prototypes that are drawn, each as often as it is.
-    pub uses: u64,
+    pub placed: u64,
     /// A box around all primitives in the prototype's space.
     pub bounds: (DVec3, DVec3),
     /// Bounds of the least and the largest stretch between any primitive and the prototype.
@@ -34,7 +34,7 @@ impl Extent {
     /// The extent of no primitives.
     pub(in crate::scene) const NONE: Self = Self {
         count: 0,
-        uses: 0,
+        placed: 0,
         bounds: (DVec3::INFINITY, DVec3::NEG_INFINITY),
         stretch: (1.0, 1.0),
         depth: 0,
@@ -69,7 +69,7 @@ impl Extent {
         let (low, high) = grid_bounds(grid, [0; 3], grid.last());
         Some(Self {
             count: self.count.checked_mul(grid.len()).filter(|n| *n <= MOST)?,
-            uses: self.uses.saturating_mul(grid.len()),
+            placed: self.placed.saturating_mul(grid.len()),
             bounds: (self.bounds.0 + low, self.bounds.1 + high),
             ..*self
         })
@@ -106,7 +106,7 @@ impl Extent {
         let depth = self.depth.max(other.depth);
         (count <= MOST).then_some(Self {
             count,
-            uses: self.uses.saturating_add(other.uses),
+            placed: self.placed.saturating_add(other.placed),
             bounds: (
                 self.bounds.0.min(other.bounds.0),
                 self.bounds.1.max(other.bounds.1),
@@ -122,7 +122,7 @@ impl Extent {
     /// The extent as a part of another prototype.
     pub(super) fn inside(&self) -> Self {
         Self {
-            uses: self.uses.saturating_add(1),
+            placed: self.placed.saturating_add(1),
             depth: self.depth + 1,
             ..*self
         }

@@ -1,91 +1,74 @@
-//! Surveys a part of a scene once that is drawn many times.
+//! Surveys each prototype of a scene once.
 
 use glam::{DAffine3, DMat4, DVec3};
-use indexmap::IndexMap;
-use ivcam_inventor::snapshot::Corners;
-use ivcam_inventor::traversal::{Grid, Repeated, State};
+use ivcam_inventor::traversal::{Grid, State};
 
 use super::canvas::grow;
 use super::census::Census;
 use super::instances::{grid_bounds, moved};
+use super::instancing::{Instancer, Prototypes};
 use super::inventor_box::InventorBox;
-use super::shared_parts::{Outcome, RecordsParts, SharedParts, walk_recorded};
-use super::survey::Surveyor;
+use super::survey::{Survey, Surveyor};
 
-/// What a survey finds in a part, in the part's space.
-pub(super) struct SurveyedPart {
-    bounds: Option<Corners>,
-    inventor_bounds: Option<InventorBox>,
-    triangles: u64,
-    shapes: IndexMap<&'static str, u64>,
+/// What a survey finds in a prototype, in the prototype's space.
+#[derive(Default)]
+pub(super) struct SurveyedPrototype {
+    survey: Survey,
     census: Census,
+    triangles: u64,
+    /// The open separators, as [`Surveyor::open`].
+    open: Vec<(DMat4, Option<InventorBox>)>,
 }
 
-impl<'a> RecordsParts<'a> for Surveyor<'a> {
-    fn parts(&mut self) -> Option<&mut SharedParts<'a>> {
-        self.parts.as_mut()
-    }
-}
+impl<'a> Instancer<'a> for Surveyor<'a> {
+    type Outside = SurveyedPrototype;
 
-impl<'a> Surveyor<'a> {
-    /// Adds a part by what is known of it; it is surveyed at its first use. Returns `false` if the
-    /// part is to be walked.
-    pub(super) fn repeat(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
-        let Some(parts) = &mut self.parts else {
-            return false;
-        };
-        let outcome = match parts.find(part, state) {
-            Outcome::New => self.record(part, state),
-            outcome => outcome,
-        };
-        if let Outcome::Recorded(number) = outcome {
-            let grid = match part {
-                Repeated::Grid(_, grid) => Some(grid),
-                _ => None,
-            };
-            self.add(number as usize, grid, state.world_from_object);
-        }
-        matches!(outcome, Outcome::Recorded(_))
+    fn prototypes(&mut self) -> Option<&mut Prototypes<'a>> {
+        self.prototypes.as_mut()
     }
 
-    /// Surveys a part in its own space.
-    fn record(&mut self, part: Repeated<'a>, state: &State<'a>) -> Outcome {
-        let Some(parts) = &mut self.parts else {
-            return Outcome::Expanded;
+    fn begin_prototype(&mut self, state: &mut State<'a>) -> SurveyedPrototype {
+        state.world_from_object = DMat4::IDENTITY;
+        let mut outside = SurveyedPrototype {
+            open: vec![(DMat4::IDENTITY, None)],
+            ..SurveyedPrototype::default()
         };
-        let mut inner = parts.begin(part, state);
-        inner.world_from_object = DMat4::IDENTITY;
-        let survey = std::mem::take(&mut self.survey);
-        let census = std::mem::take(&mut self.canvas.census);
-        let triangles = std::mem::take(&mut self.canvas.triangle_count);
-        let open = std::mem::replace(&mut self.open, vec![(DMat4::IDENTITY, None)]);
-        walk_recorded(self.snapshot, part, inner, self);
-        let own = std::mem::replace(&mut self.survey, survey);
-        let own_open = std::mem::replace(&mut self.open, open);
-        let found = SurveyedPart {
-            bounds: own.bounds,
-            inventor_bounds: own_open.first().and_then(|(_, bounds)| *bounds),
-            triangles: std::mem::replace(&mut self.canvas.triangle_count, triangles),
-            shapes: own.shapes,
-            census: std::mem::replace(&mut self.canvas.census, census),
-        };
-        let Some(parts) = &mut self.parts else {
-            return Outcome::Expanded;
-        };
-        let record = (!parts.end()).then(|| {
+        self.exchange(&mut outside);
+        outside
+    }
+
+    fn end_prototype(&mut self, outside: SurveyedPrototype, is_spoiled: bool) -> Option<u32> {
+        let mut found = outside;
+        self.exchange(&mut found);
+        (!is_spoiled).then(|| {
             self.surveyed.push(found);
             self.surveyed.len() as u32 - 1
-        });
-        parts.keep(part, state, record)
+        })
     }
 
-    /// Adds a part once or on a grid. Its exact box is that around the box in the part's space,
-    /// which is larger than that of what is drawn if the part is turned.
+    fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool {
+        self.add(prototype as usize, grid, state.world_from_object);
+        true
+    }
+}
+
+impl Surveyor<'_> {
+    /// Exchanges what was found so far.
+    fn exchange(&mut self, other: &mut SurveyedPrototype) {
+        use std::mem::swap;
+        swap(&mut self.survey, &mut other.survey);
+        swap(&mut self.canvas.census, &mut other.census);
+        swap(&mut self.canvas.triangle_count, &mut other.triangles);
+        swap(&mut self.open, &mut other.open);
+    }
+
+    /// Adds a prototype once or on a grid. Its exact box is that around the box in its own space,
+    /// which is larger than that of what is drawn if it is turned.
     fn add(&mut self, number: usize, grid: Option<Grid>, world: DMat4) {
-        let part = &self.surveyed[number];
+        let found = &self.surveyed[number];
         let between = grid.map(|grid| grid_bounds(&grid, [0; 3], grid.last()));
         let (low, high) = between.unwrap_or_default();
-        if let Some((min, max)) = part.bounds {
+        if let Some((min, max)) = found.survey.bounds {
             let around = moved((min + low, max + high), &DAffine3::from_mat4(world));
             if around.0.is_finite() && around.1.is_finite() {
                 grow(&mut self.survey.bounds, around);
@@ -93,12 +76,12 @@ impl<'a> Surveyor<'a> {
         }
         let times = grid.map_or(1, |grid| grid.len());
         let add = |sum: &mut u64, n: u64| *sum = sum.saturating_add(n.saturating_mul(times));
-        add(&mut self.canvas.triangle_count, part.triangles);
-        for (class, count) in &part.shapes {
+        add(&mut self.canvas.triangle_count, found.triangles);
+        for (class, count) in &found.survey.shapes {
             add(self.survey.shapes.entry(class).or_default(), *count);
         }
-        self.canvas.census.add_drawn(&part.census, times);
-        let Some(bounds) = part.inventor_bounds else {
+        self.canvas.census.add_drawn(&found.census, times);
+        let Some(&(_, Some(bounds))) = found.open.first() else {
             return;
         };
         let outer = self.open.last().map(|(matrix, _)| matrix.inverse());
@@ -120,7 +103,7 @@ mod tests {
     use crate::scene::options::Instancing;
     use crate::scene::{CompileOptions, RenderScene, Survey};
     use ivcam_inventor::iv::Document;
-    use ivcam_inventor::snapshot::Snapshot;
+    use ivcam_inventor::snapshot::{Corners, Snapshot};
 
     fn survey(scene: &str, instancing: Instancing) -> Survey {
         let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
@@ -141,7 +124,7 @@ mod tests {
             Array { numElements1 3 numElements3 2 separation1 4 0 0 separation3 1 0 6 USE a }
             PerspectiveCamera { }";
         let [known, found] =
-            [Instancing::BeyondLimits, Instancing::Everywhere].map(|when| survey(scene, when));
+            [Instancing::WhereItPays, Instancing::Everywhere].map(|when| survey(scene, when));
         assert_eq!(known.shapes, found.shapes);
         assert_eq!(known.triangles, found.triangles);
         assert_eq!(known.census.seen, found.census.seen);
@@ -161,7 +144,7 @@ mod tests {
     #[test]
     fn a_forest_of_a_million_copies_is_surveyed() {
         let scene = "Array { numElements1 1000 numElements2 1000 separation1 3 0 0 Cube { } }";
-        let found = survey(scene, Instancing::BeyondLimits);
+        let found = survey(scene, Instancing::WhereItPays);
         assert!(found.diagnostics.is_empty(), "{:?}", found.diagnostics);
         assert_eq!(found.shapes["Cube"], 1_000_000);
         assert_eq!(found.triangles, 12_000_000);

@@ -1,15 +1,15 @@
-//! Counts how large a document is when every use of a shared part is expanded.
+//! Measures a document as if every instance were expanded, and decides whether instancing pays.
 
 use ivcam_inventor::grammar::{ClassId, Role, class, multiple_copy, text3};
-use ivcam_inventor::iv::{Document, NodeId, Value};
+use ivcam_inventor::iv::{Document, Limits, NodeId, Value};
 use ivcam_inventor::traversal::{Grid, each_child, role::role};
 
 /// How often the parts of a document are used, and how large they are expanded.
-pub(in crate::scene) struct Sharing {
+pub(super) struct ExpandedSizes {
     /// The number of references to each node; 2 means more than one.
     uses: Vec<u8>,
-    /// The size of each node when it is expanded.
-    sizes: Vec<Size>,
+    /// The size of each node when it is expanded. All are set once the document is measured.
+    sizes: Vec<Option<Size>>,
     /// The size of the whole document.
     whole: Size,
 }
@@ -35,51 +35,39 @@ impl Size {
             glyphs: add(self.glyphs, other.glyphs),
         }
     }
-
-    fn exceeds(self, nodes: u64, primitives: u64) -> bool {
-        self.nodes > nodes || self.primitives > primitives
-    }
 }
 
-/// Where a node is in the search.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum SharingMark {
-    New,
-    Open,
-    Done,
-}
+/// An expanded scene of this size or less is not instanced: see [`ExpandedSizes::pays`].
+const PAYS_ABOVE: Size = Size {
+    nodes: 300_000,
+    primitives: 16_000_000,
+    glyphs: 1 << 22,
+};
 
-/// A part of this size or less is expanded where it is used in a part that is stored once. 4,096
-/// primitives take less than 1 MB, and a ray finds the nearest of them faster than by smaller parts
-/// inside each other.
+/// A part of this size or less is expanded inside a prototype. 4,096 primitives take less than 1 MB,
+/// and a ray finds the nearest of them faster than by smaller parts inside each other.
 const SMALL: u64 = 4096;
 
-/// In a document whose texts have more triangles than this, each glyph is stored once. So many take
-/// about 800 MB. Rays through glyphs that are stored once take three times as long.
-const LONG_TEXT: u64 = 1 << 22;
-
-/// The number of triangles of an average glyph with sides.
+/// The average triangles of a character of a solid and of a flat text.
 const SOLID_GLYPH: u64 = 340;
-
-/// The number of triangles of an average glyph without sides.
 const FLAT_GLYPH: u64 = 40;
 
-impl Sharing {
-    /// Counts a document. Returns `None` if nothing is used twice and it has no text.
-    pub(in crate::scene) fn of(document: &Document) -> Option<Self> {
+impl ExpandedSizes {
+    /// Measures a document. Returns `None` if nothing is used twice and it has no text.
+    pub(super) fn new(document: &Document) -> Option<Self> {
         let mut uses = vec![0u8; document.nodes.len()];
-        let mut is_shared = false;
+        let mut is_repeated = false;
         let mut count = |id: NodeId| {
             let uses = &mut uses[id.0 as usize];
             *uses = (*uses + 1).min(2);
-            is_shared |= *uses > 1;
+            is_repeated |= *uses > 1;
         };
         document.roots.iter().for_each(|id| count(*id));
         ids(document).for_each(|id| each_child(document, id, &mut count));
-        is_shared |= ids(document).any(|id| copies(document, id) > 1 || has_text(document, id));
-        is_shared.then(|| {
+        is_repeated |= ids(document).any(|id| copies(document, id) > 1 || has_text(document, id));
+        is_repeated.then(|| {
             let mut this = Self {
-                sizes: vec![Size::default(); document.nodes.len()],
+                sizes: vec![None; document.nodes.len()],
                 uses,
                 whole: Size::default(),
             };
@@ -91,51 +79,57 @@ impl Sharing {
     /// Computes the sizes, each after those of the node's children. A node inside itself counts
     /// once.
     fn measure(&mut self, document: &Document) {
-        let mut marks = vec![SharingMark::New; document.nodes.len()];
-        let mut ahead: Vec<NodeId> = document.roots.iter().rev().copied().collect();
-        while let Some(&id) = ahead.last() {
-            let index = id.0 as usize;
-            if marks[index] == SharingMark::New {
-                marks[index] = SharingMark::Open;
-                each_child(document, id, |child| {
-                    if marks[child.0 as usize] == SharingMark::New {
-                        ahead.push(child);
-                    }
-                });
-                continue;
-            }
-            ahead.pop();
-            if marks[index] == SharingMark::Open {
-                marks[index] = SharingMark::Done;
+        let roots = document.roots.iter().rev();
+        let mut ahead: Vec<(NodeId, bool)> = roots.map(|id| (*id, false)).collect();
+        while let Some((id, has_children)) = ahead.pop() {
+            if has_children {
                 let mut inside = Size::default();
                 each_child(document, id, |child| {
-                    inside = inside.plus(self.sizes[child.0 as usize], 1);
+                    inside = inside.plus(self.size(child), 1)
                 });
-                self.sizes[index] = own_size(document, id).plus(inside, copies(document, id));
+                let size = own_size(document, id).plus(inside, copies(document, id));
+                self.sizes[id.0 as usize] = Some(size);
+            } else if self.sizes[id.0 as usize].is_none() {
+                self.sizes[id.0 as usize] = Some(Size::default());
+                ahead.push((id, true));
+                each_child(document, id, |child| ahead.push((child, false)));
             }
         }
-        let sizes = document.roots.iter().map(|id| self.sizes[id.0 as usize]);
+        let sizes = document.roots.iter().map(|id| self.size(*id));
         self.whole = sizes.fold(Size::default(), |all, size| all.plus(size, 1));
     }
 
-    /// Whether the expanded document has more than a number of nodes or of primitives.
-    pub(in crate::scene) fn exceeds(&self, nodes: u64, primitives: u64) -> bool {
-        self.whole.exceeds(nodes, primitives)
+    fn size(&self, id: NodeId) -> Size {
+        self.sizes[id.0 as usize].unwrap_or_default()
     }
 
-    /// Whether the expanded document has so much text that each glyph is to be stored once.
-    pub(in crate::scene) fn has_long_text(&self) -> bool {
-        self.whole.glyphs > LONG_TEXT
+    /// Whether it pays to store the repeated parts of the document once.
+    ///
+    /// Through instances, rays are traced one by one and enter several trees, and a sample takes 4 µs
+    /// instead of 0.1 µs. Expanding takes 1.5 s and 220 MB at 92,000 cubes, which is about the number
+    /// of nodes in [`PAYS_ABOVE`], so it is faster from 400,000 samples on. What ends it is memory:
+    /// 3 GB for that number of primitives, 800 MB for that of glyphs
+    /// (docs/decisions/0029-when-instancing-pays.md). A lower limit of the user takes the place of a
+    /// number, because prototypes fit where the expanded scene would be cut off; a higher one changes
+    /// nothing.
+    pub(super) fn pays(&self, limits: &Limits) -> bool {
+        let most = |number: u64, limit: usize| number.min(limit as u64);
+        // A walk may visit every node twice, whatever the limit.
+        let nodes = most(PAYS_ABOVE.nodes, limits.visits).max(2 * self.sizes.len() as u64);
+        self.whole.nodes > nodes
+            || self.whole.primitives > most(PAYS_ABOVE.primitives, limits.primitives)
+            || self.whole.glyphs > PAYS_ABOVE.glyphs
     }
 
     /// Whether a node is used more than once.
-    pub(in crate::scene) fn is_shared(&self, id: NodeId) -> bool {
+    pub(super) fn is_repeated(&self, id: NodeId) -> bool {
         self.uses[id.0 as usize] > 1
     }
 
-    /// Whether a node is so small that it is best expanded wherever it is used.
-    pub(in crate::scene) fn is_small(&self, id: NodeId) -> bool {
-        !self.sizes[id.0 as usize].exceeds(SMALL, SMALL)
+    /// Whether a node is so small that nothing in it is a prototype by itself.
+    pub(super) fn is_small(&self, id: NodeId) -> bool {
+        let size = self.size(id);
+        size.nodes.max(size.primitives) <= SMALL
     }
 }
 
@@ -189,32 +183,32 @@ fn has_text(document: &Document, id: NodeId) -> bool {
 mod tests {
     use super::*;
 
-    fn sharing(scene: &str) -> Option<Sharing> {
+    fn sizes(scene: &str) -> Option<ExpandedSizes> {
         let text = format!("#Inventor V2.1 ascii\n{scene}").into_bytes();
-        Sharing::of(&Document::read_headerless("s.iv", text).expect("reads"))
+        ExpandedSizes::new(&Document::read_headerless("s.iv", text).expect("reads"))
     }
 
     #[test]
     fn an_expanded_document_has_the_nodes_of_all_uses() {
-        assert!(sharing("Separator { Cube { } } Cube { }").is_none());
-        let shared = sharing("DEF a Separator { Cube { } } USE a").expect("shared");
+        assert!(sizes("Separator { Cube { } } Cube { }").is_none());
+        let shared = sizes("DEF a Separator { Cube { } } USE a").expect("shared");
         assert_eq!((shared.whole.nodes, shared.whole.primitives), (4, 24));
         let array = "Array { numElements1 10 numElements2 -1 Cube { } }";
-        assert_eq!(sharing(array).map(|s| s.whole.nodes), None);
+        assert_eq!(sizes(array).map(|s| s.whole.nodes), None);
         let array = "Array { numElements1 10 numElements2 3 Cube { } }";
-        assert_eq!(sharing(array).expect("copies").whole.nodes, 31);
+        assert_eq!(sizes(array).expect("copies").whole.nodes, 31);
         let matrix = "1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1 ";
         let copies = format!(
             "MultipleCopy {{ matrix [ {} ] Cube {{ }} }}",
             matrix.repeat(3)
         );
-        assert_eq!(sharing(&copies).expect("copies").whole.nodes, 4);
+        assert_eq!(sizes(&copies).expect("copies").whole.nodes, 4);
     }
 
     #[test]
     fn the_glyphs_of_all_uses_of_a_text_are_counted() {
-        let long = |text: &str| sharing(text).is_some_and(|s| s.has_long_text());
-        let line = "x".repeat((LONG_TEXT / SOLID_GLYPH / 4) as usize);
+        let long = |text: &str| sizes(text).is_some_and(|s| s.pays(&Limits::default()));
+        let line = "x".repeat((PAYS_ABOVE.glyphs / SOLID_GLYPH / 4) as usize);
         let text = |parts: &str| {
             let strings = format!("string [ \"{line}\", \"{line}\" ]");
             format!("DEF t Text3 {{ parts {parts} {strings} }} USE t")
@@ -233,7 +227,7 @@ mod tests {
         for i in 0..100 {
             scene += &format!("DEF n{} Separator {{ USE n{i} USE n{i} }}", i + 1);
         }
-        let all = sharing(&scene).expect("shared");
-        assert!(all.exceeds(u64::MAX - 1, 0));
+        let all = sizes(&scene).expect("shared");
+        assert_eq!(all.whole.nodes, u64::MAX);
     }
 }

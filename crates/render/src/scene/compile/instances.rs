@@ -1,6 +1,4 @@
-//! Stores the parts of a scene once that are drawn many times.
-//!
-//! A recorded part is a prototype, whose shapes stay in their object space.
+//! Compiles prototypes, whose shapes stay in their object space, and places their instances.
 
 use std::sync::Arc;
 
@@ -9,16 +7,16 @@ use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::Role;
-use ivcam_inventor::traversal::{Grid, Repeated, State, Step, WalkOptions};
+use ivcam_inventor::traversal::{Grid, State, Step, WalkOptions};
 
 use super::glyphs::StoredGlyphs;
 use super::scene_builder::SceneBuilder;
 use super::walk::Compiler;
 use crate::scene::census::{Census, InstanceCounts};
 use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives, product};
+use crate::scene::instancing::{Instancer, Prototypes};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
-use crate::scene::shared_parts::{Outcome, RecordsParts, SharedParts, walk_recorded};
 
 /// A prototype that is being recorded. The first one is the scene itself.
 pub(super) struct Recording {
@@ -46,32 +44,50 @@ pub(super) struct Lengths {
     strokes: usize,
 }
 
-/// The prototypes of a scene that is being compiled.
-pub(super) struct Repeats<'a> {
-    parts: SharedParts<'a>,
+/// What was compiled before the part that is being recorded.
+pub(super) struct Outside {
+    lengths: Lengths,
+    prototypes: usize,
+    census: Census,
+}
+
+/// The instances of a scene that is being compiled.
+pub(super) struct CompiledInstances<'a> {
+    prototypes: Prototypes<'a>,
     pub recordings: Vec<Recording>,
-    pub instances: Box<Instances>,
+    pub store: Box<Instances>,
     /// The counts of each prototype.
     pub censuses: Vec<Census>,
     /// The glyphs of texts.
     pub glyphs: StoredGlyphs,
 }
 
-impl<'a> Repeats<'a> {
-    /// Returns what is needed to store parts once, or `None` if the scene is to be expanded.
-    pub(super) fn of(
-        snapshot: &Snapshot<'_>,
+impl<'a> CompiledInstances<'a> {
+    /// Returns a scene without instances so far, or `None` if it is to be expanded.
+    pub(super) fn new(
+        snapshot: &'a Snapshot<'_>,
         options: &CompileOptions,
         walk_options: &WalkOptions,
     ) -> Option<Self> {
-        let parts = SharedParts::of(snapshot, options, walk_options)?;
         Some(Self {
-            parts,
+            prototypes: Prototypes::new(snapshot, options, walk_options)?,
             recordings: vec![Recording::new(Step::start())],
-            instances: Box::new(Instances::new(options.origin)),
+            store: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
             glyphs: StoredGlyphs::default(),
         })
+    }
+
+    /// Whether the walk is to end: see [`Prototypes::is_full`].
+    pub(super) fn is_full(&self) -> bool {
+        self.prototypes.is_full()
+    }
+
+    /// Keeps a prototype with what it counts. Returns its number.
+    pub(super) fn keep(&mut self, prototype: Prototype, census: Census) -> u32 {
+        self.store.prototypes.push(prototype);
+        self.censuses.push(census);
+        self.censuses.len() as u32 - 1
     }
 
     /// Moves the instances to the scene, if it has any.
@@ -79,15 +95,15 @@ impl<'a> Repeats<'a> {
         let Some(root) = self.recordings.pop() else {
             return;
         };
-        let mut instances = self.instances;
+        let mut instances = self.store;
         if instances.prototypes.is_empty() {
             return;
         }
         instances.root = root.contents;
         let extent = &instances.root.extent;
         scene.census.instances = InstanceCounts {
-            parts: instances.prototypes.len() as u64,
-            uses: extent.uses,
+            prototypes: instances.prototypes.len() as u64,
+            placed: extent.placed,
             primitives: extent.count,
         };
         scene.instances = Some(instances);
@@ -117,31 +133,65 @@ impl SceneBuilder {
     }
 }
 
-impl<'a> RecordsParts<'a> for Compiler<'a> {
-    fn parts(&mut self) -> Option<&mut SharedParts<'a>> {
-        self.repeats.as_mut().map(|repeats| &mut repeats.parts)
+impl<'a> Instancer<'a> for Compiler<'a> {
+    type Outside = Outside;
+
+    fn prototypes(&mut self) -> Option<&mut Prototypes<'a>> {
+        self.instances.as_mut().map(|all| &mut all.prototypes)
+    }
+
+    fn begin_prototype(&mut self, state: &mut State<'a>) -> Outside {
+        let builder = &mut self.builder;
+        builder.assign_surface();
+        builder.is_recording = true;
+        let mut prototypes = 0;
+        if let Some(instances) = &mut self.instances {
+            let entry = state.steps.get_or_insert_with(Step::start).clone();
+            instances.recordings.push(Recording::new(entry));
+            prototypes = instances.censuses.len();
+        }
+        Outside {
+            lengths: builder.lengths(),
+            prototypes,
+            census: std::mem::take(&mut builder.scene.census),
+        }
+    }
+
+    fn end_prototype(&mut self, outside: Outside, is_spoiled: bool) -> Option<u32> {
+        let builder = &mut self.builder;
+        builder.assign_surface();
+        let is_spoiled = std::mem::take(&mut builder.spoiled) | is_spoiled;
+        let own = std::mem::replace(&mut builder.scene.census, outside.census);
+        let instances = self.instances.as_mut()?;
+        let recording = instances.recordings.pop()?;
+        builder.is_recording = instances.recordings.len() > 1;
+        if !is_spoiled && recording.contents.extent.depth < Extent::DEEPEST {
+            builder.scene.census.add_kept(&own);
+            return Some(instances.keep(recording.contents, own));
+        }
+        builder.scene.census.textures += own.textures;
+        // Prototypes that were recorded inside keep their primitives.
+        if instances.censuses.len() == outside.prototypes {
+            builder.truncate(outside.lengths);
+            instances.store.shapes.truncate(outside.lengths.surfaces);
+        }
+        None
+    }
+
+    fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool {
+        let matrices = self.matrices(state);
+        self.draw(prototype, grid, matrices)
     }
 }
 
 impl<'a> Compiler<'a> {
-    /// Begins a node. Returns whether it is to be counted; the first node of a recording was
-    /// counted before.
-    pub(super) fn begin_node(&mut self, node: NodeRef<'a>, role: Role) -> bool {
-        let Some(repeats) = &mut self.repeats else {
-            return true;
-        };
-        let is_counted = !repeats.parts.is_entering(node);
-        if let Some(warning) = repeats.parts.begin_node(node, role) {
+    /// Begins a node, of which what is being recorded may have to be spoiled.
+    pub(super) fn begin_node(&mut self, node: NodeRef<'a>, role: Role) {
+        let prototypes = self.prototypes();
+        if let Some(warning) = prototypes.and_then(|all| all.begin_node(node, role)) {
             self.builder.over_limit = true;
             self.builder.reports.add(*warning);
         }
-        is_counted
-    }
-
-    /// Whether the walk of a recording is to end, because it is spoiled.
-    pub(super) fn is_spoiled(&self) -> bool {
-        let repeats = self.repeats.as_ref();
-        self.builder.spoiled || repeats.is_some_and(|r| r.parts.is_spoiled())
     }
 
     /// Records the primitives of a shape that was just drawn. `before` are the lengths before it.
@@ -150,16 +200,19 @@ impl<'a> Compiler<'a> {
         self.keep_shape(before, matrices);
     }
 
-    /// Returns the matrices from the part that is being recorded to the current object space.
+    /// Returns the matrices from the part that is being recorded, or from the world, to the current
+    /// object space. Returns `None` if there are too many.
     pub(super) fn matrices(&self, state: &State<'a>) -> Option<Vec<DMat4>> {
-        let recording = self.repeats.as_ref()?.recordings.last()?;
-        state.steps.as_ref()?.since(&recording.entry)
+        match &self.instances.as_ref()?.recordings[..] {
+            [.., _, recording] => state.steps.as_ref()?.since(&recording.entry),
+            _ => Some(vec![state.world_from_object]),
+        }
     }
 
     /// Adds the primitives since some lengths to what is being recorded, as one shape. `matrices`
     /// lead to its object space, or are `None` if it cannot be placed later.
     pub(super) fn keep_shape(&mut self, before: Lengths, matrices: Option<Vec<DMat4>>) {
-        let Some(repeats) = &mut self.repeats else {
+        let Some(instances) = &mut self.instances else {
             return;
         };
         let builder = &mut self.builder;
@@ -175,7 +228,7 @@ impl<'a> Compiler<'a> {
             strokes: range(before.strokes, after.strokes),
         };
         let is_recording = builder.is_recording;
-        let Some(recording) = repeats.recordings.last_mut() else {
+        let Some(recording) = instances.recordings.last_mut() else {
             return;
         };
         let fits = if shape.len() == 0 {
@@ -195,91 +248,12 @@ impl<'a> Compiler<'a> {
             let first = recording.contents.skip(shape.len());
             first.map(|first| shape.first = Some(first))
         };
-        let shapes = &mut repeats.instances.shapes;
+        let shapes = &mut instances.store.shapes;
         shapes.resize(after.surfaces, ShapePrimitives::default());
         shapes[before.surfaces] = shape;
         if fits.is_none() {
             self.does_not_fit();
         }
-    }
-
-    /// Draws a part as a use of a prototype, which is recorded at the first use. Returns `false` if
-    /// the part is to be expanded.
-    pub(super) fn repeat(&mut self, part: Repeated<'a>, state: &State<'a>) -> bool {
-        let Some(repeats) = &mut self.repeats else {
-            return false;
-        };
-        let outcome = match repeats.parts.find(part, state) {
-            Outcome::New => self.record(part, state),
-            outcome => outcome,
-        };
-        match outcome {
-            Outcome::Recorded(number) => {
-                let grid = match part {
-                    Repeated::Grid(_, grid) => Some(grid),
-                    _ => None,
-                };
-                let matrices = if self.builder.is_recording {
-                    self.matrices(state)
-                } else {
-                    Some(vec![state.world_from_object])
-                };
-                self.draw(number, grid, matrices)
-            }
-            _ => false,
-        }
-    }
-
-    /// Records a part.
-    fn record(&mut self, part: Repeated<'a>, state: &State<'a>) -> Outcome {
-        let Some(repeats) = &mut self.repeats else {
-            return Outcome::Expanded;
-        };
-        self.builder.assign_surface();
-        self.builder.is_recording = true;
-        let (lengths, parts) = (self.builder.lengths(), repeats.censuses.len());
-        let counts = std::mem::take(&mut self.builder.scene.census);
-        let mut inner = repeats.parts.begin(part, state);
-        let entry = inner.steps.get_or_insert_with(Step::start).clone();
-        repeats.recordings.push(Recording::new(entry));
-        walk_recorded(self.snapshot, part, inner, self);
-        let record = self.end_recording((lengths, parts), counts);
-        let Some(repeats) = &mut self.repeats else {
-            return Outcome::Expanded;
-        };
-        repeats.parts.keep(part, state, record)
-    }
-
-    /// Keeps what was recorded as a prototype and returns its number, or drops it if it was
-    /// spoiled.
-    fn end_recording(&mut self, (lengths, parts): (Lengths, usize), counts: Census) -> Option<u32> {
-        let repeats = self.repeats.as_mut()?;
-        let builder = &mut self.builder;
-        builder.assign_surface();
-        let is_spoiled = repeats.parts.end() | std::mem::take(&mut builder.spoiled);
-        let recording = repeats.recordings.pop();
-        let recording =
-            recording.filter(|r| !is_spoiled && r.contents.extent.depth < Extent::DEEPEST);
-        let own = std::mem::replace(&mut builder.scene.census, counts);
-        let record = match recording {
-            Some(recording) => {
-                builder.scene.census.add_kept(&own);
-                repeats.instances.prototypes.push(recording.contents);
-                repeats.censuses.push(own);
-                Some(repeats.censuses.len() as u32 - 1)
-            }
-            None => {
-                builder.scene.census.textures += own.textures;
-                // Prototypes that were recorded inside keep their primitives.
-                if repeats.censuses.len() == parts {
-                    builder.truncate(lengths);
-                    repeats.instances.shapes.truncate(lengths.surfaces);
-                }
-                None
-            }
-        };
-        builder.is_recording = repeats.parts.is_recording();
-        record
     }
 
     /// Draws a prototype once or on a grid, under matrices from what is being recorded, or from the
@@ -290,22 +264,22 @@ impl<'a> Compiler<'a> {
         grid: Option<Grid>,
         matrices: Option<Vec<DMat4>>,
     ) -> bool {
-        let Some(repeats) = &mut self.repeats else {
+        let Some(instances) = &mut self.instances else {
             return false;
         };
         let is_recording = self.builder.is_recording;
-        let instances = &mut repeats.instances;
-        let Some(recording) = repeats.recordings.last_mut() else {
+        let store = &mut instances.store;
+        let Some(recording) = instances.recordings.last_mut() else {
             return false;
         };
         let times = grid.map_or(1, |grid| grid.len());
-        if !instances.prototypes[number as usize].extent.is_empty() {
+        if !store.prototypes[number as usize].extent.is_empty() {
             let content = Content::Instance {
                 prototype: number,
                 grid: grid.map(Box::new),
             };
             let placed = matrices.and_then(|matrices| {
-                let extent = instances.extent(&content)?.under(&matrices)?;
+                let extent = store.extent(&content)?.under(&matrices)?;
                 Some((extent, matrices))
             });
             let origin = self.builder.options.origin;
@@ -327,8 +301,8 @@ impl<'a> Compiler<'a> {
             }
             self.builder.instances += 1;
         }
-        let part = &repeats.censuses[number as usize];
-        self.builder.scene.census.add_drawn(part, times);
+        let census = &instances.censuses[number as usize];
+        self.builder.scene.census.add_drawn(census, times);
         true
     }
 
