@@ -62,13 +62,14 @@ impl<'a> Compiler<'a> {
     /// Draws a glyph with its origin at a place. Returns `false` if it is to be expanded.
     fn draw_glyph(&mut self, prototype: u32, at: Vec2, state: &State<'a>) -> bool {
         let offset = glyph_offset(at);
-        let mut matrices = self.matrices(state);
-        match &mut matrices {
-            Some(matrices) if self.builder.is_recording => matrices.push(offset),
-            Some(matrices) => matrices[0] *= offset,
-            None => {}
+        let Some(mut matrices) = self.matrices(state) else {
+            return false;
+        };
+        match self.builder.is_recording {
+            true => matrices.push(offset),
+            false => matrices[0] *= offset,
         }
-        self.draw(prototype, None, matrices)
+        self.draw(prototype, None, &matrices)
     }
 
     /// Draws the glyphs of a text from one on where they are, because they cannot be placed later.
@@ -110,13 +111,13 @@ impl<'a> Compiler<'a> {
             let is_equal = known.materials == materials && known.mesh == *mesh;
             is_equal && look.has_look_of(&surfaces[surface as usize])
         };
-        let stored = &mut self.instances.as_mut()?.glyphs.0;
+        let stored = &mut self.instances.glyphs.0;
         if let Some(known) = stored.get(&hash).and_then(|all| all.iter().find(is_it)) {
             return Some(known.prototype);
         }
-        let (own, prototype) = self.record_glyph(mesh, materials, surface)?;
+        let (own, prototype) = self.record_glyph(mesh, materials, surface);
         self.builder.memory.count(mesh.bytes());
-        let stored = &mut self.instances.as_mut()?.glyphs.0;
+        let stored = &mut self.instances.glyphs.0;
         stored.entry(hash).or_default().push(Glyph {
             mesh: mesh.clone(),
             materials,
@@ -127,12 +128,7 @@ impl<'a> Compiler<'a> {
     }
 
     /// Stores a glyph as a prototype. Returns the numbers of its surface and of the prototype.
-    fn record_glyph(
-        &mut self,
-        mesh: &Mesh,
-        materials: MaterialsBy,
-        surface: u32,
-    ) -> Option<(u32, u32)> {
+    fn record_glyph(&mut self, mesh: &Mesh, materials: MaterialsBy, surface: u32) -> (u32, u32) {
         let builder = &mut self.builder;
         builder.assign_surface();
         let is_inside = std::mem::replace(&mut builder.is_recording, true);
@@ -144,14 +140,14 @@ impl<'a> Compiler<'a> {
         builder.keep_mesh(mesh, materials);
         builder.assign_surface();
         builder.placement = placement;
-        let recordings = &mut self.instances.as_mut()?.recordings;
-        recordings.push(Recording::new(Step::start()));
+        let recording = Recording::new(Step::start());
+        let outside = std::mem::replace(&mut self.instances.recording, recording);
         self.keep_shape(before, Some(Vec::new()));
         self.builder.is_recording = is_inside;
-        let instances = self.instances.as_mut()?;
-        let mut glyph = instances.recordings.pop()?.contents;
+        let recording = std::mem::replace(&mut self.instances.recording, outside);
+        let mut glyph = recording.contents;
         glyph.is_glyph = true;
-        Some((own, instances.keep(glyph, Census::default())))
+        (own, self.instances.keep(glyph, Census::default()))
     }
 }
 

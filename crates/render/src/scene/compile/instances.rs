@@ -1,5 +1,6 @@
 //! Compiles prototypes, whose shapes stay in their object space, and places their instances.
 
+use std::mem::{replace, take};
 use std::sync::Arc;
 
 use glam::DMat4;
@@ -13,12 +14,12 @@ use super::glyphs::StoredGlyphs;
 use super::scene_builder::SceneBuilder;
 use super::walk::Compiler;
 use crate::scene::census::{Census, InstanceCounts};
-use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives, product};
+use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives};
 use crate::scene::instancing::{Instancer, Prototypes};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 
-/// A prototype that is being recorded. The first one is the scene itself.
+/// A prototype that is being recorded, or the scene itself.
 pub(super) struct Recording {
     pub contents: Prototype,
     /// The step at which the part began.
@@ -46,41 +47,41 @@ pub(super) struct Lengths {
 
 /// What was compiled before the part that is being recorded.
 pub(super) struct Outside {
+    recording: Recording,
+    is_recording: bool,
     lengths: Lengths,
+    /// The number of prototypes.
     prototypes: usize,
     census: Census,
 }
 
 /// The instances of a scene that is being compiled.
 pub(super) struct CompiledInstances<'a> {
-    prototypes: Prototypes<'a>,
-    pub recordings: Vec<Recording>,
-    pub store: Box<Instances>,
+    /// The prototypes by their parts, or `None` if the scene is expanded.
+    pub prototypes: Option<Prototypes<'a>>,
+    /// The innermost recording.
+    pub recording: Recording,
+    store: Box<Instances>,
     /// The counts of each prototype.
-    pub censuses: Vec<Census>,
+    censuses: Vec<Census>,
     /// The glyphs of texts.
     pub glyphs: StoredGlyphs,
 }
 
 impl<'a> CompiledInstances<'a> {
-    /// Returns a scene without instances so far, or `None` if it is to be expanded.
+    /// Returns a scene without instances so far.
     pub(super) fn new(
         snapshot: &'a Snapshot<'_>,
         options: &CompileOptions,
         walk_options: &WalkOptions,
-    ) -> Option<Self> {
-        Some(Self {
-            prototypes: Prototypes::new(snapshot, options, walk_options)?,
-            recordings: vec![Recording::new(Step::start())],
+    ) -> Self {
+        Self {
+            prototypes: Prototypes::new(snapshot, options, walk_options),
+            recording: Recording::new(Step::start()),
             store: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
             glyphs: StoredGlyphs::default(),
-        })
-    }
-
-    /// Whether the walk is to end: see [`Prototypes::is_full`].
-    pub(super) fn is_full(&self) -> bool {
-        self.prototypes.is_full()
+        }
     }
 
     /// Keeps a prototype with what it counts. Returns its number.
@@ -91,15 +92,12 @@ impl<'a> CompiledInstances<'a> {
     }
 
     /// Moves the instances to the scene, if it has any.
-    pub(super) fn finish(mut self, scene: &mut RenderScene) {
-        let Some(root) = self.recordings.pop() else {
-            return;
-        };
+    pub(super) fn finish(self, scene: &mut RenderScene) {
         let mut instances = self.store;
         if instances.prototypes.is_empty() {
             return;
         }
-        instances.root = root.contents;
+        instances.root = self.recording.contents;
         let extent = &instances.root.extent;
         scene.census.instances = InstanceCounts {
             prototypes: instances.prototypes.len() as u64,
@@ -137,37 +135,32 @@ impl<'a> Instancer<'a> for Compiler<'a> {
     type Outside = Outside;
 
     fn prototypes(&mut self) -> Option<&mut Prototypes<'a>> {
-        self.instances.as_mut().map(|all| &mut all.prototypes)
+        self.instances.prototypes.as_mut()
     }
 
     fn begin_prototype(&mut self, state: &mut State<'a>) -> Outside {
         let builder = &mut self.builder;
         builder.assign_surface();
-        builder.is_recording = true;
-        let mut prototypes = 0;
-        if let Some(instances) = &mut self.instances {
-            let entry = state.steps.get_or_insert_with(Step::start).clone();
-            instances.recordings.push(Recording::new(entry));
-            prototypes = instances.censuses.len();
-        }
+        let entry = state.steps.get_or_insert_with(Step::start).clone();
         Outside {
+            recording: replace(&mut self.instances.recording, Recording::new(entry)),
+            is_recording: replace(&mut builder.is_recording, true),
             lengths: builder.lengths(),
-            prototypes,
-            census: std::mem::take(&mut builder.scene.census),
+            prototypes: self.instances.censuses.len(),
+            census: take(&mut builder.scene.census),
         }
     }
 
     fn end_prototype(&mut self, outside: Outside, is_spoiled: bool) -> Option<u32> {
-        let builder = &mut self.builder;
+        let (builder, instances) = (&mut self.builder, &mut self.instances);
         builder.assign_surface();
-        let is_spoiled = std::mem::take(&mut builder.spoiled) | is_spoiled;
-        let own = std::mem::replace(&mut builder.scene.census, outside.census);
-        let instances = self.instances.as_mut()?;
-        let recording = instances.recordings.pop()?;
-        builder.is_recording = instances.recordings.len() > 1;
-        if !is_spoiled && recording.contents.extent.depth < Extent::DEEPEST {
+        let is_spoiled = take(&mut builder.spoiled) | is_spoiled;
+        let own = replace(&mut builder.scene.census, outside.census);
+        let contents = replace(&mut instances.recording, outside.recording).contents;
+        builder.is_recording = outside.is_recording;
+        if !is_spoiled && contents.extent.depth < Extent::DEEPEST {
             builder.scene.census.add_kept(&own);
-            return Some(instances.keep(recording.contents, own));
+            return Some(instances.keep(contents, own));
         }
         builder.scene.census.textures += own.textures;
         // Prototypes that were recorded inside keep their primitives.
@@ -180,7 +173,7 @@ impl<'a> Instancer<'a> for Compiler<'a> {
 
     fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool {
         let matrices = self.matrices(state);
-        self.draw(prototype, grid, matrices)
+        matrices.is_some_and(|matrices| self.draw(prototype, grid, &matrices))
     }
 }
 
@@ -196,26 +189,25 @@ impl<'a> Compiler<'a> {
 
     /// Records the primitives of a shape that was just drawn. `before` are the lengths before it.
     pub(super) fn end_shape(&mut self, before: Lengths, state: &State<'a>) {
-        let matrices = self.matrices(state);
-        self.keep_shape(before, matrices);
+        if self.instances.prototypes.is_some() {
+            let matrices = self.matrices(state);
+            self.keep_shape(before, matrices);
+        }
     }
 
     /// Returns the matrices from the part that is being recorded, or from the world, to the current
     /// object space. Returns `None` if there are too many.
     pub(super) fn matrices(&self, state: &State<'a>) -> Option<Vec<DMat4>> {
-        match &self.instances.as_ref()?.recordings[..] {
-            [.., _, recording] => state.steps.as_ref()?.since(&recording.entry),
-            _ => Some(vec![state.world_from_object]),
+        match self.builder.is_recording {
+            true => state.steps.as_ref()?.since(&self.instances.recording.entry),
+            false => Some(vec![state.world_from_object]),
         }
     }
 
     /// Adds the primitives since some lengths to what is being recorded, as one shape. `matrices`
     /// lead to its object space, or are `None` if it cannot be placed later.
     pub(super) fn keep_shape(&mut self, before: Lengths, matrices: Option<Vec<DMat4>>) {
-        let Some(instances) = &mut self.instances else {
-            return;
-        };
-        let builder = &mut self.builder;
+        let (builder, instances) = (&self.builder, &mut self.instances);
         let after = builder.lengths();
         if after.surfaces == before.surfaces || builder.spoiled {
             return;
@@ -227,25 +219,17 @@ impl<'a> Compiler<'a> {
             quadrics: range(before.quadrics, after.quadrics),
             strokes: range(before.strokes, after.strokes),
         };
-        let is_recording = builder.is_recording;
-        let Some(recording) = instances.recordings.last_mut() else {
-            return;
-        };
+        let contents = &mut instances.recording.contents;
         let fits = if shape.len() == 0 {
             Some(())
-        } else if is_recording {
+        } else if builder.is_recording {
             matrices.and_then(|matrices| {
-                let (lists, matrix) = (builder.scene.lists(), product(&matrices));
-                let boxes = lists.numbers(&shape).map(|n| lists.around(n, &matrix));
-                let none = Extent::NONE.bounds;
-                let bounds = boxes.fold(none, |a, b| (a.0.min(b.0), a.1.max(b.1)));
-                let extent = Extent::of_shape(shape.len(), bounds, &matrices)?;
+                let extent = Extent::of_shape(builder.scene.lists(), &shape, &matrices)?;
                 let surface = before.surfaces as u32;
-                let content = Content::Shape { surface };
-                recording.contents.add(content, &matrices, &extent)
+                contents.add(Content::Shape { surface }, &matrices, &extent)
             })
         } else {
-            let first = recording.contents.skip(shape.len());
+            let first = contents.skip(shape.len());
             first.map(|first| shape.first = Some(first))
         };
         let shapes = &mut instances.store.shapes;
@@ -258,51 +242,33 @@ impl<'a> Compiler<'a> {
 
     /// Draws a prototype once or on a grid, under matrices from what is being recorded, or from the
     /// world. Returns `false` if it is to be expanded here.
-    pub(super) fn draw(
-        &mut self,
-        number: u32,
-        grid: Option<Grid>,
-        matrices: Option<Vec<DMat4>>,
-    ) -> bool {
-        let Some(instances) = &mut self.instances else {
-            return false;
-        };
-        let is_recording = self.builder.is_recording;
-        let store = &mut instances.store;
-        let Some(recording) = instances.recordings.last_mut() else {
-            return false;
-        };
+    pub(super) fn draw(&mut self, number: u32, grid: Option<Grid>, matrices: &[DMat4]) -> bool {
+        let (builder, instances) = (&mut self.builder, &mut self.instances);
+        let store = &instances.store;
         let times = grid.map_or(1, |grid| grid.len());
         if !store.prototypes[number as usize].extent.is_empty() {
             let content = Content::Instance {
                 prototype: number,
                 grid: grid.map(Box::new),
             };
-            let placed = matrices.and_then(|matrices| {
-                let extent = store.extent(&content)?.under(&matrices)?;
-                Some((extent, matrices))
-            });
-            let origin = self.builder.options.origin;
-            let reaches = |extent: &Extent| is_recording || extent.is_in_reach(origin);
-            let Some((extent, matrices)) = placed.filter(|(extent, _)| reaches(extent)) else {
+            let (origin, is_inside) = (builder.options.origin, builder.is_recording);
+            let placed = store.extent(&content).and_then(|all| all.under(matrices));
+            let placed = placed.filter(|extent| is_inside || extent.is_in_reach(origin));
+            let Some(extent) = placed else {
                 return false;
             };
-            let bytes = 64 + size_of_val(&matrices[..]);
-            if self.builder.is_at_limit(bytes) {
+            if builder.is_at_limit(64 + size_of_val(matrices)) {
                 return true;
             }
-            if recording
-                .contents
-                .add(content, &matrices, &extent)
-                .is_none()
-            {
+            let contents = &mut instances.recording.contents;
+            if contents.add(content, matrices, &extent).is_none() {
                 self.does_not_fit();
                 return true;
             }
-            self.builder.instances += 1;
+            builder.instances += 1;
         }
         let census = &instances.censuses[number as usize];
-        self.builder.scene.census.add_drawn(census, times);
+        builder.scene.census.add_drawn(census, times);
         true
     }
 

@@ -16,7 +16,7 @@ use super::instances::CompiledInstances;
 use super::scene_builder::SceneBuilder;
 use crate::bvh::Bvh;
 use crate::scene::canvas::Canvas;
-use crate::scene::instancing::draw_instance;
+use crate::scene::instancing::{Prototypes, draw_instance};
 use crate::scene::looks::Background;
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
@@ -30,8 +30,8 @@ const MAX_RESERVED: usize = 1 << 18;
 pub(super) struct Compiler<'a> {
     pub(super) snapshot: &'a Snapshot<'a>,
     pub(super) builder: SceneBuilder,
-    /// The instances, unless the scene is expanded.
-    pub(super) instances: Option<CompiledInstances<'a>>,
+    /// The prototypes and instances, of which an expanded scene has none.
+    pub(super) instances: CompiledInstances<'a>,
     background_set: bool,
     /// Whether the walk has reached each node of the document.
     reached: Vec<bool>,
@@ -58,7 +58,8 @@ impl RenderScene {
             lights: HashSet::new(),
             fog: None,
         };
-        compiler.builder.deferred = compiler.instances.as_ref().map(|_| DeferredText::new());
+        let prototypes = compiler.instances.prototypes.as_ref();
+        compiler.builder.deferred = prototypes.map(|_| DeferredText::new());
         compiler.reserve_all();
         traversal::walk(snapshot, &walk_options, &mut compiler);
         compiler.finish()
@@ -139,9 +140,7 @@ impl Compiler<'_> {
         let notices = builder.shared.files.notices;
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.diagnostics;
-        if let Some(instances) = self.instances {
-            instances.finish(&mut scene);
-        }
+        self.instances.finish(&mut scene);
         scene.finalize()?;
         let primitives = scene.owners.len() + scene.instances.as_ref().map_or(0, |all| all.len());
         let tree = primitives as u64 * Bvh::BYTES_OF_PRIMITIVE;
@@ -200,8 +199,8 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     }
 
     fn is_full(&self) -> bool {
-        let prototypes = self.instances.as_ref();
-        let is_spoiled = self.builder.spoiled || prototypes.is_some_and(|all| all.is_full());
-        self.builder.over_limit || is_spoiled
+        let prototypes = self.instances.prototypes.as_ref();
+        let is_full = self.builder.over_limit || self.builder.spoiled;
+        is_full || prototypes.is_some_and(Prototypes::is_full)
     }
 }

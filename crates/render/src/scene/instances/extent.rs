@@ -3,6 +3,8 @@
 use glam::{DAffine3, DMat4, DVec3, DVec4};
 use ivcam_inventor::traversal::Grid;
 
+use super::shape::{ShapeLists, ShapePrimitives};
+
 /// The largest number of primitives of a scene, each as often as it is drawn. The order of drawing
 /// has 61 bits.
 const MOST: u64 = 1 << 60;
@@ -48,14 +50,17 @@ impl Extent {
         }
     }
 
-    /// Returns the extent of a shape's primitives in a prototype. `bounds` is a box around them in
-    /// the prototype's space, and `matrices` lead to their object space: see [`Self::under`].
+    /// Returns the extent of a shape's primitives in a prototype. `matrices` lead from the
+    /// prototype's space to their object space: see [`Self::under`].
     pub(in crate::scene) fn of_shape(
-        count: u64,
-        bounds: (DVec3, DVec3),
+        lists: ShapeLists<'_>,
+        shape: &ShapePrimitives,
         matrices: &[DMat4],
     ) -> Option<Self> {
-        let extent = Self::of_count(count).under(matrices)?;
+        let matrix = product(matrices);
+        let boxes = lists.numbers(shape).map(|n| lists.around(n, &matrix));
+        let bounds = boxes.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))?;
+        let extent = Self::of_count(shape.len()).under(matrices)?;
         Some(Self { bounds, ..extent })
     }
 

@@ -15,7 +15,7 @@ mod shape;
 mod store;
 mod tree;
 
-pub(in crate::scene) use extent::{Extent, grid_bounds, moved, product};
+pub(in crate::scene) use extent::{Extent, grid_bounds, moved};
 pub(in crate::scene) use prototype::{Content, Prototype};
 pub(in crate::scene) use shape::{ShapeLists, ShapePrimitives};
 pub(in crate::scene) use store::Instances;

@@ -6,10 +6,10 @@ use ivcam_inventor::traversal::Grid;
 
 use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
-use super::prototype::{Content, Prototype, copy_matrix};
+use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
 use super::shape::ShapeLists;
 use super::store::Instances;
-use super::tree::{InstanceItem, PrototypeTree};
+use super::tree::PrototypeTree;
 use crate::bvh::{Hit, PreparedRay};
 use crate::geometry::Quadric;
 
@@ -33,15 +33,8 @@ struct InstanceSearch<'a, 'f> {
     found: &'f mut dyn FnMut(Hit) -> f32,
 }
 
-/// A prototype that is being searched.
-struct Visit<'a> {
-    prototype: &'a Prototype,
-    tree: &'a PrototypeTree,
-    /// The matrix from the prototype's space to the world.
-    world: DMat4,
-    /// The number of its first primitive in order of drawing.
-    first: u64,
-}
+/// An element of a prototype, with the prototype.
+type Part<'a> = (&'a Prototype, &'a PrototypeElement);
 
 /// A range of the places of a grid: the first and the last in each direction.
 #[derive(Clone, Copy)]
@@ -76,7 +69,8 @@ impl Instances {
             sorted,
             found,
         };
-        search.element(&self.root, element, &DMat4::IDENTITY, 0);
+        let element = &self.root.elements[element];
+        search.element((&self.root, element), &DMat4::IDENTITY, 0);
         search.t_max
     }
 }
@@ -87,82 +81,62 @@ impl<'a> InstanceSearch<'a, '_> {
         self.t_max < self.t_min
     }
 
-    /// The matrix to the scene of a matrix to the world.
-    fn placed(&self, world: DMat4) -> DAffine3 {
-        self.instances.placed(world)
-    }
-
     fn local_ray(&self, world: DMat4, bounds: (DVec3, DVec3)) -> LocalRay {
-        LocalRay::new(self.origin, self.direction, &self.placed(world), bounds)
+        let placed = self.instances.placed(world);
+        LocalRay::new(self.origin, self.direction, &placed, bounds)
     }
 
-    /// Searches the instances of an element.
-    fn element(&mut self, prototype: &'a Prototype, number: usize, world: &DMat4, first: u64) {
-        let element = &prototype.elements[number];
+    /// Searches the instances of an element of a prototype, which has a matrix to the world and whose
+    /// first primitive has the number `first` in order of drawing.
+    fn element(&mut self, (prototype, element): Part<'a>, world: &DMat4, first: u64) {
         // The primitives of shapes are items of the tree.
-        if let Content::Instance {
+        let Content::Instance {
             prototype: inner,
             grid,
         } = &element.content
-        {
-            let world = prototype.world(element, world);
-            let first = first + element.first;
-            match grid {
-                None => self.prototype(*inner, world, first),
-                Some(grid) => self.grid(grid, *inner, &world, first),
-            }
+        else {
+            return;
+        };
+        let world = prototype.world(element, world);
+        let first = first + element.first;
+        match grid {
+            None => self.prototype(*inner, world, first),
+            Some(grid) => self.grid(grid, *inner, &world, first),
         }
     }
 
     /// Searches a prototype.
     fn prototype(&mut self, number: u32, world: DMat4, first: u64) {
-        let visit = Visit {
-            prototype: &self.instances.prototypes[number as usize],
-            tree: &self.trees[number as usize],
-            world,
-            first,
-        };
-        let ray = self.local_ray(world, visit.prototype.extent.bounds);
+        let prototype = &self.instances.prototypes[number as usize];
+        let PrototypeTree { tree, items, boxes } = &self.trees[number as usize];
+        let ray = self.local_ray(world, prototype.extent.bounds);
         // The element whose primitives were tested last, with its placement.
         let mut last = (u32::MAX, DAffine3::IDENTITY);
         let limits = (self.t_min, self.t_max);
         let padded = (&ray.prepared, ray.padding.as_vec3());
-        let tree = &visit.tree.tree;
         tree.walk_padded(padded, self.sorted, limits, |block, _, _| {
             for lane in bits(block.non_triangles()) {
-                let item = visit.tree.items[block.primitive(lane) as usize];
-                self.item(item, &visit, &ray, &mut last);
+                let item = items[block.primitive(lane) as usize];
+                let element = &prototype.elements[item.element as usize];
+                if let Content::Instance { .. } = element.content {
+                    let (low, high) = boxes[item.number as usize];
+                    let bounds = (low.as_dvec3(), high.as_dvec3());
+                    if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
+                        self.element((prototype, element), &world, first);
+                    }
+                } else {
+                    if last.0 != item.element {
+                        let world = prototype.world(element, &world);
+                        last = (item.element, self.instances.placed(world));
+                    }
+                    self.primitive(item.number, first + element.first + 1, &last.1);
+                }
                 if self.is_over() {
                     break;
                 }
             }
             self.t_max
         });
-    }
-
-    /// Tests what is in a box of a prototype's tree.
-    fn item(
-        &mut self,
-        item: InstanceItem,
-        visit: &Visit<'a>,
-        ray: &LocalRay,
-        last: &mut (u32, DAffine3),
-    ) {
-        let element = &visit.prototype.elements[item.element as usize];
-        if let Content::Instance { .. } = element.content {
-            let (low, high) = visit.tree.boxes[item.number as usize];
-            let bounds = (low.as_dvec3(), high.as_dvec3());
-            if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
-                let number = item.element as usize;
-                self.element(visit.prototype, number, &visit.world, visit.first);
-            }
-            return;
-        }
-        if last.0 != item.element {
-            let world = visit.prototype.world(element, &visit.world);
-            *last = (item.element, self.placed(world));
-        }
-        self.primitive(item.number, visit.first + element.first + 1, &last.1);
     }
 
     /// Tests a triangle, or a round surface, which the ray may hit twice.

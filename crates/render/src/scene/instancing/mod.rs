@@ -2,7 +2,7 @@
 //!
 //! A walk offers the parts of a scene that it could draw without entering them, as
 //! [`ivcam_inventor::traversal::Instance`]s: nodes that restore the state, and the copies of an
-//! `Array` or a `MultipleCopy`. [`ExpandedSizes::pays`] decides once for a scene whether its
+//! `Array` or a `MultipleCopy`. `ExpandedSizes::pays` decides once for a scene whether its
 //! repeated parts are stored once. If so, the first instance of a part in a state is recorded as a
 //! prototype by a walk of its own, and each instance places the prototype by its matrix
 //! ([`draw_instance`]). What cannot be placed by a matrix is expanded: drawn where the walk meets
