@@ -46,7 +46,7 @@ pub struct Census {
 pub struct InstanceCounts {
     /// The number of prototypes.
     pub prototypes: u64,
-    /// The number of times that a prototype is drawn, inside others too.
+    /// The number of instances, inside others too.
     pub placed: u64,
     /// The number of primitives of the scene, each as often as it is drawn.
     pub primitives: u64,

@@ -28,7 +28,7 @@ pub struct RenderScene {
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
     pub(super) light_sets: LightSets,
-    /// The parts that are stored once and drawn many times, if there are any.
+    /// The prototypes with their instances, if there are any.
     pub(super) instances: Option<Box<Instances>>,
     /// The tree, which is built for the first ray. Its last boxes are those of instances.
     pub(super) tree: OnceLock<Bvh>,

@@ -149,10 +149,14 @@ pub(in crate::scene) fn product(matrices: &[DMat4]) -> DAffine3 {
 /// Returns the box around a box under a matrix.
 pub(in crate::scene) fn moved((low, high): (DVec3, DVec3), matrix: &DAffine3) -> (DVec3, DVec3) {
     let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
-    let m = matrix.matrix3;
-    let reach = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
-    let center = matrix.transform_point3(center);
+    let (center, reach) = (matrix.transform_point3(center), absolute(matrix, half));
     (center - reach, center + reach)
+}
+
+/// The product of a matrix and a vector, both without signs.
+pub(super) fn absolute(matrix: &DAffine3, v: DVec3) -> DVec3 {
+    let m = matrix.matrix3;
+    m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z
 }
 
 /// Returns the box around the translations of a grid's copies from one place to another.

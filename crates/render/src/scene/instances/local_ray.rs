@@ -2,6 +2,7 @@
 
 use glam::{DAffine3, DVec3};
 
+use super::extent::absolute;
 use crate::bvh::{PreparedRay, Ray};
 
 /// A ray in the space of a prototype. Distances along it are those in the scene.
@@ -58,12 +59,6 @@ impl LocalRay {
         let far = a.max(b).min_element().min(f64::from(t_max));
         (near <= far + 1e-6 * far.abs()).then_some(near)
     }
-}
-
-/// The product of a matrix and a vector, both without signs.
-fn absolute(matrix: &DAffine3, v: DVec3) -> DVec3 {
-    let m = matrix.matrix3;
-    m.x_axis.abs() * v.x + m.y_axis.abs() * v.y + m.z_axis.abs() * v.z
 }
 
 /// The inverse of a direction's component, which is finite also for 0.

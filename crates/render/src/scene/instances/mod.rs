@@ -1,4 +1,4 @@
-//! Parts of a scene that are stored once and drawn many times.
+//! The prototypes of a compiled scene and their instances, for rays.
 //!
 //! A prototype holds shapes in their object space, and other prototypes; the scene holds prototypes
 //! beside its own primitives. A ray is moved into the space of a prototype to walk its tree.

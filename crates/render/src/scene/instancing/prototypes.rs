@@ -19,7 +19,8 @@ use crate::scene::options::{CompileOptions, Instancing};
 /// The largest number of different states for which a part is recorded. More would be rare, and
 /// each state is compared with those before.
 const MOST_STATES: usize = 16;
-/// The largest number of recordings inside each other, which bounds the stack.
+/// The largest number of recordings inside each other, which bounds the stack. Parts between this
+/// depth and the innermost ones are expanded.
 const DEEPEST: usize = 32;
 
 /// What became of a part in one state.
@@ -64,9 +65,6 @@ pub(in crate::scene) struct Prototypes<'a> {
     scratch: Vec<Scratch>,
     /// Whether what is being recorded depends on its place.
     spoiled: bool,
-    /// Whether there were too many recordings inside each other. All are then given up, and the
-    /// scene is expanded by one more level.
-    too_deep: bool,
     visits: u64,
     most_visits: u64,
 }
@@ -90,15 +88,9 @@ impl<'a> Prototypes<'a> {
             open: Vec::new(),
             scratch: Vec::new(),
             spoiled: false,
-            too_deep: false,
             visits: 0,
             most_visits: walk_options.most_visits(document),
         })
-    }
-
-    /// Whether a part is being recorded.
-    fn is_recording(&self) -> bool {
-        !self.open.is_empty()
     }
 
     /// Whether the walk is to end: what is being recorded depends on its place, or all walks
@@ -109,7 +101,7 @@ impl<'a> Prototypes<'a> {
 
     /// Notes that what is being recorded depends on its place.
     fn spoil(&mut self) {
-        self.spoiled = self.is_recording();
+        self.spoiled = !self.open.is_empty();
     }
 
     /// Begins a node. Returns a warning if all walks together have visited too many nodes.
@@ -153,7 +145,6 @@ impl<'a> Prototypes<'a> {
             return Some(outcome);
         }
         if self.open.len() >= DEEPEST {
-            self.too_deep = true;
             self.spoil();
             return Some(Outcome::Expanded);
         }
@@ -197,14 +188,8 @@ impl<'a> Prototypes<'a> {
         number: Option<u32>,
     ) -> Outcome {
         let outcome = number.map_or(Outcome::Expanded, Outcome::Prototype);
-        if self.too_deep && self.is_recording() {
-            self.spoil();
-            if let Some(known) = self.known.get_mut(&key(part)) {
-                known.retain(|(_, outcome)| !matches!(outcome, Outcome::Open));
-            }
-        } else if let Some(known) = self.known(key(part), state) {
+        if let Some(known) = self.known(key(part), state) {
             *known = outcome;
-            self.too_deep = false;
         }
         outcome
     }
