@@ -51,6 +51,7 @@ impl Grid {
     }
 
     /// The translation of the copy with a number below [`Self::len`].
+    #[inline]
     pub fn offset(&self, number: u64) -> DVec3 {
         let [columns, rows, _] = self.counts;
         self.offset_at([
@@ -61,6 +62,7 @@ impl Grid {
     }
 
     /// The translation of the copy in a column, a row and a layer.
+    #[inline]
     pub fn offset_at(&self, place: [u64; 3]) -> DVec3 {
         let along = |i: usize| (self.from[i] + place[i] as f64) * self.steps[i];
         along(0) + along(1) + along(2)
@@ -72,6 +74,7 @@ impl Grid {
     }
 
     /// The translations of the copies at the corners of a range of places.
+    #[inline]
     pub fn corners(&self, from: [u64; 3], to: [u64; 3]) -> [DVec3; 8] {
         std::array::from_fn(|corner| {
             let is_far = |axis: usize| corner >> axis & 1 == 1;

@@ -6,16 +6,16 @@ use ivcam_inventor::traversal::Grid;
 
 use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
-use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
+use super::prototype::{Content, Prototype, copy_matrix};
 use super::shape::ShapeLists;
 use super::store::Instances;
-use super::tree::PrototypeTree;
+use super::tree::{InstanceItem, PrototypeTree};
 use crate::bvh::{Hit, PreparedRay};
 use crate::geometry::Quadric;
 
 /// The largest number of ranges of a grid that wait to be visited: one for each halving of three
-/// 31-bit numbers, and the whole.
-const RANGES: usize = 97;
+/// 31-bit numbers.
+const RANGES: usize = 96;
 
 /// A search for the hits of one ray.
 struct InstanceSearch<'a, 'f> {
@@ -33,15 +33,21 @@ struct InstanceSearch<'a, 'f> {
     found: &'f mut dyn FnMut(Hit) -> f32,
 }
 
-/// An element of a prototype, with the prototype.
-type Part<'a> = (&'a Prototype, &'a PrototypeElement);
+/// A prototype that is being searched.
+struct Visit<'a> {
+    prototype: &'a Prototype,
+    tree: &'a PrototypeTree,
+    /// The matrix from the prototype's space to the world.
+    world: DMat4,
+    /// The number of its first primitive in order of drawing.
+    first: u64,
+}
 
 /// A range of the places of a grid: the first and the last in each direction.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct GridRange {
     from: [u32; 3],
     to: [u32; 3],
-    /// The distance at which the ray enters its box; infinite if it misses it.
     near: f32,
 }
 
@@ -69,8 +75,7 @@ impl Instances {
             sorted,
             found,
         };
-        let element = &self.root.elements[element];
-        search.element((&self.root, element), &DMat4::IDENTITY, 0);
+        search.element(&self.root, element, &DMat4::IDENTITY, 0);
         search.t_max
     }
 }
@@ -81,56 +86,47 @@ impl<'a> InstanceSearch<'a, '_> {
         self.t_max < self.t_min
     }
 
-    fn local_ray(&self, world: DMat4, bounds: (DVec3, DVec3)) -> LocalRay {
-        let placed = self.instances.placed(world);
-        LocalRay::new(self.origin, self.direction, &placed, bounds)
+    /// The matrix to the scene of a matrix to the world.
+    fn placed(&self, world: DMat4) -> DAffine3 {
+        self.instances.placed(world)
     }
 
-    /// Searches the instances of an element of a prototype, which has a matrix to the world and whose
-    /// first primitive has the number `first` in order of drawing.
-    fn element(&mut self, (prototype, element): Part<'a>, world: &DMat4, first: u64) {
-        // The primitives of shapes are items of the tree.
-        let Content::Instance {
-            prototype: inner,
-            grid,
-        } = &element.content
-        else {
-            return;
-        };
+    fn local_ray(&self, world: DMat4, bounds: (DVec3, DVec3)) -> LocalRay {
+        LocalRay::new(self.origin, self.direction, &self.placed(world), bounds)
+    }
+
+    /// Searches the instances of an element.
+    fn element(&mut self, prototype: &'a Prototype, number: usize, world: &DMat4, first: u64) {
+        let element = &prototype.elements[number];
         let world = prototype.world(element, world);
         let first = first + element.first;
-        match grid {
-            None => self.prototype(*inner, world, first),
-            Some(grid) => self.grid(grid, *inner, &world, first),
+        match &element.content {
+            Content::Shape { .. } => {} // its primitives are items of the tree
+            Content::Instance { prototype, grid } => match grid {
+                None => self.prototype(*prototype, world, first),
+                Some(grid) => self.grid(grid, *prototype, &world, first),
+            },
         }
     }
 
     /// Searches a prototype.
     fn prototype(&mut self, number: u32, world: DMat4, first: u64) {
-        let prototype = &self.instances.prototypes[number as usize];
-        let PrototypeTree { tree, items, boxes } = &self.trees[number as usize];
-        let ray = self.local_ray(world, prototype.extent.bounds);
+        let visit = Visit {
+            prototype: &self.instances.prototypes[number as usize],
+            tree: &self.trees[number as usize],
+            world,
+            first,
+        };
+        let ray = self.local_ray(world, visit.prototype.extent.bounds);
         // The element whose primitives were tested last, with its placement.
         let mut last = (u32::MAX, DAffine3::IDENTITY);
         let limits = (self.t_min, self.t_max);
         let padded = (&ray.prepared, ray.padding.as_vec3());
+        let tree = &visit.tree.tree;
         tree.walk_padded(padded, self.sorted, limits, |block, _, _| {
             for lane in bits(block.non_triangles()) {
-                let item = items[block.primitive(lane) as usize];
-                let element = &prototype.elements[item.element as usize];
-                if let Content::Instance { .. } = element.content {
-                    let (low, high) = boxes[item.number as usize];
-                    let bounds = (low.as_dvec3(), high.as_dvec3());
-                    if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
-                        self.element((prototype, element), &world, first);
-                    }
-                } else {
-                    if last.0 != item.element {
-                        let world = prototype.world(element, &world);
-                        last = (item.element, self.instances.placed(world));
-                    }
-                    self.primitive(item.number, first + element.first + 1, &last.1);
-                }
+                let item = visit.tree.items[block.primitive(lane) as usize];
+                self.item(item, &visit, &ray, &mut last);
                 if self.is_over() {
                     break;
                 }
@@ -139,33 +135,75 @@ impl<'a> InstanceSearch<'a, '_> {
         });
     }
 
-    /// Tests a triangle, or a round surface, which the ray may hit twice.
-    fn primitive(&mut self, primitive: u32, place: u64, placed: &DAffine3) {
-        let mut hit = Hit {
-            t: self.t_min,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place,
-        };
-        if let Some(corners) = self.lists.triangles.get(primitive as usize) {
-            // These are the operations of `Placement::point`.
-            let corners = corners.map(|p| placed.transform_point3(p.as_dvec3()).as_vec3());
-            if let Some((t, u, v)) = self.ray.triangle(&corners, self.t_min, self.t_max) {
-                (hit.t, hit.u, hit.v) = (t, u, v);
-                self.t_max = (self.found)(hit);
+    /// Tests what is in a box of a prototype's tree.
+    fn item(
+        &mut self,
+        item: InstanceItem,
+        visit: &Visit<'a>,
+        ray: &LocalRay,
+        last: &mut (u32, DAffine3),
+    ) {
+        let (element, primitive) = match item {
+            InstanceItem::Inner {
+                element,
+                box_number,
+            } => {
+                let (low, high) = visit.tree.boxes[box_number as usize];
+                let bounds = (low.as_dvec3(), high.as_dvec3());
+                if ray.enters(bounds, (self.t_min, self.t_max)).is_some() {
+                    self.element(visit.prototype, element as usize, &visit.world, visit.first);
+                }
+                return;
             }
-            return;
+            InstanceItem::Triangle { element, triangle } => (element, triangle),
+            InstanceItem::Quadric { element, quadric } => (element, quadric),
+        };
+        let part = &visit.prototype.elements[element as usize];
+        if last.0 != element {
+            let world = visit.prototype.world(part, &visit.world);
+            *last = (element, self.placed(world));
         }
-        let stored = &self.lists.quadrics[primitive as usize - self.lists.triangles.len()];
+        let place = visit.first + part.first + 1;
+        match item {
+            InstanceItem::Triangle { .. } => self.triangle(primitive, place, &last.1),
+            _ => self.quadric(primitive, place, &last.1),
+        }
+    }
+
+    /// Tests a triangle.
+    fn triangle(&mut self, primitive: u32, place: u64, placed: &DAffine3) {
+        let corners = self.lists.triangles[primitive as usize];
+        // These are the operations of `Placement::point`.
+        let corners = corners.map(|p| placed.transform_point3(p.as_dvec3()).as_vec3());
+        if let Some((t, u, v)) = self.ray.triangle(&corners, self.t_min, self.t_max) {
+            self.t_max = (self.found)(Hit {
+                t,
+                primitive,
+                u,
+                v,
+                place,
+            });
+        }
+    }
+
+    /// Tests a round surface, which the ray may hit twice.
+    fn quadric(&mut self, number: u32, place: u64, placed: &DAffine3) {
+        let stored = &self.lists.quadrics[number as usize];
         let Some(quadric) = Quadric::new(stored.kind, *placed, stored.material) else {
             return;
         };
         let roots = quadric.intersect(self.origin, self.direction);
+        let mut from = self.t_min;
         for t in roots.map(|t| t as f32) {
-            if t > hit.t && t < self.t_max {
-                hit.t = t;
-                self.t_max = (self.found)(hit);
+            if t > from && t < self.t_max {
+                from = t;
+                self.t_max = (self.found)(Hit {
+                    t,
+                    primitive: self.lists.triangles.len() as u32 + number,
+                    u: 0.0,
+                    v: 0.0,
+                    place,
+                });
             }
         }
     }
@@ -181,37 +219,51 @@ impl<'a> InstanceSearch<'a, '_> {
         let mut all = GridRange {
             from: [0; 3],
             to: grid.counts.map(|n| (n - 1) as u32),
-            near: f32::INFINITY,
+            near: 0.0,
         };
         let ray = self.local_ray(*world, around(&all));
-        let enter = |range: &mut GridRange, limits| {
-            if let Some(near) = ray.enters(around(range), limits) {
-                range.near = near as f32;
-            }
-        };
-        enter(&mut all, (self.t_min, self.t_max));
-        let mut waiting = [all; RANGES];
-        let mut count = 1;
-        while count > 0 && !self.is_over() {
-            count -= 1;
-            let range = waiting[count];
-            // A range at the limit itself may hold a hit within rounding.
-            let limit = self.t_max + self.t_max.abs() * 1e-5;
-            if range.near == f32::INFINITY || range.near > limit {
-                continue;
-            }
-            let Some([mut a, mut b]) = range.halves() else {
-                let place = range.number(grid);
+        let enters = |range: &GridRange, limits| ray.enters(around(range), limits);
+        let mut waiting = [GridRange::default(); RANGES];
+        let mut count = 0;
+        if enters(&all, (self.t_min, self.t_max)).is_none() {
+            return;
+        }
+        loop {
+            if let Some([mut a, mut b]) = all.halves() {
+                let limits = (self.t_min, self.t_max);
+                let enter = |half: &mut GridRange| {
+                    let near = enters(half, limits);
+                    half.near = near.unwrap_or(f64::INFINITY) as f32;
+                    near.is_some()
+                };
+                let (hits_a, hits_b) = (enter(&mut a), enter(&mut b));
+                if hits_a && hits_b {
+                    let (near, far) = if b.near < a.near { (b, a) } else { (a, b) };
+                    waiting[count] = far;
+                    count += 1;
+                    all = near;
+                    continue;
+                }
+                if hits_a || hits_b {
+                    all = if hits_a { a } else { b };
+                    continue;
+                }
+            } else {
+                let place = all.number(grid);
                 let each = first + place * inside.count;
                 self.prototype(number, copy_matrix(grid, world, place), each);
-                continue;
-            };
-            let limits = (self.t_min, self.t_max);
-            enter(&mut a, limits);
-            enter(&mut b, limits);
-            let (near, far) = if b.near < a.near { (b, a) } else { (a, b) };
-            waiting[count..count + 2].copy_from_slice(&[far, near]);
-            count += 2;
+            }
+            loop {
+                if count == 0 || self.is_over() {
+                    return;
+                }
+                count -= 1;
+                all = waiting[count];
+                // A range at the limit itself may hold a hit within rounding.
+                if all.near <= self.t_max + self.t_max.abs() * 1e-5 {
+                    break;
+                }
+            }
         }
     }
 }
@@ -225,11 +277,7 @@ impl GridRange {
             return None;
         }
         let middle = self.from[axis] + length(&axis) / 2;
-        let missed = Self {
-            near: f32::INFINITY,
-            ..*self
-        };
-        let (mut a, mut b) = (missed, missed);
+        let (mut a, mut b) = (*self, *self);
         a.to[axis] = middle;
         b.from[axis] = middle + 1;
         Some([a, b])

@@ -8,13 +8,15 @@ use super::shape::ShapeLists;
 use super::store::{Instances, outward};
 use crate::bvh::Bvh;
 
-/// What is in a box of the tree.
+/// What is in a box of the tree. `element` is the index of an element of the prototype.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct InstanceItem {
-    /// The index of an element of the prototype.
-    pub element: u32,
-    /// The number of a primitive if the element is a shape, or else the index of the element's box.
-    pub number: u32,
+pub(super) enum InstanceItem {
+    /// A triangle, by its index.
+    Triangle { element: u32, triangle: u32 },
+    /// A round surface, by its index.
+    Quadric { element: u32, quadric: u32 },
+    /// Instances of another prototype, with the index of their box.
+    Inner { element: u32, box_number: u32 },
 }
 
 /// The tree of a prototype.
@@ -37,13 +39,22 @@ impl PrototypeTree {
             if let Content::Shape { surface } = part.content {
                 for number in lists.numbers(&instances.shapes[surface as usize]) {
                     all.push(outward(lists.around(number, &matrix)));
-                    items.push(InstanceItem { element, number });
+                    items.push(match number.checked_sub(lists.triangles.len() as u32) {
+                        None => InstanceItem::Triangle {
+                            element,
+                            triangle: number,
+                        },
+                        Some(quadric) => InstanceItem::Quadric { element, quadric },
+                    });
                 }
                 continue;
             }
             let around = outward(moved(instances.bounds(&part.content), &matrix));
-            let number = boxes.len() as u32;
-            items.push(InstanceItem { element, number });
+            let box_number = boxes.len() as u32;
+            items.push(InstanceItem::Inner {
+                element,
+                box_number,
+            });
             boxes.push(around);
             all.push(around);
         }
