@@ -1,30 +1,18 @@
 //! Writes a catalog as one HTML page, which needs neither a network nor scripts.
 //!
-//! The script filters and sorts the table, and shows the controls for that, which are hidden
-//! without it. Every text from a file goes through [`EscapedText`], which escapes it.
+//! The template is `page.html`. Its script filters and sorts the table, and shows the controls for
+//! that, which are hidden without it. Every text from a file goes through [`EscapedText`].
 
-use std::fmt::{self, Write};
+use std::fmt::{self, Display, Write};
 
 use ivcam_base::diag::counted;
 use ivcam_base::memory::size_text;
+use minijinja::Environment;
+use minijinja::value::{Serde, Value};
+use serde::Serialize;
 
-use super::entry::{Entry, Message};
+use super::entry::Entry;
 use super::links::joined;
-
-const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
-
-/// The headings of the columns, and whether a column is sorted as numbers.
-const COLUMNS: [(&str, bool); 8] = [
-    ("Picture", false),
-    ("Scene", false),
-    ("Format", false),
-    ("Modified", true),
-    ("Size", true),
-    ("Nodes", true),
-    ("Triangles", true),
-    ("Problems", true),
-];
 
 /// A text that displays escaped for HTML, between tags and in quoted attributes.
 ///
@@ -32,7 +20,7 @@ const COLUMNS: [(&str, bool); 8] = [
 /// with which a name could disguise what follows it.
 struct EscapedText<'t>(&'t str);
 
-impl fmt::Display for EscapedText<'_> {
+impl Display for EscapedText<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for c in self.0.chars() {
             match c {
@@ -50,303 +38,166 @@ impl fmt::Display for EscapedText<'_> {
     }
 }
 
-/// A label that marks a scene: the word for the script, and the words for the reader.
-type ColumnLabel = (&'static str, &'static str);
+/// The content of the page, as the template names it.
+#[derive(Serialize)]
+struct Page<'a> {
+    title: &'a str,
+    style: &'static str,
+    script: &'static str,
+    version: &'static str,
+    /// The labels that some scene has.
+    labels: Vec<Label>,
+    rows: Vec<Row<'a>>,
+}
 
-/// All labels, in the order of the summary.
-const LABELS: [ColumnLabel; 7] = [
-    ("unreadable", "unreadable"),
-    ("damaged", "damaged"),
-    ("missing", "with missing files"),
-    ("outside", "with files outside the folder"),
-    ("unknown", "with unknown nodes"),
-    ("empty", "with nothing to draw"),
-    ("nopicture", "without a picture"),
-];
+/// A scene of the page: its entry, and what is derived from it.
+#[derive(Serialize)]
+struct Row<'a> {
+    #[serde(flatten)]
+    entry: &'a Entry,
+    /// The address of the scene.
+    link: String,
+    /// The path of the scene up to its name.
+    folders: &'a str,
+    name: &'a str,
+    labels: Vec<Label>,
+    /// Headings and texts of what is shown when the reader opens the details. Empty texts are not.
+    details: Vec<(&'static str, String)>,
+}
 
-/// Returns the labels of a scene.
-fn labels(entry: &Entry) -> Vec<ColumnLabel> {
-    let holds = [
-        entry.error.is_some(),
-        entry.state == "damaged",
-        !entry.missing.is_empty(),
-        !entry.outside.is_empty(),
-        entry.unknown() > 0,
-        entry.is_empty(),
-        entry.no_picture.is_some(),
-    ];
-    let pairs = LABELS.into_iter().zip(holds);
-    pairs
-        .filter(|(_, holds)| *holds)
-        .map(|(label, _)| label)
-        .collect()
+/// A mark of a scene: the word for style sheet and script, and the text for the reader.
+#[derive(Serialize)]
+struct Label {
+    name: &'static str,
+    text: String,
 }
 
 /// Returns the page. `folder` is the address of the folder of scenes, relative to the page.
 pub(super) fn page(title: &str, folder: &str, scenes: &[Entry]) -> String {
-    let mut out = String::new();
-    write_page(&mut out, title, folder, scenes).expect("writing to a string does not fail");
-    out
-}
-
-fn write_page(out: &mut String, title: &str, folder: &str, scenes: &[Entry]) -> fmt::Result {
-    let title = match title.is_empty() {
-        true => "scenes",
-        false => title,
+    let page = Page {
+        title: if title.is_empty() { "scenes" } else { title },
+        style: include_str!("page.css"),
+        script: include_str!("page.js"),
+        version: env!("CARGO_PKG_VERSION"),
+        labels: summary(scenes),
+        rows: scenes.iter().map(|entry| row(folder, entry)).collect(),
     };
-    write!(
-        out,
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n\
-         <title>Catalog of {title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n",
-        title = EscapedText(title)
-    )?;
-    write_summary(out, title, scenes)?;
-    out.write_str("<table id=\"scenes\">\n<thead><tr>")?;
-    for (heading, is_number) in COLUMNS {
-        let class = if is_number { " class=\"number\"" } else { "" };
-        write!(out, "<th scope=\"col\"{class}>{heading}</th>")?;
-    }
-    out.write_str("</tr></thead>\n<tbody>\n")?;
-    scenes
-        .iter()
-        .try_for_each(|entry| write_row(out, folder, entry))?;
-    write!(
-        out,
-        "</tbody>\n</table>\n<footer>Made by ivcam {}. The same data are in \
-         <a href=\"catalog.json\">catalog.json</a>.</footer>\n\
-         <script>\n{SCRIPT}</script>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION")
-    )
-}
-
-/// Writes the heading, the numbers of scenes with each label, and the controls for the script.
-fn write_summary(out: &mut String, title: &str, scenes: &[Entry]) -> fmt::Result {
-    let bytes = scenes.iter().map(|entry| entry.bytes).sum();
-    let triangles: u64 = scenes.iter().map(|entry| entry.triangles).sum();
-    write!(
-        out,
-        "<header>\n<h1>{}</h1>\n<p>{} scene{}, {}, {} triangles. \
-         {} read without damage.</p>\n",
-        EscapedText(title),
-        thousands(scenes.len() as u64),
-        if scenes.len() == 1 { "" } else { "s" },
-        size_text(bytes),
-        thousands(triangles),
-        thousands(scenes.iter().filter(|entry| entry.state == "whole").count() as u64),
-    )?;
-    out.write_str("<ul class=\"labels\" id=\"labels\">\n")?;
-    for label in LABELS {
-        let count = scenes.iter().filter(|e| labels(e).contains(&label)).count();
-        if count > 0 {
-            let (name, words) = label;
-            writeln!(
-                out,
-                "<li class=\"label {name}\" data-label=\"{name}\">{count} {words}</li>"
-            )?;
-        }
-    }
-    out.write_str(
-        "</ul>\n<div id=\"controls\" hidden>\n\
-         <label>Filter <input type=\"search\" id=\"filter\" autocomplete=\"off\" \
-         placeholder=\"name, format, producer, class…\"></label>\n\
-         <label>Sort by <select id=\"order\"></select></label>\n\
-         <span id=\"shown\" role=\"status\"></span>\n</div>\n</header>\n",
-    )
-}
-
-/// Writes the row of one scene.
-fn write_row(out: &mut String, folder: &str, entry: &Entry) -> fmt::Result {
-    let names: Vec<&str> = labels(entry).iter().map(|(name, _)| *name).collect();
-    let link = joined(folder, &entry.file);
-    writeln!(out, "<tr data-labels=\"{}\">", names.join(" "))?;
-    write_picture(out, entry, &link)?;
-    let (folders, name) = match entry.file.rsplit_once('/') {
-        Some((folders, name)) => (format!("{folders}/"), name),
-        None => (String::new(), &*entry.file),
-    };
-    write!(
-        out,
-        "<td class=\"scene\" data-value=\"{file}\"><a class=\"name\" href=\"{link}\"><bdi>\
-         <span class=\"folder\">{folders}</span>{name}</bdi></a>",
-        file = EscapedText(&entry.file),
-        link = EscapedText(&link),
-        folders = EscapedText(&folders),
-        name = EscapedText(name)
-    )?;
-    write_labels(out, entry)?;
-    if let Some(producer) = &entry.producer {
-        write!(
-            out,
-            "<p class=\"producer\"><bdi>{}</bdi></p>",
-            EscapedText(producer)
-        )?;
-    }
-    write_converted(out, entry)?;
-    write_details(out, entry)?;
-    out.write_str("</td>\n")?;
-    let format = entry.format.as_deref().unwrap_or("unknown");
-    let mut cell = |heading: &str, value: &dyn fmt::Display, text: &str, class: &str| {
-        writeln!(
-            out,
-            "<td class=\"{class}\" data-heading=\"{heading}\" data-value=\"{value}\">{text}</td>"
+    let mut templates = Environment::new();
+    templates.set_formatter(|out, _, value| match value.as_str() {
+        Some(text) if !value.is_safe() => Ok(write!(out, "{}", EscapedText(text))?),
+        _ => Ok(write!(out, "{value}")?),
+    });
+    templates.add_filter("address", |path: &str| joined("", path));
+    templates.add_filter("date", date);
+    templates.add_filter("size_text", size_text);
+    templates.add_filter("thousands", thousands);
+    templates
+        .render_named_str(
+            "page.html",
+            include_str!("page.html"),
+            Value::from(Serde(&page)),
         )
-    };
-    let escaped = EscapedText(format).to_string();
-    cell("Format", &escaped, &escaped, "format")?;
-    let date = date(entry.modified);
-    cell("Modified", &entry.modified, &date, "number date")?;
-    cell("Size", &entry.bytes, &size_text(entry.bytes), "number")?;
-    let nodes = entry.nodes as u64;
-    cell("Nodes", &nodes, &thousands(nodes), "number")?;
-    cell(
-        "Triangles",
-        &entry.triangles,
-        &thousands(entry.triangles),
-        "number",
-    )?;
-    let problems = entry.problems as u64;
-    cell("Problems", &problems, &thousands(problems), "number")?;
-    out.write_str("</tr>\n")
+        .expect("the template fits its data")
 }
 
-fn write_picture(out: &mut String, entry: &Entry, link: &str) -> fmt::Result {
-    out.write_str("<td class=\"picture\">")?;
-    match &entry.picture {
-        Some(picture) => write!(
-            out,
-            "<a href=\"{}\"><img src=\"{}\" alt=\"Picture of {}\" loading=\"lazy\" \
-             width=\"160\" height=\"120\"></a>",
-            EscapedText(link),
-            EscapedText(&joined("", picture)),
-            EscapedText(&entry.file)
-        )?,
-        None => {
-            let why = match (&entry.error, &entry.no_picture) {
-                (Some(_), _) => "unreadable",
-                (None, Some(_)) => "no picture",
-                (None, None) => "nothing to draw",
-            };
-            write!(out, "<span class=\"none\">{why}</span>")?;
-        }
-    }
-    out.write_str("</td>\n")
+/// Returns the numbers of scenes with each label.
+fn summary(scenes: &[Entry]) -> Vec<Label> {
+    let all = [
+        ("unreadable", "unreadable"),
+        ("damaged", "damaged"),
+        ("missing", "with missing files"),
+        ("outside", "with files outside the folder"),
+        ("unknown", "with unknown nodes"),
+        ("empty", "with nothing to draw"),
+        ("nopicture", "without a picture"),
+    ];
+    let held: Vec<Label> = scenes.iter().flat_map(labels).collect();
+    all.into_iter()
+        .map(|(name, words)| (name, held.iter().filter(|l| l.name == name).count(), words))
+        .filter(|(_, count, _)| *count > 0)
+        .map(|(name, count, words)| Label {
+            name,
+            text: format!("{count} {words}"),
+        })
+        .collect()
 }
 
-fn write_labels(out: &mut String, entry: &Entry) -> fmt::Result {
-    let labels = labels(entry);
-    if labels.is_empty() {
-        return Ok(());
-    }
-    out.write_str("<ul class=\"labels\">")?;
-    for (name, words) in labels {
-        let words = match name {
-            "missing" => counted(entry.missing.len(), "missing file"),
-            "outside" => counted(entry.outside.len(), "file") + " outside the folder",
-            "unknown" => counted(entry.unknown(), "unknown node"),
-            "empty" => "nothing to draw".to_owned(),
-            "nopicture" => "no picture".to_owned(),
-            _ => words.to_owned(),
-        };
-        write!(out, "<li class=\"label {name}\">{words}</li>")?;
-    }
-    out.write_str("</ul>")
-}
-
-fn write_converted(out: &mut String, entry: &Entry) -> fmt::Result {
-    if entry.converted.is_empty() {
-        return Ok(());
-    }
-    out.write_str("<p class=\"converted\">Also as")?;
-    for file in &entry.converted {
-        write!(
-            out,
-            " <a href=\"{}\">{}</a>",
-            EscapedText(&file.link),
-            EscapedText(&file.kind)
-        )?;
-    }
-    out.write_str("</p>")
-}
-
-/// Writes what is shown when the reader opens a scene's details.
-fn write_details(out: &mut String, entry: &Entry) -> fmt::Result {
-    out.write_str("<details><summary>Details</summary><dl>")?;
-    let mut item = |heading: &str, text: &str| match text.is_empty() {
-        true => Ok(()),
-        false => write!(
-            out,
-            "<dt>{heading}</dt><dd><bdi>{}</bdi></dd>",
-            EscapedText(text)
+/// Returns the labels of a scene.
+fn labels(entry: &Entry) -> Vec<Label> {
+    let (missing, outside, unknown) = (entry.missing.len(), entry.outside.len(), entry.unknown());
+    [
+        (entry.error.is_some(), "unreadable", "unreadable".to_owned()),
+        (entry.state == "damaged", "damaged", "damaged".to_owned()),
+        (missing > 0, "missing", counted(missing, "missing file")),
+        (
+            outside > 0,
+            "outside",
+            counted(outside, "file") + " outside the folder",
         ),
-    };
-    item("Not read", entry.error.as_deref().unwrap_or_default())?;
-    item(
-        "No picture",
-        entry.no_picture.as_deref().unwrap_or_default(),
-    )?;
-    entry.notes.iter().try_for_each(|note| item("Note", note))?;
-    if let Some([x, y, z]) = entry.size {
-        item(
-            "Extent",
-            &format!("{} × {} × {} m", short(x), short(y), short(z)),
-        )?;
-    }
-    for (heading, class) in [
-        ("Drawn", "drawn"),
-        ("Structure", "structure"),
-        ("Kept", "kept"),
-        ("Unknown", "unknown"),
-    ] {
-        let list = entry.classes.get(class).into_iter().flatten();
-        let words: Vec<String> = list.map(|(name, n)| format!("{name} {n}")).collect();
-        item(heading, &words.join(", "))?;
-    }
-    if entry.error.is_none() {
-        let (lights, cameras) = (entry.lights, entry.cameras);
-        let words = [counted(lights, "light"), counted(cameras, "camera")];
-        item("Lights and cameras", &words.join(", "))?;
-    }
-    item("Missing", &entry.missing.join(", "))?;
-    item("Outside", &entry.outside.join(", "))?;
-    item("Uses", &entry.uses.join(", "))?;
-    out.write_str("</dl>")?;
-    write_messages(out, entry)?;
-    out.write_str("</details>")
+        (unknown > 0, "unknown", counted(unknown, "unknown node")),
+        (entry.is_empty(), "empty", "nothing to draw".to_owned()),
+        (
+            entry.no_picture.is_some(),
+            "nopicture",
+            "no picture".to_owned(),
+        ),
+    ]
+    .into_iter()
+    .filter(|(holds, ..)| *holds)
+    .map(|(_, name, text)| Label { name, text })
+    .collect()
 }
 
-fn write_messages(out: &mut String, entry: &Entry) -> fmt::Result {
-    if entry.messages.is_empty() || entry.error.is_some() {
-        return Ok(());
+/// Returns the row of one scene.
+fn row<'a>(folder: &str, entry: &'a Entry) -> Row<'a> {
+    let start_of_name = entry.file.rfind('/').map_or(0, |slash| slash + 1);
+    let (folders, name) = entry.file.split_at(start_of_name);
+    Row {
+        entry,
+        link: joined(folder, &entry.file),
+        folders,
+        name,
+        labels: labels(entry),
+        details: details(entry),
     }
-    out.write_str("<ol class=\"messages\">")?;
-    for message in &entry.messages {
-        let Message {
-            severity,
-            line,
-            file,
-            text,
-            count,
-        } = message;
-        write!(out, "<li><b>{}</b> ", EscapedText(severity))?;
-        if let Some(file) = file {
-            write!(out, "<bdi>{}</bdi>, ", EscapedText(file))?;
-        }
-        if let Some(line) = line {
-            write!(out, "line {line}: ")?;
-        }
-        write!(out, "<bdi>{}</bdi>", EscapedText(text))?;
-        if *count > 1 {
-            write!(out, " ({count} times)")?;
-        }
-        out.write_str("</li>")?;
-    }
-    let listed: usize = entry.messages.iter().map(|m| m.count).sum();
-    if listed < entry.problems {
-        write!(out, "<li>and {} more</li>", entry.problems - listed)?;
-    }
-    out.write_str("</ol>")
+}
+
+fn details(entry: &Entry) -> Vec<(&'static str, String)> {
+    let classes = |treatment: &str| {
+        let list = entry.classes.get(treatment).into_iter().flatten();
+        let words: Vec<String> = list.map(|(name, n)| format!("{name} {n}")).collect();
+        words.join(", ")
+    };
+    let extent = |[x, y, z]: [f64; 3]| format!("{} × {} × {} m", short(x), short(y), short(z));
+    let counts = format!(
+        "{}, {}",
+        counted(entry.lights, "light"),
+        counted(entry.cameras, "camera")
+    );
+    let mut details = vec![
+        ("Not read", entry.error.clone().unwrap_or_default()),
+        ("No picture", entry.no_picture.clone().unwrap_or_default()),
+    ];
+    details.extend(entry.notes.iter().map(|note| ("Note", note.clone())));
+    details.extend([
+        ("Extent", entry.size.map(extent).unwrap_or_default()),
+        ("Drawn", classes("drawn")),
+        ("Structure", classes("structure")),
+        ("Kept", classes("kept")),
+        ("Unknown", classes("unknown")),
+        (
+            "Lights and cameras",
+            if entry.error.is_none() {
+                counts
+            } else {
+                String::new()
+            },
+        ),
+        ("Missing", entry.missing.join(", ")),
+        ("Outside", entry.outside.join(", ")),
+        ("Uses", entry.uses.join(", ")),
+    ]);
+    details
 }
 
 /// Returns a number with its digits in groups of three: `1,234`.
@@ -400,6 +251,7 @@ fn date(seconds: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::entry::Message;
     use super::*;
 
     #[test]
