@@ -320,7 +320,8 @@ impl<'d> Assembler<'d> {
     pub(super) fn set(&mut self, node: NodeId, index: u16, value: Value, span: Span) -> usize {
         if !value.is_finite() {
             let message = "has a number that is NaN or infinite";
-            self.warn_about_numbers(node, index, span, message);
+            let place = self.first_not_finite(span).unwrap_or(span);
+            self.warn_about_numbers(node, index, place, message);
         }
         if self.is_beyond_16_bits(node, index, &value) {
             let message = "has a number beyond 16 bits; the nearest that fits is used";
@@ -340,6 +341,29 @@ impl<'d> Assembler<'d> {
         }
         fields.push(entry);
         fields.len() - 1
+    }
+
+    /// Returns the place of the first number in the text of a value that is spelled as NaN or as
+    /// infinite.
+    fn first_not_finite(&self, value: Span) -> Option<Span> {
+        const SPELLINGS: [&[u8]; 5] = [b"nan", b"inf", b"#ind", b"#qnan", b"#snan"];
+        let bytes = &self.document.sources[usize::from(self.source)].bytes;
+        let (start, end) = (value.start as usize, value.end as usize);
+        let text = bytes.get(start..end)?;
+        let is_spelled = |at: &usize| {
+            let rest = &text[*at..];
+            let starts = |name: &&[u8]| {
+                let head = rest.get(..name.len());
+                head.is_some_and(|head| head.eq_ignore_ascii_case(name))
+            };
+            SPELLINGS.iter().any(starts)
+        };
+        let found = (0..text.len()).find(is_spelled)?;
+        let ends = |b: &u8| b.is_ascii_whitespace() || b",[]{}".contains(b);
+        let first = text[..found].iter().rposition(ends).map_or(0, |i| i + 1);
+        let length = text[first..].iter().position(ends);
+        let last = length.map_or(text.len(), |length| first + length);
+        Some(Span::new(start + first, start + last))
     }
 
     /// Returns whether a value is too large for its field, which has 16 bits.

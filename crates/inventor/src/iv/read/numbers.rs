@@ -105,13 +105,18 @@ impl Decimal {
     }
 }
 
-/// Parses a number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`.
+/// Parses a number in single precision: `1`, `+1`, `1.`, `.5`, `-1e-3`, `nan`, `inf`, `-1.#IND`.
 #[inline]
 pub(super) fn float(input: &[u8]) -> Parsed<'_, f32> {
     let Some(d) = decimal(input) else {
         return nan_or_infinity(input).map(|(rest, n)| (rest, n as f32));
     };
     let rest = &input[d.length..];
+    if let [b'#', ..] = rest
+        && let Some((rest, n)) = microsoft(d.negative, rest)
+    {
+        return Ok((rest, n as f32));
+    }
     if let Some(n) = d.exact() {
         // Rounding twice can be wrong only if the `f64` is exactly halfway between two `f32`.
         if n.to_bits() & 0x1fff_ffff != 0x1000_0000
@@ -132,6 +137,9 @@ pub(super) fn double(input: &[u8]) -> Parsed<'_, f64> {
         return nan_or_infinity(input);
     };
     let rest = &input[d.length..];
+    if let Some(found) = microsoft(d.negative, rest) {
+        return Ok(found);
+    }
     let slow = || {
         std::str::from_utf8(&input[..d.length])
             .ok()
@@ -156,6 +164,26 @@ fn nan_or_infinity(input: &[u8]) -> Parsed<'_, f64> {
         }
     });
     or(Problem::Expected("a number"), odd)(input)
+}
+
+/// Parses what follows `1.` in the NaN and infinity of Microsoft's C library before 2015:
+/// `-1.#IND`, `1.#INF00`, `1.#QNAN`.
+#[cold]
+fn microsoft(negative: bool, rest: &[u8]) -> Option<(&[u8], f64)> {
+    let sign = if negative { -1.0 } else { 1.0 };
+    let spellings: [(&[u8], f64); 4] = [
+        (b"#INF", f64::INFINITY),
+        (b"#IND", f64::NAN),
+        (b"#QNAN", f64::NAN),
+        (b"#SNAN", f64::NAN),
+    ];
+    let (name, value) = spellings.into_iter().find(|(name, _)| {
+        rest.get(..name.len())
+            .is_some_and(|start| start.eq_ignore_ascii_case(name))
+    })?;
+    let rest = &rest[name.len()..];
+    let zeros = rest.iter().take_while(|b| **b == b'0').count();
+    Some((&rest[zeros..], value * sign))
 }
 
 /// Parses an integer: decimal, hexadecimal with `0x`, or octal with a leading 0, as in C. A decimal
