@@ -8,12 +8,8 @@ use lyon_tessellation::{
     BuffersBuilder, FillOptions, FillTessellator, FillVertex, VertexBuffers, math::point,
     path::Path,
 };
-use skrifa::outline::{
-    DrawSettings, HintingInstance, HintingOptions, OutlineGlyphFormat, OutlinePen,
-};
-use skrifa::prelude::{FontRef, LocationRef, Size};
-use skrifa::{GlyphId, MetadataProvider};
 
+use super::chain::FaceChain;
 use super::face::Face;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
@@ -118,15 +114,11 @@ impl<'a> GlyphCache<'a> {
 /// Hinting aligns stems to the pixel grid.
 const HINTED_PIXELS: f32 = 40.0;
 
-/// An opened typeface.
+/// The typeface of a text, with the others that have what it lacks.
 pub(super) struct Typeface<'a> {
-    font: Option<FontRef<'a>>,
+    faces: FaceChain<'a>,
+    /// The size of the glyphs relative to the size in the file.
     scale: f32,
-    built_in: bool,
-    /// The hinting; `None` for the built-in font.
-    hinting: Option<HintingInstance>,
-    /// The size in pixels at which glyphs are hinted.
-    pixels: f32,
     /// The boxes of the outlines so far, by character; `None` for a space.
     boxes: RefCell<BTreeMap<char, Option<(Vec2, Vec2)>>>,
 }
@@ -150,6 +142,13 @@ const ODD_ADVANCES: [(char, f32); 14] = [
     ('j', 0.303),
 ];
 
+/// The width of the box that stands for a missing glyph, with its margins, relative to the size.
+const BOX_ADVANCE: f32 = 0.6;
+/// The lower left and upper right corner of that box, relative to the size.
+const BOX: (Vec2, Vec2) = (Vec2::new(0.06, 0.0), Vec2::new(0.54, 0.7));
+/// The width of its lines, relative to the size.
+const BOX_LINE: f32 = 0.05;
+
 impl<'a> Typeface<'a> {
     /// Opens a typeface for solid and flat text.
     pub(super) fn open(face: Face<'a>) -> Self {
@@ -158,40 +157,42 @@ impl<'a> Typeface<'a> {
 
     /// Opens a typeface for glyphs of a size in pixels.
     pub(super) fn open_at(face: Face<'a>, pixels: f32) -> Self {
-        let font = face.font();
-        let hinting = font.as_ref().filter(|_| !face.built_in).and_then(|font| {
-            let (size, place) = (Size::new(pixels), LocationRef::default());
-            let options = HintingOptions::default();
-            HintingInstance::new(&font.outline_glyphs(), size, place, options).ok()
-        });
         Self {
-            font,
+            faces: FaceChain::open(face, pixels),
             scale: face.scale(),
-            built_in: face.built_in,
-            hinting,
-            pixels,
             boxes: RefCell::default(),
         }
     }
 
-    fn glyph(&self, font: &FontRef<'_>, character: char) -> GlyphId {
-        font.charmap().map(character).unwrap_or_default()
+    /// Returns the characters with their advances.
+    pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
+        let advance = |c| (c, size * self.advance(c));
+        characters(text).map(advance).collect()
     }
 
-    /// Returns the characters with their advances. In Coin FreeType scales glyphs to 40 pixels,
+    /// Returns the advance of a character at size 1. In Coin FreeType scales glyphs to 40 pixels,
     /// which rounds the advances to fortieths of the size. They are rounded here too, so that lines
     /// have the same length.
-    pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let mut advances = self.advances_at(text, HINTED_PIXELS);
-        for (character, advance) in &mut advances {
-            *advance = size
-                * if self.built_in {
-                    self.built_in_advance(*character)
-                } else {
-                    (*advance + 0.5).floor() / HINTED_PIXELS
-                };
+    fn advance(&self, character: char) -> f32 {
+        match self.faces.find(character) {
+            Some((face, _)) if face.is_built_in => self.built_in_advance(character),
+            Some((face, glyph)) if face.is_rounded => {
+                (face.advance(glyph, HINTED_PIXELS) + 0.5).floor() / HINTED_PIXELS
+            }
+            _ => self.unrounded_advance(character, 1.0),
         }
-        advances
+    }
+
+    /// Returns the advance of a character for a size. A space that no typeface has is as wide as
+    /// the usual one.
+    fn unrounded_advance(&self, character: char, size: f32) -> f32 {
+        match self.faces.find(character) {
+            Some((face, glyph)) => face.advance(glyph, size),
+            None if character.is_whitespace() && character != ' ' => {
+                self.unrounded_advance(' ', size)
+            }
+            None => BOX_ADVANCE * self.scale * size,
+        }
     }
 
     /// Returns an advance of the built-in font: the width of the outline, rounded down to
@@ -229,29 +230,14 @@ impl<'a> Typeface<'a> {
 
     /// Returns the characters with their advances, rounded to pixels, for a size in pixels.
     pub(super) fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let mut advances = self.advances_at(text, size);
-        for (_, advance) in &mut advances {
-            *advance = (*advance + 0.5).floor();
-        }
-        advances
+        let advance = |c| (c, (self.unrounded_advance(c, size) + 0.5).floor());
+        characters(text).map(advance).collect()
     }
 
-    /// Returns the characters with their unrounded advances.
-    fn advances_at(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let Some(font) = &self.font else {
-            return Vec::new();
-        };
-        let metrics = font.glyph_metrics(Size::unscaled(), LocationRef::default());
-        let scale = size * self.scale / f32::from(metrics_units(font));
-        text.chars()
-            .filter(|c| !c.is_control() || *c == '\t')
-            .take(MAX_GLYPHS + 1) // so that the layout finds that a line is too long
-            .map(|c| {
-                let shown = if c == '\t' { ' ' } else { c };
-                let units = metrics.advance_width(self.glyph(font, shown));
-                (shown, units.unwrap_or(0.0) * scale)
-            })
-            .collect()
+    /// Returns the number of typefaces that were opened besides the text's own one.
+    #[cfg(test)]
+    pub(super) fn others_opened(&self) -> usize {
+        self.faces.others_opened()
     }
 
     /// Returns the bounding box of a glyph's outline and its origin, at size 1.
@@ -276,118 +262,35 @@ impl<'a> Typeface<'a> {
         })
     }
 
-    /// Returns a glyph's outlines as closed polylines with the fill on the right.
+    /// Returns the outlines of a character's glyph as closed polylines with the fill on the right.
+    /// A box stands for a glyph that no typeface has.
     pub(super) fn outlines(&self, character: char, tolerance: f32) -> Vec<Vec<Vec2>> {
-        let Some(font) = &self.font else {
-            return Vec::new();
-        };
-        let per_unit = match &self.hinting {
-            Some(_) => 1.0 / self.pixels,
-            None => self.scale / f32::from(metrics_units(font)),
-        };
-        let mut pen = Flattener {
-            scale: per_unit,
-            tolerance,
-            outlines: Vec::new(),
-        };
-        if let Some(glyph) = font.outline_glyphs().get(self.glyph(font, character)) {
-            // Unscaled outlines are in the font's units. At size 1 they would be rounded to 64ths.
-            let settings = match &self.hinting {
-                Some(hinting) => DrawSettings::hinted(hinting, false),
-                None => DrawSettings::unhinted(Size::unscaled(), LocationRef::default()),
-            };
-            if glyph.draw(settings, &mut pen).is_err() {
-                return Vec::new();
-            }
-        }
-        pen.outlines.retain(|o| o.len() > 2);
-        let all = pen.outlines.iter().flatten();
-        let left = all.map(|p| p.x).fold(f32::INFINITY, f32::min);
-        let is_truetype = font.outline_glyphs().format() == Some(OutlineGlyphFormat::Glyf);
-        for outline in &mut pen.outlines {
-            if !is_truetype {
-                outline.reverse(); // PostScript fills on the left
-            }
-            if self.built_in {
-                outline.iter_mut().for_each(|p| p.x -= left);
-            }
-        }
-        pen.outlines
-    }
-}
-
-/// Flattens a glyph's curves to lines.
-struct Flattener {
-    scale: f32,
-    tolerance: f32,
-    outlines: Vec<Vec<Vec2>>,
-}
-
-impl Flattener {
-    fn last(&self) -> Vec2 {
-        let last = self.outlines.last().and_then(|o| o.last());
-        last.copied().unwrap_or_default()
-    }
-
-    fn add(&mut self, p: Vec2) {
-        let distinct = p != self.last();
-        if let Some(outline) = self.outlines.last_mut()
-            && (distinct || outline.is_empty())
-        {
-            outline.push(p);
-        }
-    }
-
-    /// Returns the number of lines with which a curve is within the tolerance, if its middle is at
-    /// most `sag` from its chord. Doubling the number of lines divides the error by four.
-    fn pieces(&self, sag: f32) -> usize {
-        ((sag / self.tolerance).sqrt().ceil() as usize).clamp(1, 64)
-    }
-}
-
-impl OutlinePen for Flattener {
-    fn move_to(&mut self, x: f32, y: f32) {
-        self.outlines.push(vec![Vec2::new(x, y) * self.scale]);
-    }
-
-    fn line_to(&mut self, x: f32, y: f32) {
-        self.add(Vec2::new(x, y) * self.scale);
-    }
-
-    fn quad_to(&mut self, cx: f32, cy: f32, x: f32, y: f32) {
-        let (a, b) = (self.last(), Vec2::new(cx, cy) * self.scale);
-        let c = Vec2::new(x, y) * self.scale;
-        let pieces = self.pieces(0.25 * (a - 2.0 * b + c).length());
-        for i in 1..=pieces {
-            let t = i as f32 / pieces as f32;
-            self.add(a.lerp(b, t).lerp(b.lerp(c, t), t));
-        }
-    }
-
-    fn curve_to(&mut self, bx: f32, by: f32, cx: f32, cy: f32, x: f32, y: f32) {
-        let a = self.last();
-        let [b, c, d] = [(bx, by), (cx, cy), (x, y)].map(|(x, y)| Vec2::new(x, y) * self.scale);
-        let bend = (a - 2.0 * b + c).length().max((b - 2.0 * c + d).length());
-        let pieces = self.pieces(0.75 * bend);
-        for i in 1..=pieces {
-            let t = i as f32 / pieces as f32;
-            let (ab, bc, cd) = (a.lerp(b, t), b.lerp(c, t), c.lerp(d, t));
-            self.add(ab.lerp(bc, t).lerp(bc.lerp(cd, t), t));
-        }
-    }
-
-    fn close(&mut self) {
-        if let Some(outline) = self.outlines.last_mut()
-            && outline.len() > 1
-            && outline.first() == outline.last()
-        {
-            outline.pop();
+        match self.faces.find(character) {
+            Some((face, glyph)) => face.outlines(glyph, tolerance),
+            None if character.is_whitespace() => Vec::new(),
+            None => missing_glyph(self.scale).into(),
         }
     }
 }
 
-/// Returns the number of font units in the font's size.
-fn metrics_units(font: &FontRef<'_>) -> u16 {
-    let metrics = font.metrics(Size::unscaled(), LocationRef::default());
-    metrics.units_per_em.max(1)
+/// Returns the characters of a line that are drawn. One more than the largest number is returned,
+/// so that the layout finds that a line is too long.
+fn characters(text: &str) -> impl Iterator<Item = char> {
+    text.chars()
+        .filter(|c| !c.is_control() || *c == '\t')
+        .take(MAX_GLYPHS + 1)
+        .map(|c| if c == '\t' { ' ' } else { c })
+}
+
+/// Returns the outlines of the box that stands for a missing glyph, for a size.
+fn missing_glyph(size: f32) -> [Vec<Vec2>; 2] {
+    let corners = |low: Vec2, high: Vec2| {
+        let upper_left = Vec2::new(low.x, high.y);
+        [low, upper_left, high, Vec2::new(high.x, low.y)].map(|p| size * p)
+    };
+    let (low, high) = BOX;
+    let outer = corners(low, high);
+    let mut inner = corners(low + BOX_LINE, high - BOX_LINE);
+    inner.reverse();
+    [outer.to_vec(), inner.to_vec()]
 }

@@ -3,15 +3,20 @@
 //!
 //! Twelve shipped typefaces replace every font that a file may name (`fonts/LICENSE.txt`), so a
 //! picture is the same on every machine. They have the metrics of Times, Helvetica and Courier,
-//! which SGI's and Coin's libraries draw for those names. If the user gives font folders, these are
-//! searched first (`library`). A text makes each of its glyphs
-//! once and places it as often as it occurs, and a scene without text loads no fonts.
+//! which SGI's and Coin's libraries draw for those names, and the 191 characters of Latin-1. Other
+//! characters are in further shipped typefaces (`fallback`), which are opened for the first text
+//! that has one (`chain`); a box stands for what is in none. If the user gives font folders, these
+//! are searched first (`library`). A text makes each of its glyphs once and places it as often as
+//! it occurs, and a scene without text loads no fonts.
 //!
-//! Kerning, ligatures, right-to-left scripts and characters beyond Latin-1 are not supported.
+//! Kerning, ligatures and right-to-left scripts are not supported.
 
 mod batch;
+mod chain;
 mod face;
+mod fallback;
 mod flat;
+mod flattener;
 mod glyph;
 mod layout;
 mod library;

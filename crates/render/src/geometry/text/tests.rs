@@ -1,6 +1,6 @@
 use glam::Vec2;
 
-use super::glyph::MAX_GLYPHS;
+use super::glyph::{MAX_GLYPHS, Typeface};
 use super::layout::layout;
 use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
@@ -218,6 +218,95 @@ fn a_stated_width_compresses_and_expands_a_line_and_its_letters() {
         assert!((high - scale * right).abs() < 1e-5, "{wanted}: {high}");
         assert!((end - wanted).abs() < 1e-5);
     }
+}
+
+/// Returns the characters of a text that have outlines in a typeface.
+fn drawn(text: &str, face: Face<'_>) -> String {
+    let typeface = Typeface::open(face);
+    let has_outlines = |c: &char| !typeface.outlines(*c, 1e-3).is_empty();
+    text.chars().filter(has_outlines).collect()
+}
+
+#[test]
+fn a_text_of_the_first_characters_opens_no_other_typeface() {
+    let all: String = (' '..='~').chain('\u{a0}'..='\u{ff}').collect();
+    for face in every_face() {
+        let typeface = Typeface::open(face);
+        assert_eq!(typeface.advances(&all, 1.0).len(), 191);
+        assert_eq!(typeface.others_opened(), 0, "{face:?}");
+        typeface.advances("ř", 1.0);
+        assert!(typeface.others_opened() > 0);
+    }
+}
+
+#[test]
+fn every_letter_of_other_alphabets_is_drawn() {
+    for word in [
+        "Příklad",
+        "Жук",
+        "Ελληνικά",
+        "עברית",
+        "Հայերեն",
+        "ქართული",
+        "Tiếng",
+    ] {
+        for face in every_face().chain([Face::DEFAULT]) {
+            assert_eq!(drawn(word, face), word, "{face:?}");
+        }
+    }
+    let symbols = "€№½→…≤∑√∞■★";
+    assert_eq!(drawn(symbols, Face::DEFAULT), symbols);
+    assert_eq!(drawn("\u{2003}\u{3000}", Face::DEFAULT), "");
+}
+
+/// The expected advances are those that fontTools reads from the fonts before they were reduced.
+/// Advances of the text's own design are rounded to fortieths.
+#[test]
+fn lines_have_the_advances_of_the_fonts() {
+    let width = |name: &str, text: &str| {
+        let line = Typeface::open(Face::named(name)).advances(text, 1.0);
+        line.iter().map(|glyph| glyph.1).sum::<f32>()
+    };
+    let sans = |units: f32| units / 2048.0;
+    for (name, text, expected) in [
+        ("Helvetica", "Жש→", sans(2206.0 + 1451.0 + 1716.0)),
+        ("Helvetica-Bold", "Ж", sans(2507.0)),
+        ("Courier", "Ж", sans(1233.0)),
+        ("Times", "ЖΩ", 0.9 * sans(2301.0 + 1698.0)),
+        ("Helvetica", "ř€", (13.0 + 22.0) / 40.0),
+        ("Times-Bold", "ř€", (18.0 + 20.0) / 40.0),
+        ("Times", "你", 0.6),
+        ("Times", "\u{3000}", 0.25),
+    ] {
+        let found = width(name, text);
+        assert!(
+            (found - expected).abs() < 1e-5,
+            "{name} {text}: {found}, {expected}"
+        );
+    }
+}
+
+/// The box is 0.48 by 0.7 of the size, with lines of 0.05.
+#[test]
+fn a_box_stands_for_a_letter_without_a_glyph() {
+    let area = 0.48 * 0.7 - 0.38 * 0.6;
+    for (face, scale) in [(Face::named("Courier"), 1.0), (Face::DEFAULT, 10.0 / 9.0)] {
+        let style = TextStyle {
+            face,
+            ..style("", 3.0)
+        };
+        let (mesh, laid) = text3(&["你"], &style, SolidParts::ALL, None, 0.0);
+        let expected = area * scale * scale * 9.0;
+        assert!((mesh.volume() - expected).abs() < 1e-5, "{}", mesh.volume());
+        assert!((f64::from(laid.right) - 3.0 * 0.6 * scale).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn a_text_of_every_character_is_laid_out() {
+    let all: String = ('\0'..=char::MAX).collect();
+    let laid = layout(&[all], &style("Times", 1.0));
+    assert!(laid.is_cut && laid.right.is_finite());
 }
 
 #[test]
