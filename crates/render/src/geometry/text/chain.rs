@@ -19,10 +19,13 @@ use skrifa::{GlyphId, MetadataProvider};
 use super::face::Face;
 use super::fallback;
 use super::flattener::Flattener;
+use super::library::UserFont;
 
 /// The typefaces that are searched after the text's own one, in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Source {
+    /// A typeface of the user, by its number in the library.
+    User(usize),
     /// The shipped typeface that the user's one replaces.
     Replaced,
     /// The other Latin letters of the shipped typeface.
@@ -86,22 +89,38 @@ impl<'a> FaceChain<'a> {
 
     /// Searches the other typefaces.
     fn search(&self, character: char) -> Option<Found<'a>> {
-        let sources = [
+        let Face { bold, italic, .. } = self.face;
+        let fonts = self.face.fonts;
+        let user = fonts.and_then(|fonts| fonts.with_character(character, bold, italic));
+        let shipped = [
             Source::Replaced,
             Source::Latin,
             Source::GreekAndCyrillic,
             Source::Any,
         ];
-        sources.into_iter().find_map(|source| {
+        let sources = user.iter().map(|(number, _)| Source::User(*number));
+        sources.chain(shipped).find_map(|source| {
             let mut others = self.others.borrow_mut();
-            let open = others.entry(source).or_insert_with(|| self.other(source));
+            let open = others
+                .entry(source)
+                .or_insert_with(|| match (source, user) {
+                    (Source::User(_), Some((_, font))) => self.user(font),
+                    _ => self.shipped(source),
+                });
             let open = open.as_ref()?;
             Some((open.clone(), open.glyph(character)?))
         })
     }
 
-    /// Opens another typeface. What is drawn in the style of another design has no hints.
-    fn other(&self, source: Source) -> Option<Rc<OpenFace<'a>>> {
+    /// Opens a typeface of the user.
+    fn user(&self, font: UserFont<'a>) -> Option<Rc<OpenFace<'a>>> {
+        let hinted = (!self.face.built_in).then_some(self.pixels);
+        let open = OpenFace::new(&font.open()?, self.face.scale(), hinted);
+        Some(Rc::new(open))
+    }
+
+    /// Opens a shipped typeface. Those of another design have no hints.
+    fn shipped(&self, source: Source) -> Option<Rc<OpenFace<'a>>> {
         let Face {
             family,
             bold,
@@ -115,6 +134,7 @@ impl<'a> FaceChain<'a> {
             ..OpenFace::new(&font, self.face.scale() * fallback::scale(family), None)
         };
         let open = match source {
+            Source::User(_) => return None,
             Source::Replaced => {
                 self.face.own?;
                 let font = Face::plain(family, bold, italic).font()?;

@@ -37,6 +37,8 @@ pub struct Face<'a> {
     pub built_in: bool,
     /// The user's typeface that replaces the shipped one, if any.
     pub own: Option<UserFont<'a>>,
+    /// The user's typefaces, which are searched for characters that this one lacks.
+    pub(super) fonts: Option<&'a Fonts>,
 }
 
 impl<'a> Face<'a> {
@@ -47,7 +49,14 @@ impl<'a> Face<'a> {
         italic: false,
         built_in: true,
         own: None,
+        fonts: None,
     };
+
+    /// Returns the typeface with others of the user for characters that it lacks.
+    pub(crate) fn with_fonts(self, fonts: &'a Fonts) -> Self {
+        let fonts = Some(fonts);
+        Self { fonts, ..self }
+    }
 
     /// Returns the size of the glyphs relative to the size in the file.
     pub(super) fn scale(self) -> f32 {
@@ -62,6 +71,7 @@ impl<'a> Face<'a> {
             italic,
             built_in: false,
             own: None,
+            fonts: None,
         }
     }
 
@@ -116,7 +126,7 @@ impl<'a> Face<'a> {
     /// Returns the user's typeface for the name in an Inventor `Font`, or else that of
     /// [`Face::named`].
     pub(crate) fn named_of(name: &str, fonts: &'a Fonts) -> Self {
-        let shipped = Self::named(name);
+        let shipped = Self::named(name).with_fonts(fonts);
         if shipped.built_in {
             return shipped;
         }
@@ -126,7 +136,7 @@ impl<'a> Face<'a> {
     /// Replaces the shipped typeface by the user's with a name, if there is one.
     fn or_own(self, name: &str, fonts: &'a Fonts) -> Self {
         let own = fonts.find(name, self.bold, self.italic);
-        Self { own, ..self }
+        Self { own, ..self }.with_fonts(fonts)
     }
 
     /// Returns the user's typeface of a family, or else the shipped one.
@@ -147,7 +157,7 @@ impl<'a> Face<'a> {
         let of = |family: Family, own: Option<UserFont<'a>>| Self {
             built_in: family == Family::Serif && own.is_none(),
             own,
-            ..Self::plain(family, bold, italic)
+            ..Self::plain(family, bold, italic).with_fonts(fonts)
         };
         let known = families.iter().find_map(|f| match f.as_ref() {
             "SERIF" => Some(of(Family::Serif, None)),

@@ -3,11 +3,13 @@
 //! Only the shipped typefaces give the same picture on every machine, so no folder is searched
 //! unless the user names it. A name is searched for unchanged, then as a family with a style, then
 //! among the typefaces that replace the old ones (`STAND_INS`). The folders are read once for the
-//! names of their fonts; glyphs are read from the files that a scene needs.
+//! names of their fonts; glyphs are read from the files that a scene needs. The characters of all
+//! fonts are listed when a text first has one that its own typeface lacks.
 //!
 //! Bitmap fonts and PostScript Type 1 (`.pfb`) are not supported. Variable fonts are drawn with
 //! their default settings.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -17,7 +19,7 @@ use ivcam_base::files::read_file;
 use skrifa::attribute::Style;
 use skrifa::raw::FileRef;
 use skrifa::string::StringId;
-use skrifa::{FontRef, MetadataProvider};
+use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 /// The extensions of font files.
 const ENDINGS: [&str; 4] = ["otf", "ttf", "ttc", "otc"];
@@ -146,6 +148,37 @@ struct FaceEntry {
     /// The weight from 1 to 1000; 400 is regular and 700 is bold.
     weight: f32,
     italic: bool,
+    /// The characters that it has, listed when they are first asked for.
+    characters: OnceLock<CharacterRanges>,
+}
+
+/// A set of characters as ranges, in order and with both ends included.
+#[derive(Debug, Default)]
+struct CharacterRanges(Vec<(u32, u32)>);
+
+impl CharacterRanges {
+    /// Returns the characters of a typeface.
+    fn of(font: &FontRef<'_>) -> Self {
+        let mappings = font.charmap().mappings();
+        let mapped = mappings.filter(|(_, glyph)| *glyph != GlyphId::NOTDEF);
+        let mut characters: Vec<u32> = mapped.map(|(character, _)| character).collect();
+        characters.sort_unstable();
+        let mut ranges: Vec<(u32, u32)> = Vec::new();
+        for character in characters {
+            match ranges.last_mut() {
+                Some((_, last)) if character <= *last + 1 => *last = character,
+                _ => ranges.push((character, character)),
+            }
+        }
+        ranges.shrink_to_fit();
+        Self(ranges)
+    }
+
+    fn contains(&self, character: char) -> bool {
+        let character = u32::from(character);
+        let after = self.0.partition_point(|(first, _)| *first <= character);
+        after > 0 && character <= self.0[after - 1].1
+    }
 }
 
 impl Fonts {
@@ -260,29 +293,69 @@ impl Fonts {
                 .chain([without_style(name)])
                 .find_map(|family| self.family(&family, bold, italic))
         })?;
+        let own = self.font(entry);
+        own.open().map(|_| own)
+    }
+
+    /// Returns a typeface that has a character, whatever its name: that with the nearest style, and
+    /// of several the first. The number is that of the typeface.
+    pub(super) fn with_character(
+        &self,
+        character: char,
+        bold: bool,
+        italic: bool,
+    ) -> Option<(usize, UserFont<'_>)> {
+        let has = |e: &&FaceEntry| self.characters(e).contains(character);
+        let nearest = nearest_style(self.faces.iter().filter(has), bold, italic)?;
+        let number = self.faces.iter().position(|e| std::ptr::eq(e, nearest))?;
+        Some((number, self.font(nearest)))
+    }
+
+    /// Returns the characters of a typeface. Its file is read, but not kept.
+    fn characters<'f>(&self, entry: &'f FaceEntry) -> &'f CharacterRanges {
+        entry.characters.get_or_init(|| {
+            let file = &self.files[entry.file];
+            let known = file.bytes.get().map(|bytes| (&bytes[..]).into());
+            let bytes: Cow<'_, [u8]> = known
+                .unwrap_or_else(|| read_file(&file.path, MAX_BYTES).unwrap_or_default().into());
+            FontRef::from_index(&bytes, entry.index)
+                .map_or_else(|_| CharacterRanges::default(), |f| CharacterRanges::of(&f))
+        })
+    }
+
+    /// Returns a typeface with the contents of its file, which is kept.
+    fn font(&self, entry: &FaceEntry) -> UserFont<'_> {
         let file = &self.files[entry.file];
         let read = || read_file(&file.path, MAX_BYTES).unwrap_or_default();
-        let own = UserFont {
+        UserFont {
             bytes: file.bytes.get_or_init(read),
             index: entry.index,
-        };
-        own.open().map(|_| own)
+        }
     }
 
     /// Returns the typeface with the nearest style, of a family or of the families that replace it.
     fn family(&self, family: &str, bold: bool, italic: bool) -> Option<&FaceEntry> {
         let stand_ins = STAND_INS.iter().find(|(names, _)| names.contains(&family));
         let stand_ins = stand_ins.map_or(&[][..], |(_, stand_ins)| stand_ins);
-        let off = |e: &&FaceEntry| {
-            let wanted = if bold { 700.0 } else { 400.0 };
-            let turned = if e.italic == italic { 0.0 } else { 1e4 };
-            turned + (e.weight - wanted).abs()
-        };
         [family].iter().chain(stand_ins).find_map(|name| {
             let of_family = self.faces.iter().filter(|e| e.is_of(name));
-            of_family.min_by(|a, b| off(a).total_cmp(&off(b)))
+            nearest_style(of_family, bold, italic)
         })
     }
+}
+
+/// Returns the first of the typefaces whose style is nearest to a wanted one.
+fn nearest_style<'f>(
+    entries: impl Iterator<Item = &'f FaceEntry>,
+    bold: bool,
+    italic: bool,
+) -> Option<&'f FaceEntry> {
+    let off = |e: &&FaceEntry| {
+        let wanted = if bold { 700.0 } else { 400.0 };
+        let turned = if e.italic == italic { 0.0 } else { 1e4 };
+        turned + (e.weight - wanted).abs()
+    };
+    entries.min_by(|a, b| off(a).total_cmp(&off(b)))
 }
 
 impl FaceEntry {
@@ -303,6 +376,7 @@ impl FaceEntry {
             whole: names(&[StringId::FULL_NAME, StringId::POSTSCRIPT_NAME]),
             weight: attributes.weight.value(),
             italic: attributes.style != Style::Normal,
+            characters: OnceLock::new(),
         }
     }
 
@@ -467,6 +541,37 @@ mod tests {
             "the letters of the file"
         );
         assert!(own != drawn(Face::named(name)), "not the shipped ones");
+    }
+
+    /// Of two fonts with Greek letters, the one with the text's style is used.
+    #[test]
+    fn a_font_of_any_name_has_what_the_typeface_of_a_text_lacks() {
+        use crate::geometry::text::glyph::Typeface;
+        let folder = Folder::new("fonts-missing");
+        let unpacked = |packed: &[u8]| {
+            let mut font = Vec::new();
+            let mut reader = flate2::read::GzDecoder::new(packed);
+            std::io::Read::read_to_end(&mut reader, &mut font).expect("unpacks");
+            font
+        };
+        let bold: &[u8] = include_bytes!("fonts/serif-bold-other.ttf.gz");
+        let mono: &[u8] = include_bytes!("fonts/mono-other.ttf.gz");
+        folder.put("a.ttf", &unpacked(bold));
+        folder.put("b.ttf", &unpacked(mono));
+        let fonts = Fonts::open(&[&folder.0]).expect("a folder");
+        let outlines = |face, character| Typeface::open(face).outlines(character, 1e-3);
+        let by_name = |name| outlines(Face::named_of(name, &fonts), 'Ω');
+        for name in ["Times", "Helvetica", "Courier-Oblique", "Unknown"] {
+            assert_eq!(Face::named_of(name, &fonts).own, None);
+            assert!(by_name(name) == by_name("ivcam mono-other"), "{name}");
+        }
+        assert!(by_name("Helvetica-Bold") == by_name("ivcam serif-bold-other"));
+        // What these fonts lack too is in the shipped ones, or in none.
+        for character in ['ř', 'ש', '你'] {
+            let shipped = outlines(Face::named("Times"), character);
+            assert!(outlines(Face::named_of("Times", &fonts), character) == shipped);
+            assert_eq!(fonts.with_character(character, false, false), None);
+        }
     }
 
     #[test]

@@ -195,8 +195,12 @@ impl<'a> PixelFont<'a> {
         let (_, width, height) = BUILT_IN.iter().find(fits).copied().unwrap_or(BUILT_IN[3]);
         // The advance of Courier is 0.6 of its size.
         let pixels = (width as f32 / 0.6 + 0.5).floor();
+        let courier = Face {
+            fonts: style.face.fonts,
+            ..Face::plain(Family::Mono, false, false)
+        };
         Self {
-            typeface: Typeface::open_at(Face::plain(Family::Mono, false, false), pixels),
+            typeface: Typeface::open_at(courier, pixels),
             pixels,
             cell: Some((width, height, height as i32 / 4)),
         }

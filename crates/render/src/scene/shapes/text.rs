@@ -205,9 +205,13 @@ pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
 /// Draws a `Text` of VRML 97.
 pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
+    let plain = || Vrml97Style {
+        face: Face::DEFAULT.with_fonts(&fonts),
+        ..Vrml97Style::DEFAULT
+    };
     let style = node
         .get_node(text::FONT_STYLE)
-        .map_or(Vrml97Style::DEFAULT, |f| style97(f, state, &fonts));
+        .map_or_else(plain, |f| style97(f, state, &fonts));
     let lengths = node.get(text::LENGTH);
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
