@@ -5,11 +5,13 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::state::FogKind;
 use ivcam_render::bvh::{Hit, Ray};
+use ivcam_render::scene::model::{Model, ModelOptions};
 use ivcam_render::scene::{CompileOptions, RenderScene};
 
 fn document(text: &str) -> Document {
@@ -190,4 +192,31 @@ fn amendment_ones_flat_surface_is_flat_and_trimmed() {
     ));
     assert!(hit(&trimmed, -5.0, 1.0).is_some());
     assert!(hit(&trimmed, 5.0, 1.0).is_none());
+}
+
+/// A text that is used twice is counted once. A scene without such letters has no warning.
+#[test]
+fn letters_without_a_glyph_are_one_warning_whatever_the_scene_is_read_for() {
+    let warnings = |text: &str| {
+        let document = document(&format!("#Inventor V2.1 ascii\n{text}"));
+        let (snapshot, options) = (Snapshot::at(&document, 0.0), CompileOptions::default());
+        let compiled = RenderScene::compile(&snapshot, &options).expect("compiles");
+        let surveyed = RenderScene::survey(&snapshot, &options);
+        let model = Model::of(&snapshot, &ModelOptions::default());
+        let texts = |list: &[Diagnostic]| -> Vec<String> {
+            let text = |d: &Diagnostic| format!("{:?}: {}", d.location().1, d.message);
+            list.iter().map(text).collect()
+        };
+        let found = texts(&surveyed.diagnostics);
+        assert_eq!(texts(&compiled.census().diagnostics), found);
+        assert_eq!(texts(&model.diagnostics), found);
+        found
+    };
+    let scene = "Text3 { string \"abc\" }
+        Separator { AsciiText { string [ \"a你\", \"\u{200d}好\u{3000}\" ] } }
+        DEF T Text2 { string \"日\" } USE T Text2Set { position 0 0 0 string \"क\" }";
+    let message = "4 characters are in no typeface and are drawn as boxes: 3 Chinese, \
+                   1 Devanagari; the first is `你` (U+4F60)";
+    assert_eq!(warnings(scene), [format!("Some((3, 21)): {message}")]);
+    assert!(warnings("Text3 { string \"Příklad Жук →\" }").is_empty());
 }

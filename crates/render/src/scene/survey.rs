@@ -116,7 +116,7 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
     survey.inventor_bounds = open[0].1.map(|b| b.project());
     survey.triangles = canvas.triangle_count;
     survey.census = canvas.census;
-    survey.diagnostics = canvas.reports.diagnostics;
+    survey.diagnostics = canvas.reports.finish();
     survey
 }
 

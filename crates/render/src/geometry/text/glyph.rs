@@ -11,6 +11,7 @@ use lyon_tessellation::{
 
 use super::chain::FaceChain;
 use super::face::Face;
+use super::missing::MissingCharacters;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
 pub(crate) const MAX_GLYPHS: usize = 250_000;
@@ -121,6 +122,8 @@ pub(super) struct Typeface<'a> {
     scale: f32,
     /// The boxes of the outlines so far, by character; `None` for a space.
     boxes: RefCell<BTreeMap<char, Option<(Vec2, Vec2)>>>,
+    /// The characters of the lines so far that are not drawn as written.
+    missing: RefCell<MissingCharacters>,
 }
 
 /// The advances of the built-in font that are not the width of the outline plus a gap (measured in
@@ -161,13 +164,19 @@ impl<'a> Typeface<'a> {
             faces: FaceChain::open(face, pixels),
             scale: face.scale(),
             boxes: RefCell::default(),
+            missing: RefCell::default(),
         }
     }
 
     /// Returns the characters with their advances.
     pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let advance = |c| (c, size * self.advance(c));
-        characters(text).map(advance).collect()
+        self.characters(text).map(advance).collect()
+    }
+
+    /// Returns the characters of the lines so far that are not drawn as written.
+    pub(super) fn missing(self) -> MissingCharacters {
+        self.missing.into_inner()
     }
 
     /// Returns the advance of a character at size 1. In Coin FreeType scales glyphs to 40 pixels,
@@ -231,13 +240,24 @@ impl<'a> Typeface<'a> {
     /// Returns the characters with their advances, rounded to pixels, for a size in pixels.
     pub(super) fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
         let advance = |c| (c, (self.unrounded_advance(c, size) + 0.5).floor());
-        characters(text).map(advance).collect()
+        self.characters(text).map(advance).collect()
     }
 
     /// Returns the number of typefaces that were opened besides the text's own one.
     #[cfg(test)]
     pub(super) fn others_opened(&self) -> usize {
         self.faces.others_opened()
+    }
+
+    /// Returns the characters of a line that are drawn. One more than the largest number is
+    /// returned, so that the layout finds that a line is too long.
+    fn characters(&self, text: &str) -> impl Iterator<Item = char> {
+        let shown = text.chars().filter(|c| !c.is_control() || *c == '\t');
+        let shown = shown.map(|c| if c == '\t' { ' ' } else { c });
+        shown.take(MAX_GLYPHS + 1).inspect(|&c| {
+            let is_drawn = c.is_whitespace() || self.faces.find(c).is_some();
+            self.missing.borrow_mut().see(c, is_drawn);
+        })
     }
 
     /// Returns the bounding box of a glyph's outline and its origin, at size 1.
@@ -271,15 +291,6 @@ impl<'a> Typeface<'a> {
             None => missing_glyph(self.scale).into(),
         }
     }
-}
-
-/// Returns the characters of a line that are drawn. One more than the largest number is returned,
-/// so that the layout finds that a line is too long.
-fn characters(text: &str) -> impl Iterator<Item = char> {
-    text.chars()
-        .filter(|c| !c.is_control() || *c == '\t')
-        .take(MAX_GLYPHS + 1)
-        .map(|c| if c == '\t' { ' ' } else { c })
 }
 
 /// Returns the outlines of the box that stands for a missing glyph, for a size.

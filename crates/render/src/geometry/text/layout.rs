@@ -3,6 +3,7 @@
 use glam::Vec2;
 
 use super::glyph::{MAX_GLYPHS, Typeface};
+use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 
 /// A glyph at its place.
@@ -31,6 +32,8 @@ pub struct Layout {
     pub top: f32,
     /// Whether the text has more characters than are drawn.
     pub is_cut: bool,
+    /// The characters that are not drawn as written.
+    pub(crate) missing: MissingCharacters,
 }
 
 /// Lays out the glyphs of a `Text3`. The baseline of line n is at y = −n · spacing · size.
@@ -59,6 +62,7 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
     let before = strings.len().saturating_sub(1) as f32 * style.size;
     out.bottom = (-before * style.spacing).min(low - before).min(low);
     out.top = high;
+    out.missing = font.missing();
     out
 }
 
@@ -97,6 +101,7 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
     // extent of a glyph to the left of its origin as if it were below the origin.
     let below = strings.len().saturating_sub(1) as f32 * style.size;
     out.bottom = (-below * style.spacing).min(low - below);
+    out.missing = font.missing();
     out
 }
 

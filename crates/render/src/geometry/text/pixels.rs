@@ -8,6 +8,7 @@ use glam::{IVec2, Vec2};
 
 use super::face::{Face, Family};
 use super::glyph::Typeface;
+use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 
 /// A rasterized text or glyph.
@@ -30,6 +31,8 @@ pub struct PixelText {
     /// The lower left and upper right corner of Inventor's rectangle of the text, as if it were
     /// justified to the left, in pixels.
     pub rectangle: (IVec2, IVec2),
+    /// The characters that are not drawn as written.
+    pub(crate) missing: MissingCharacters,
 }
 
 /// The largest font size in pixels, which bounds memory. A larger glyph would be larger than a
@@ -94,6 +97,7 @@ pub fn pixel_text<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> PixelT
         all.put(x, y, letter);
     }
     all.rectangle = rectangle(&lines, step, font.cell());
+    all.missing = font.typeface.missing();
     all
 }
 

@@ -29,7 +29,10 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
     } else {
         1.0
     };
-    let mut out = Layout::default();
+    let mut out = Layout {
+        missing: font.missing(),
+        ..Layout::default()
+    };
     for (i, line) in lines.iter().enumerate() {
         line.place(i, lines.len(), squeeze, style, &mut out);
     }

@@ -13,6 +13,7 @@ use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
 use crate::geometry::quadric::exact_bounds;
+use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::scene::census::Census;
 use crate::scene::placement::Placement;
@@ -190,6 +191,10 @@ impl Canvas for BoundsCanvas {
 
     fn census(&mut self) -> &mut Census {
         &mut self.census
+    }
+
+    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
+        self.reports.characters(node, missing);
     }
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {

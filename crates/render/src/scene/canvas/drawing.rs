@@ -9,6 +9,7 @@ use super::picture_view::PictureView;
 use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
+use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Mesh, QuadricKind};
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
@@ -182,6 +183,9 @@ pub(crate) trait Canvas {
 
     /// Reports why a part of a shape is not drawn.
     fn report_part(&mut self, _node: NodeRef<'_>, _what: &str) {}
+
+    /// Reports the characters of a text that are not drawn as written.
+    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters);
 
     /// Reports that parts of a shape are left out, once for each node.
     fn report_bad_parts(&mut self, node: NodeRef<'_>);

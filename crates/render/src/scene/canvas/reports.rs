@@ -1,9 +1,15 @@
 //! The diagnostics of drawing.
 
 use std::collections::HashSet;
+use std::sync::Arc;
 
-use ivcam_base::diag::Diagnostic;
+use ivcam_base::diag::{Diagnostic, Source, Span};
 use ivcam_inventor::iv::{NodeId, NodeRef};
+
+use crate::geometry::text::MissingCharacters;
+
+/// Where a node is in a file.
+type Place = (Option<Arc<Source>>, Span);
 
 /// Collects diagnostics about shapes.
 #[derive(Debug, Default)]
@@ -12,6 +18,10 @@ pub(crate) struct Reports {
     pub diagnostics: Vec<Diagnostic>,
     /// The shapes whose missing parts were reported.
     reported: HashSet<NodeId>,
+    /// The texts whose characters were counted.
+    texts: HashSet<NodeId>,
+    /// The characters of all texts that are not drawn as written, with warnings at the first text.
+    missing: Option<(MissingCharacters, Place)>,
 }
 
 impl Reports {
@@ -47,6 +57,32 @@ impl Reports {
                 Some(help),
             );
         }
+    }
+
+    /// Counts the characters of a text that are not drawn as written, once for each node.
+    pub(crate) fn characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
+        if missing.is_empty() || !self.texts.insert(node.id) {
+            return;
+        }
+        let place = || (node.source().cloned(), node.span());
+        let (all, _) = self
+            .missing
+            .get_or_insert_with(|| (MissingCharacters::default(), place()));
+        all.add(missing);
+    }
+
+    /// Returns the diagnostics, with those about the characters of all texts.
+    pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
+        if let Some((missing, (source, span))) = self.missing {
+            for warning in missing.warnings() {
+                let warning = match &source {
+                    Some(source) => warning.at(source, span),
+                    None => warning,
+                };
+                self.diagnostics.push(*warning);
+            }
+        }
+        self.diagnostics
     }
 
     /// Adds a warning at the place of a node.

@@ -10,6 +10,7 @@ use super::appearance::Shared;
 use super::deferred_text::DeferredText;
 use super::strokes;
 use crate::bvh::Bvh;
+use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
@@ -458,6 +459,10 @@ impl Canvas for SceneBuilder {
 
     fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
         self.reports.cut(node, what);
+    }
+
+    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
+        self.reports.characters(node, missing);
     }
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {

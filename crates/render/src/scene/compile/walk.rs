@@ -139,7 +139,7 @@ impl Compiler<'_> {
         scene.light_sets = lights.finish(builder.options.needs.lights);
         let notices = builder.shared.files.notices;
         notices.into_iter().for_each(|d| builder.reports.add(*d));
-        scene.census.diagnostics = builder.reports.diagnostics;
+        scene.census.diagnostics = builder.reports.finish();
         self.instances.finish(&mut scene);
         scene.finalize()?;
         let primitives = scene.owners.len() + scene.instances.as_ref().map_or(0, |all| all.len());

@@ -11,6 +11,7 @@ use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
 use super::surface::{Images, Mapping, Surface};
 use super::weld::{self, Lists};
+use crate::geometry::text::MissingCharacters;
 use crate::geometry::{self, Corner, Fineness, QuadricKind};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
@@ -444,6 +445,10 @@ impl Canvas for MeshCanvas {
 
     fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
         self.reports.cut(node, what);
+    }
+
+    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
+        self.reports.characters(node, missing);
     }
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {

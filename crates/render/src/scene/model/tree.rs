@@ -285,7 +285,7 @@ impl Builder<'_> {
         let mut model = self.model;
         model.images = self.canvas.images.list;
         model.features = self.features.into_values().collect();
-        model.diagnostics = self.canvas.reports.diagnostics;
+        model.diagnostics = self.canvas.reports.finish();
         model.set_locals();
         model
     }

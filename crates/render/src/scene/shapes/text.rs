@@ -10,8 +10,8 @@ use ivcam_inventor::traversal::state::{Binding, ProfileCoordinates};
 
 use super::screen_aligned;
 use crate::geometry::text::{
-    self as typeset, Face, Family, Fonts, Justify, Layout, SolidParts, TextOutput, TextStyle,
-    Vrml97Style,
+    self as typeset, Face, Family, Fonts, Justify, Layout, MissingCharacters, SolidParts,
+    TextOutput, TextStyle, Vrml97Style,
 };
 use crate::scene::canvas::{Canvas, MaterialsBy, Sides};
 
@@ -56,6 +56,7 @@ fn justify(value: i32) -> Justify {
 pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let fonts = out.picture().fonts.clone();
     let text = typeset::pixel_text(node.get(text2::STRING), &style(node, state, &fonts));
+    out.report_characters(node, &text.missing);
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
     screen_aligned::pixels(at, &text, out);
@@ -79,9 +80,10 @@ pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
     let sides = node.get(text2_set::JUSTIFICATION);
     let fonts = out.picture().fonts.clone();
     let plain = style(node, state, &fonts);
+    let mut missing = MissingCharacters::default();
     for (i, line) in node.get(text2_set::STRING).iter().enumerate() {
         let Some(&place) = places.get(i).or(places.last()) else {
-            return;
+            break;
         };
         let side = sides.get(i).or(sides.last()).copied();
         let side = side.unwrap_or(text2_set::JUSTIFICATION_LEFT);
@@ -90,11 +92,13 @@ pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
             ..plain
         };
         let text = typeset::pixel_text(&[line], &style);
+        missing.add(&text.missing);
         let at = state.world_from_object.transform_point3(place.as_dvec3());
         out.bound(place);
         out.set_unlit();
         screen_aligned::pixels(at, &text, out);
     }
+    out.report_characters(node, &missing);
 }
 
 /// Draws a `Text3`.
@@ -121,7 +125,7 @@ pub(super) fn text3<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
         let profile = profile.as_deref();
         typeset::text3(strings, &style, parts, profile, crease_angle, output)
     });
-    report_cut(node, &laid, out);
+    report_losses(node, &laid, out);
     if out.inventor_box().is_some() {
         out.set_inventor_box(Some(text3_box(&laid, parts, profile.as_deref())));
     }
@@ -142,8 +146,10 @@ fn draw_glyphs(
     }
 }
 
-/// Reports that a text has more characters than are drawn.
-fn report_cut(node: NodeRef<'_>, laid: &Layout, out: &mut dyn Canvas) {
+/// Reports that a text has more characters than are drawn, and characters that are not drawn as
+/// written.
+fn report_losses(node: NodeRef<'_>, laid: &Layout, out: &mut dyn Canvas) {
+    out.report_characters(node, &laid.missing);
     if laid.is_cut {
         let most = typeset::MAX_GLYPHS;
         let what = format!("it has more than {most} characters, and the rest is left out");
@@ -192,7 +198,7 @@ pub(super) fn ascii_text<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn
     let laid = draw_glyphs(out, MaterialsBy::Vertex, |output| {
         typeset::ascii_text(strings, &style, widths, output)
     });
-    report_cut(node, &laid, out);
+    report_losses(node, &laid, out);
     if let Some((mut min, mut max)) = out.inventor_box() {
         // Inventor's box begins at the beginning of the line, and its height is the font's size
         // (Coin).
@@ -219,7 +225,7 @@ pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Can
     let laid = draw_glyphs(out, MaterialsBy::Vertex, |output| {
         typeset::vrml97_text(strings, &style, lengths, most, output)
     });
-    report_cut(node, &laid, out);
+    report_losses(node, &laid, out);
     if out.inventor_box().is_some() {
         let around = typeset::vrml97_bounds(strings, &style, lengths);
         let flat = |p: Vec2| p.extend(0.0).as_dvec3();
