@@ -11,6 +11,7 @@ use lyon_tessellation::{
 
 use super::chain::FaceChain;
 use super::face::Face;
+use super::letters::{Order, is_mark, letters};
 use super::missing::MissingCharacters;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
@@ -115,6 +116,29 @@ impl<'a> GlyphCache<'a> {
 /// Hinting aligns stems to the pixel grid.
 const HINTED_PIXELS: f32 = 40.0;
 
+/// A glyph of a line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LineGlyph {
+    /// The character.
+    pub character: char,
+    /// The distance to the next glyph; 0 for a combining mark on a letter.
+    pub advance: f32,
+    /// For a combining mark, the distance of its origin from that of the letter before it.
+    pub over: Option<f32>,
+}
+
+impl LineGlyph {
+    /// Whether the glyph has a place of its own in the line, which combining marks do not have.
+    pub(super) fn is_spacing(&self) -> bool {
+        self.over.is_none()
+    }
+}
+
+/// Returns the sum of the advances of a line.
+pub(super) fn length(line: &[LineGlyph]) -> f32 {
+    line.iter().map(|glyph| glyph.advance).sum()
+}
+
 /// The typeface of a text, with the others that have what it lacks.
 pub(super) struct Typeface<'a> {
     faces: FaceChain<'a>,
@@ -168,10 +192,54 @@ impl<'a> Typeface<'a> {
         }
     }
 
-    /// Returns the characters with their advances.
-    pub(super) fn advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let advance = |c| (c, size * self.advance(c));
-        self.characters(text).map(advance).collect()
+    /// Returns the glyphs of a line with their advances.
+    pub(super) fn line(&self, text: &str, order: Order, size: f32) -> Vec<LineGlyph> {
+        self.glyphs(text, order, size, |c| size * self.advance(c))
+    }
+
+    /// Returns the glyphs of a line with their advances in pixels, for a size in pixels.
+    pub(super) fn pixel_line(&self, text: &str, size: f32) -> Vec<LineGlyph> {
+        self.glyphs(text, Order::Visual, size, |c| {
+            (self.unrounded_advance(c, size) + 0.5).floor()
+        })
+    }
+
+    /// Returns the glyphs of a line, whose advances a function returns.
+    fn glyphs(
+        &self,
+        text: &str,
+        order: Order,
+        size: f32,
+        advance: impl Fn(char) -> f32,
+    ) -> Vec<LineGlyph> {
+        let has = |c| self.faces.find(c).is_some();
+        let mut under: Option<(char, f32)> = None;
+        let glyph = |character: char| {
+            let is_drawn = character.is_whitespace() || has(character);
+            self.missing.borrow_mut().see(character, is_drawn);
+            let over = under.filter(|_| is_mark(character) && is_drawn);
+            let over = over.map(|(letter, width)| self.mark_offset(character, letter, width, size));
+            let advance = over.map_or_else(|| advance(character), |_| 0.0);
+            if over.is_none() {
+                under = Some((character, advance));
+            }
+            LineGlyph {
+                character,
+                advance,
+                over,
+            }
+        };
+        letters(text, order, &has).into_iter().map(glyph).collect()
+    }
+
+    /// Returns how far a combining mark's origin is from that of a letter with an advance, so that
+    /// their outlines have one center.
+    fn mark_offset(&self, mark: char, letter: char, advance: f32, size: f32) -> f32 {
+        let center = |c| {
+            let (left, right) = self.ink(c)?;
+            Some(0.5 * size * (left + right))
+        };
+        center(letter).unwrap_or(0.5 * advance) - center(mark).unwrap_or(0.0)
     }
 
     /// Returns the characters of the lines so far that are not drawn as written.
@@ -237,27 +305,10 @@ impl<'a> Typeface<'a> {
         *boxes.entry(character).or_insert_with(find)
     }
 
-    /// Returns the characters with their advances, rounded to pixels, for a size in pixels.
-    pub(super) fn pixel_advances(&self, text: &str, size: f32) -> Vec<(char, f32)> {
-        let advance = |c| (c, (self.unrounded_advance(c, size) + 0.5).floor());
-        self.characters(text).map(advance).collect()
-    }
-
     /// Returns the number of typefaces that were opened besides the text's own one.
     #[cfg(test)]
     pub(super) fn others_opened(&self) -> usize {
         self.faces.others_opened()
-    }
-
-    /// Returns the characters of a line that are drawn. One more than the largest number is
-    /// returned, so that the layout finds that a line is too long.
-    fn characters(&self, text: &str) -> impl Iterator<Item = char> {
-        let shown = text.chars().filter(|c| !c.is_control() || *c == '\t');
-        let shown = shown.map(|c| if c == '\t' { ' ' } else { c });
-        shown.take(MAX_GLYPHS + 1).inspect(|&c| {
-            let is_drawn = c.is_whitespace() || self.faces.find(c).is_some();
-            self.missing.borrow_mut().see(c, is_drawn);
-        })
     }
 
     /// Returns the bounding box of a glyph's outline and its origin, at size 1.
@@ -275,10 +326,11 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns the length of a line, with the last glyph's width instead of its advance.
-    pub(super) fn ink_width(&self, advances: &[(char, f32)], size: f32) -> f32 {
-        let full: f32 = advances.iter().map(|a| a.1).sum();
-        advances.last().map_or(full, |&(last, advance)| {
-            full - advance + self.width(last) * size
+    pub(super) fn ink_width(&self, line: &[LineGlyph], size: f32) -> f32 {
+        let full = length(line);
+        let last = line.iter().rfind(|glyph| glyph.is_spacing());
+        last.map_or(full, |last| {
+            full - last.advance + self.width(last.character) * size
         })
     }
 

@@ -2,7 +2,8 @@
 
 use glam::Vec2;
 
-use super::glyph::{MAX_GLYPHS, Typeface};
+use super::glyph::{LineGlyph, MAX_GLYPHS, Typeface, length};
+use super::letters::Order;
 use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 
@@ -42,17 +43,16 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
     let mut out = Layout::default();
     let (mut low, mut high) = (0.0f32, 0.0f32);
     for (i, line) in strings.iter().enumerate() {
-        let advances = font.advances(line.as_ref(), style.size);
-        let full: f32 = advances.iter().map(|a| a.1).sum();
+        let line = font.line(line.as_ref(), Order::Visual, style.size);
         // A slanted last glyph may extend beyond its advance.
-        let width = full.max(font.ink_width(&advances, style.size));
+        let width = length(&line).max(font.ink_width(&line, style.size));
         let left = start(style.justify, width);
         let y = -(i as f32) * style.spacing * style.size;
-        out.set(&advances, Vec2::new(left, y));
+        out.set(&line, Vec2::new(left, y), 1.0);
         out.extend(left, left + width);
         (low, high) = (0.0, 0.0);
-        for &(character, _) in &advances {
-            let reach = font.reach(character);
+        for glyph in &line {
+            let reach = font.reach(glyph.character);
             low = low.min(style.size * reach.0.y);
             high = high.max(style.size * reach.1.y);
         }
@@ -80,19 +80,18 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
     let mut out = Layout::default();
     let mut low = 0.0f32;
     for (i, line) in strings.iter().enumerate() {
-        let advances = font.advances(line.as_ref(), style.size);
+        let line = font.line(line.as_ref(), Order::Visual, style.size);
         let wanted = widths.get(i).copied().filter(|w| *w > 0.0 && w.is_finite());
-        let natural = font.ink_width(&advances, style.size);
+        let natural = font.ink_width(&line, style.size);
         let (stretch, width) = match wanted.filter(|_| natural > 0.0) {
             Some(wanted) => (wanted / natural, wanted),
             None => (1.0, natural),
         };
         let left = start(style.justify, width);
-        let mut at = Vec2::new(left, -(i as f32) * style.spacing * style.size);
-        for &(character, advance) in &advances {
-            out.push(character, at, stretch);
-            at.x += advance * stretch;
-            let (reach, _) = font.reach(character);
+        let origin = Vec2::new(left, -(i as f32) * style.spacing * style.size);
+        out.set(&line, origin, stretch);
+        for glyph in line.iter().filter(|glyph| glyph.is_spacing()) {
+            let (reach, _) = font.reach(glyph.character);
             low = low.min(style.size * reach.min_element());
         }
         out.extend(left, left + width);
@@ -115,12 +114,16 @@ fn start(justify: Justify, width: f32) -> f32 {
 }
 
 impl Layout {
-    /// Adds a line of glyphs.
-    fn set(&mut self, advances: &[(char, f32)], origin: Vec2) {
-        let mut x = origin.x;
-        for &(character, advance) in advances {
-            self.push(character, Vec2::new(x, origin.y), 1.0);
-            x += advance;
+    /// Adds a line of glyphs, whose widths and advances are scaled.
+    fn set(&mut self, line: &[LineGlyph], origin: Vec2, stretch: f32) {
+        let (mut x, mut letter) = (origin.x, origin.x);
+        for glyph in line {
+            if glyph.is_spacing() {
+                letter = x;
+            }
+            let x_of_glyph = glyph.over.map_or(x, |over| letter + over * stretch);
+            self.push(glyph.character, Vec2::new(x_of_glyph, origin.y), stretch);
+            x += glyph.advance * stretch;
         }
     }
 

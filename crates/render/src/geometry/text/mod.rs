@@ -9,8 +9,10 @@
 //! are searched first (`library`). A text makes each of its glyphs once and places it as often as
 //! it occurs, and a scene without text loads no fonts.
 //!
-//! Kerning, ligatures and right-to-left scripts are not supported.
+//! Kerning and ligatures are not supported, and of the scripts whose letters change with their
+//! neighbors only Arabic.
 
+mod arabic;
 mod batch;
 mod chain;
 mod face;
@@ -19,6 +21,7 @@ mod flat;
 mod flattener;
 mod glyph;
 mod layout;
+mod letters;
 mod library;
 mod missing;
 mod pixels;

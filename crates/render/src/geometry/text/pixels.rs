@@ -7,7 +7,7 @@
 use glam::{IVec2, Vec2};
 
 use super::face::{Face, Family};
-use super::glyph::Typeface;
+use super::glyph::{LineGlyph, Typeface};
 use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 
@@ -181,8 +181,8 @@ impl PixelText {
 struct PixelFont<'a> {
     typeface: Typeface<'a>,
     pixels: f32,
-    /// The width, the height and the baseline of the cells of a bitmap font, in pixels.
-    cell: Option<(i32, usize, i32)>,
+    /// The height of the baseline in the cells of a bitmap font, and that of the cells, in pixels.
+    cell: Option<(i32, usize)>,
 }
 
 impl<'a> PixelFont<'a> {
@@ -197,7 +197,7 @@ impl<'a> PixelFont<'a> {
         }
         let fits = |(below, _, _): &&(f32, i32, usize)| size < *below;
         let (_, width, height) = BUILT_IN.iter().find(fits).copied().unwrap_or(BUILT_IN[3]);
-        // The advance of Courier is 0.6 of its size.
+        // The advance of Courier is 0.6 of its size, so it is the width again.
         let pixels = (width as f32 / 0.6 + 0.5).floor();
         let courier = Face {
             fonts: style.face.fonts,
@@ -206,7 +206,7 @@ impl<'a> PixelFont<'a> {
         Self {
             typeface: Typeface::open_at(courier, pixels),
             pixels,
-            cell: Some((width, height, height as i32 / 4)),
+            cell: Some((height as i32 / 4, height)),
         }
     }
 
@@ -215,20 +215,30 @@ impl<'a> PixelFont<'a> {
         if self.pixels < 1.0 {
             return Vec::new();
         }
-        let advances = self.typeface.pixel_advances(line, self.pixels);
-        let letter = |(character, advance): (char, f32)| {
+        let glyphs = self.typeface.pixel_line(line, self.pixels);
+        let mut last = 0.0;
+        let letter = |glyph: LineGlyph| {
+            let LineGlyph {
+                character,
+                advance,
+                over,
+            } = glyph;
             let tolerance = 1.0 / 64.0 / self.pixels.max(1.0);
             let outlines = self.typeface.outlines(character, tolerance);
             let mut picture = filled(&outlines, self.pixels);
-            let mut advance = advance as i32;
-            if let Some((width, _, baseline)) = self.cell {
+            if let Some(over) = over {
+                picture.left += (over - last + 0.5).floor() as i32;
+            } else {
+                last = advance;
+            }
+            if let Some((baseline, _)) = self.cell {
                 picture
                     .coverage
                     .iter_mut()
                     .for_each(|c| *c = if *c < INKED { 0 } else { 255 });
                 picture.bottom += baseline;
-                advance = width;
             }
+            let advance = advance as i32;
             Letter { picture, advance }
         };
         let fits = |letter: &Letter| {
@@ -236,14 +246,13 @@ impl<'a> PixelFont<'a> {
             *room = room.saturating_sub(pixels);
             *room > 0
         };
-        advances.into_iter().map(letter).take_while(fits).collect()
+        glyphs.into_iter().map(letter).take_while(fits).collect()
     }
 
     /// Returns the size of Inventor's rectangle for each glyph of a bitmap font: a cell that is 32
     /// pixels wide (Coin).
     fn cell(&self) -> Option<IVec2> {
-        self.cell
-            .map(|(_, height, _)| IVec2::new(32, height as i32))
+        self.cell.map(|(_, height)| IVec2::new(32, height as i32))
     }
 }
 

@@ -1,7 +1,8 @@
 use glam::Vec2;
 
-use super::glyph::{MAX_GLYPHS, Typeface};
+use super::glyph::{MAX_GLYPHS, Typeface, length};
 use super::layout::layout;
+use super::letters::Order;
 use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
 use crate::geometry::Mesh;
@@ -232,9 +233,9 @@ fn a_text_of_the_first_characters_opens_no_other_typeface() {
     let all: String = (' '..='~').chain('\u{a0}'..='\u{ff}').collect();
     for face in every_face() {
         let typeface = Typeface::open(face);
-        assert_eq!(typeface.advances(&all, 1.0).len(), 191);
+        assert_eq!(typeface.line(&all, Order::Visual, 1.0).len(), 191);
         assert_eq!(typeface.others_opened(), 0, "{face:?}");
-        typeface.advances("ř", 1.0);
+        typeface.line("ř", Order::Visual, 1.0);
         assert!(typeface.others_opened() > 0);
     }
 }
@@ -264,8 +265,8 @@ fn every_letter_of_other_alphabets_is_drawn() {
 #[test]
 fn lines_have_the_advances_of_the_fonts() {
     let width = |name: &str, text: &str| {
-        let line = Typeface::open(Face::named(name)).advances(text, 1.0);
-        line.iter().map(|glyph| glyph.1).sum::<f32>()
+        let line = Typeface::open(Face::named(name)).line(text, Order::Visual, 1.0);
+        length(&line)
     };
     let sans = |units: f32| units / 2048.0;
     for (name, text, expected) in [
@@ -299,6 +300,105 @@ fn a_box_stands_for_a_letter_without_a_glyph() {
         let expected = area * scale * scale * 9.0;
         assert!((mesh.volume() - expected).abs() < 1e-5, "{}", mesh.volume());
         assert!((f64::from(laid.right) - 3.0 * 0.6 * scale).abs() < 1e-5);
+    }
+}
+
+/// Unicode has no composed letter for these, and the accent has no place of its own in the line.
+#[test]
+fn an_accent_is_over_the_middle_of_its_letter() {
+    for face in every_face().chain([Face::DEFAULT]) {
+        let typeface = Typeface::open(face);
+        let middle = |c| {
+            let outlines = typeface.outlines(c, 1e-3);
+            let x = outlines.iter().flatten().map(|p| p.x);
+            let (left, right) = x.fold((9.0f32, -9.0f32), |(l, r), x| (l.min(x), r.max(x)));
+            0.5 * (left + right)
+        };
+        let line = typeface.line("x\u{302}q\u{303}", Order::Visual, 2.0);
+        let plain = typeface.line("xq", Order::Visual, 2.0);
+        assert_eq!(length(&line), length(&plain));
+        assert_eq!(
+            typeface.ink_width(&line, 2.0),
+            typeface.ink_width(&plain, 2.0)
+        );
+        let over = line[1].over.expect("a mark");
+        let off = over + 2.0 * middle('\u{302}') - 2.0 * middle('x');
+        assert!(off.abs() < 1e-5, "{face:?}: {off}");
+    }
+}
+
+#[test]
+fn accents_stay_on_their_letters_in_stretched_lines() {
+    let offset = |laid: &Layout| laid.glyphs[1].origin - laid.glyphs[0].origin;
+    let text = ["x\u{302}x"];
+    let style = &Vrml97Style::DEFAULT;
+    let natural = vrml97_layout(&text, style, &[], 0.0);
+    let wide = vrml97_layout(&text, style, &[5.0], 0.0);
+    assert!(wide.right > 4.9 && offset(&wide) == offset(&natural));
+    let narrow = vrml97_layout(&text, style, &[0.5 * natural.right], 0.0);
+    assert!((offset(&narrow) - 0.5 * offset(&natural)).length() < 1e-6);
+    let down = Vrml97Style {
+        horizontal: false,
+        ..*style
+    };
+    let down = vrml97_layout(&text, &down, &[], 0.0);
+    assert!((offset(&down) - offset(&natural)).length() < 1e-6);
+    let step = down.glyphs[2].origin.y - down.glyphs[0].origin.y;
+    assert!((step + 1.0).abs() < 1e-6, "{step}");
+}
+
+/// The first letter of the word, shin, is at the right whichever way the text advances.
+#[test]
+fn a_hebrew_word_begins_at_the_right() {
+    let leftward = Vrml97Style {
+        left_to_right: false,
+        ..Vrml97Style::DEFAULT
+    };
+    for laid in [
+        layout(&["שלום"], &style("Times", 1.0)),
+        vrml97_layout(&["שלום"], &Vrml97Style::DEFAULT, &[], 0.0),
+        vrml97_layout(&["שלום"], &leftward, &[], 0.0),
+    ] {
+        let mut glyphs = laid.glyphs;
+        glyphs.sort_by(|a, b| b.origin.x.total_cmp(&a.origin.x));
+        let read: String = glyphs.iter().map(|glyph| glyph.character).collect();
+        assert_eq!(read, "שלום");
+    }
+}
+
+/// Joined letters touch: the word has no vertical line that meets none of its letters.
+#[test]
+fn the_letters_of_an_arabic_word_touch() {
+    let (mesh, laid) = ascii_text(&["سلم"], &style("Helvetica", 1.0), &[]);
+    assert_eq!(laid.glyphs.len(), 3);
+    let mut spans: Vec<(f32, f32)> = (mesh.triangles.iter())
+        .map(|t| t.map(|i| mesh.positions[i as usize].x))
+        .map(|[a, b, c]| (a.min(b).min(c), a.max(b).max(c)))
+        .collect();
+    spans.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut end = spans[0].1;
+    for (from, to) in spans {
+        assert!(from <= end + 1e-4, "a gap at {end} to {from}");
+        end = end.max(to);
+    }
+}
+
+#[test]
+fn text2_places_other_letters_like_the_first_ones() {
+    for name in ["Courier", ""] {
+        let style = style(name, 20.0);
+        let plain = pixel_text(&["xx"], &style);
+        let accents = pixel_text(&["x\u{302}x"], &style);
+        assert_eq!(accents.width, plain.width, "{name}");
+        assert!(accents.height > plain.height);
+        // A Cyrillic letter of Courier is as wide as a Latin one.
+        let centered = TextStyle {
+            justify: Justify::Center,
+            ..style
+        };
+        let anchor = |text| pixel_text(&[text], &centered).anchor;
+        assert_eq!(anchor("ЖЖЖ"), anchor("xxx"), "{name}");
+        assert!(!pixel_text(&["你"], &style).missing.is_empty());
     }
 }
 

@@ -2,8 +2,9 @@
 
 use glam::Vec2;
 
-use super::glyph::Typeface;
+use super::glyph::{LineGlyph, Typeface, length};
 use super::layout::Layout;
+use super::letters::Order;
 use super::style::{Align, Vrml97Style};
 
 /// The fraction of a line's height above its baseline. The standard does not specify it.
@@ -41,8 +42,8 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
 
 /// A string of a VRML97 text, measured along the major axis.
 struct TextLine {
-    /// The characters with their advances.
-    advances: Vec<(char, f32)>,
+    /// The glyphs, in the order in which the text advances.
+    glyphs: Vec<LineGlyph>,
     /// The space added between two characters.
     gap: f32,
     /// The scale of the characters' widths.
@@ -52,17 +53,18 @@ struct TextLine {
 
 impl TextLine {
     fn new(font: &Typeface<'_>, text: &str, style: &Vrml97Style<'_>, wanted: Option<f32>) -> Self {
-        let advances = font.advances(text, style.size);
-        let natural: f32 = if style.horizontal {
-            advances.iter().map(|a| a.1).sum()
+        let glyphs = font.line(text, order(style), style.size);
+        let count = glyphs.iter().filter(|glyph| glyph.is_spacing()).count();
+        let natural = if style.horizontal {
+            length(&glyphs)
         } else {
-            advances.len() as f32 * style.size
+            count as f32 * style.size
         };
         let wanted = wanted.unwrap_or(0.0);
-        let (gap, stretch) = fit(natural, wanted, advances.len());
+        let (gap, stretch) = fit(natural, wanted, count);
         let length = if wanted > 0.0 { wanted } else { natural };
         Self {
-            advances,
+            glyphs,
             gap,
             stretch,
             length,
@@ -88,7 +90,13 @@ impl TextLine {
         let block = style.size + step * count.saturating_sub(1) as f32;
         let across = i as f32 * step;
         let mut along = begin;
-        for &(character, advance) in &self.advances {
+        let mut letter = Vec2::ZERO;
+        for &LineGlyph {
+            character,
+            advance,
+            over,
+        } in &self.glyphs
+        {
             let width = if style.horizontal {
                 advance
             } else {
@@ -114,10 +122,25 @@ impl TextLine {
             } else {
                 1.0
             };
+            if let Some(over) = over {
+                out.push(character, letter + Vec2::new(over * stretch, 0.0), stretch);
+                continue;
+            }
+            letter = origin;
             out.push(character, origin, stretch);
             out.extend(origin.x, origin.x + advance * stretch);
             along += (width * self.stretch + self.gap) * squeeze;
         }
+    }
+}
+
+/// Returns the order in which a text advances. A text that advances to the right is reordered for
+/// reading; other directions place the characters as they are in the string.
+pub(super) fn order(style: &Vrml97Style<'_>) -> Order {
+    if style.horizontal && style.left_to_right {
+        Order::Visual
+    } else {
+        Order::Logical
     }
 }
 

@@ -2,28 +2,26 @@
 
 use glam::Vec2;
 
-use super::glyph::Typeface;
+use super::glyph::{LineGlyph, Typeface, length};
 use super::style::{Align, Vrml97Style};
+use super::vrml97::order;
 
 /// The lines of a text, measured in font sizes.
 struct Lines {
-    /// The characters with their advances.
-    letters: Vec<Vec<(char, f32)>>,
+    /// The glyphs with their advances.
+    letters: Vec<Vec<LineGlyph>>,
     /// The larger of the sum of the advances and the length up to the end of the last glyph's
     /// outline.
     widths: Vec<f32>,
 }
 
 impl Lines {
-    fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>) -> Self {
+    fn of<S: AsRef<str>>(strings: &[S], font: &Typeface<'_>, style: &Vrml97Style<'_>) -> Self {
         let letters: Vec<_> = strings
             .iter()
-            .map(|s| font.advances(s.as_ref(), 1.0))
+            .map(|s| font.line(s.as_ref(), order(style), 1.0))
             .collect();
-        let width = |line: &Vec<(char, f32)>| {
-            let full: f32 = line.iter().map(|l| l.1).sum();
-            full.max(font.ink_width(line, 1.0))
-        };
+        let width = |line: &Vec<LineGlyph>| length(line).max(font.ink_width(line, 1.0));
         let widths = letters.iter().map(width).collect();
         Self { letters, widths }
     }
@@ -41,7 +39,7 @@ pub(crate) fn vrml97_bounds<S: AsRef<str>>(
     lengths: &[f32],
 ) -> Option<(Vec2, Vec2)> {
     let font = Typeface::open(style.face);
-    let lines = Lines::of(strings, &font);
+    let lines = Lines::of(strings, &font, style);
     let widest = lines.widths.iter().copied().fold(0.0, f32::max);
     if widest <= 0.0 {
         return None;
@@ -56,7 +54,8 @@ pub(crate) fn vrml97_bounds<S: AsRef<str>>(
     };
     if style.top_to_bottom {
         let last = lines.letters.last().into_iter().flatten();
-        let reach = last.map(|&(c, _)| font.reach(c).0.min_element());
+        let last = last.filter(|glyph| glyph.is_spacing());
+        let reach = last.map(|glyph| font.reach(glyph.character).0.min_element());
         let below = FONT_SIZE * reach.fold(0.0, f32::min) - before * style.size * style.spacing;
         (low.y, high.y) = (low.y.min(below), high.y.max(below));
     }
