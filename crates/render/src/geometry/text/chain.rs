@@ -116,7 +116,10 @@ impl<'a> FaceChain<'a> {
     fn user(&self, font: UserFont<'a>) -> Option<Rc<OpenFace<'a>>> {
         let hinted = (!self.face.built_in).then_some(self.pixels);
         let open = OpenFace::new(&font.open()?, self.face.scale(), hinted);
-        Some(Rc::new(open))
+        Some(Rc::new(OpenFace {
+            is_rounded: false,
+            ..open
+        }))
     }
 
     /// Opens a shipped typeface. Those of another design have no hints.
