@@ -51,7 +51,7 @@ pub(crate) const MEMORY: Opt = Opt::new(
 pub(crate) const FONTS: Opt = Opt::new(
     "fonts",
     Takes::Many("FOLDER"),
-    "typefaces (.otf, .ttf, .ttc) below this folder go before the shipped ones, by name or as the usual stand-in: Nimbus Roman for Times",
+    "typefaces (.otf, .ttf, .ttc) below this folder go before the shipped ones, by name or as the usual stand-in (Nimbus Roman for Times), and whatever their names for letters that a text's own typeface lacks",
 )
 .plan(
     |plan, words, _| {

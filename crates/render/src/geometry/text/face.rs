@@ -38,7 +38,7 @@ pub struct Face<'a> {
     /// The user's typeface that replaces the shipped one, if any.
     pub own: Option<UserFont<'a>>,
     /// The user's typefaces, which are searched for characters that this one lacks.
-    pub(super) fonts: Option<&'a Fonts>,
+    pub fonts: Option<&'a Fonts>,
 }
 
 impl<'a> Face<'a> {
