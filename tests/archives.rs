@@ -122,7 +122,8 @@ fn a_folder_gets_a_picture_of_every_scene_and_only_once() {
 fn a_picture_of_a_folder_is_that_of_the_scene_alone() {
     let archive = Archive::new("same", &[("a.iv", CUBE)]);
     archive.run(&format!("render in -o out {SMALL} --threads 1"));
-    archive.run(&format!("render in/a.iv -o a.png {SMALL}"));
+    let folders = "--view else:three-quarter --background else:neutral";
+    archive.run(&format!("render in/a.iv -o a.png {SMALL} {folders}"));
     let [folder, alone] = ["out/a.png", "a.png"].map(|file| {
         let picture = image::load_from_memory(&archive.read(file)).unwrap();
         picture.to_rgb8().into_raw()

@@ -27,7 +27,7 @@ pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<M
     let is_problem = |d: &&Diagnostic| d.severity >= Severity::Warning;
     let items = session.sink.items().iter();
     let mut made = MadePicture {
-        is_empty: session.scene.primitives() == (0, 0, 0),
+        is_empty: session.draws_nothing,
         problems: items.filter(is_problem).cloned().collect(),
     };
     if made.is_empty {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::folder_of;
-use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_render::render::Stop;
 use ivcam_render::scene::CompileOptions;
@@ -13,7 +13,7 @@ use ivcam_render::scene::check::{Checked, classes};
 use super::entry::{Entry, Message};
 use super::notes::{notes, producer};
 use super::options::CatalogOptions;
-use crate::photo::{Era, Optics, Plan, Session, Shading, snapshot_options};
+use crate::photo::{Choice, Era, NEUTRAL, Optics, Plan, Session, Shading, snapshot_options};
 
 /// The largest number of problems that an entry lists.
 const MOST_MESSAGES: usize = 20;
@@ -147,6 +147,8 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, input);
     plan.optics = Optics::Pinhole;
     plan.shading = Shading::Phong;
+    plan.view = Some(Choice::Else(ViewDirection::THREE_QUARTER));
+    plan.background = Some(Choice::Else(NEUTRAL));
     plan.resolution = options.thumbnail;
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
@@ -157,7 +159,7 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan
 }
 
-/// Renders a thumbnail. If the scene's camera sees nothing, everything is seen from in front.
+/// Renders a thumbnail. If the scene's camera sees nothing, everything is seen from three sides.
 fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -> Result<Picture> {
     let picture = |session: &Session| session.develop(&session.expose(&|_| {}), "ivcam catalog");
     let first = picture(&session);
@@ -165,7 +167,8 @@ fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -
         return Ok(first);
     };
     let plan = session.plan.clone();
-    let pose = CameraPose::view_all(bounds, plan.resolution.aspect());
+    let pose = CameraPose::view_all(bounds, plan.resolution.aspect())
+        .turned_around(0.5 * (bounds.0 + bounds.1), ViewDirection::THREE_QUARTER);
     session.change(plan, pose)?;
     Ok(picture(&session))
 }

@@ -12,7 +12,7 @@ use ivcam_render::camera::Aim;
 use ivcam_render::render::Stop;
 use ivcam_render::render::report::{Across, Convergence, Peer, Row, percent};
 
-use super::render::{OutputOptions, plan, print_headlight_notice, refuse_region};
+use super::render::{OutputOptions, plan, print_notices, refuse_region};
 use super::{flags, parsed, print_warnings, scene_argument, text, value};
 use crate::photo::{Era, Plan, Session};
 
@@ -87,7 +87,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let peers = text(m, "peers").map(|file| Peer::open(Path::new(file)));
     let base = options.on_threads(|| Session::open(plan.clone()))??;
     print_warnings(&base.sink);
-    print_headlight_notice(&base, options.quiet);
+    print_notices(&base, options.quiet);
 
     let mut table = Convergence {
         scene: plan.scene.display().to_string(),

@@ -343,7 +343,7 @@ fn finish(
         let text = session.camera_file()?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
     }
-    print_headlight_notice(session, options.quiet);
+    print_notices(session, options.quiet);
     if !options.quiet {
         let choices: Vec<String> = session
             .described
@@ -498,9 +498,11 @@ fn render_in_strips(
     Ok((report, counts))
 }
 
-/// Prints a notice if the headlight is on only because the scene has no light.
-pub(crate) fn print_headlight_notice(session: &Session, quiet: bool) {
-    if let Some(line) = session.headlight_notice().filter(|_| !quiet) {
+/// Prints what was chosen for a scene that states no light or no camera.
+pub(crate) fn print_notices(session: &Session, quiet: bool) {
+    let headlight = session.headlight_notice().map(str::to_owned);
+    let lines = headlight.into_iter().chain(session.view_notice());
+    for line in lines.filter(|_| !quiet) {
         super::status!("{line}");
     }
 }

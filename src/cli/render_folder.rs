@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::write_whole;
+use ivcam_inventor::pose::ViewDirection;
 use serde_json::{Value as Json, json};
 
 use super::folder_mode::{
@@ -14,7 +15,7 @@ use super::folder_mode::{
 use super::{ERROR, flags, print_warnings, render, switch, text};
 use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
 use crate::photo::options::command_line;
-use crate::photo::{Era, Plan};
+use crate::photo::{Choice, Era, NEUTRAL, Plan};
 
 /// The options that do not change a picture.
 const OUTPUT_OPTIONS: [&str; 6] = ["output", "batch", "threads", "report", "quiet", "progress"];
@@ -63,6 +64,10 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     }
     render::set_arithmetic(m)?;
     let mut plan = render::plan(m, Era::Modern)?;
+    plan.view = plan
+        .view
+        .or(Some(Choice::Else(ViewDirection::THREE_QUARTER)));
+    plan.background = plan.background.or(Some(Choice::Else(NEUTRAL)));
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;
     print_warnings(&jobs.sink);

@@ -15,6 +15,9 @@ pub enum Headlight {
     /// The environment file decides. Without one the headlight is off. This is the default of
     /// [`Era::Vintage`](super::Era::Vintage).
     Environment,
+    /// As a viewer has it: the environment file decides, without one the scene's `NavigationInfo`,
+    /// and without either the headlight is on.
+    Viewer,
     /// The headlight is the opposite of the result of [`Headlight::Environment`].
     Flipped,
     /// The headlight is on or off.
@@ -71,7 +74,8 @@ impl HeadlightSources {
             }
             (_, Some(on), _) => (on, HeadlightCause::Environment),
             (Headlight::Environment, ..) => (false, HeadlightCause::Era),
-            (Headlight::Automatic, None, Some(on)) => (on, HeadlightCause::NavigationInfo),
+            (_, None, Some(on)) => (on, HeadlightCause::NavigationInfo),
+            (Headlight::Viewer, None, None) => (true, HeadlightCause::Option),
             // A scene without a `NavigationInfo` has the default of its fields (VRML97, 6.29).
             (Headlight::Automatic, None, None) if self.is_vrml97 => (true, HeadlightCause::Vrml97),
             (Headlight::Automatic, None, None) => (!self.scene_has_light, HeadlightCause::Scene),
@@ -102,6 +106,8 @@ impl HeadlightState {
 pub(super) fn headlight_in_world(on: bool, own: Option<Light>, pose: &CameraPose) -> Option<Light> {
     on.then(|| {
         let mut light = own.unwrap_or(Light::headlight(Vec3::NEG_Z));
+        // The cosine of a thousandth of a radian: shadows of such a light are hidden.
+        light.at_eye = light.direction.dot(Vec3::NEG_Z) > 1.0 - 5e-7;
         light.direction = (pose.orientation * light.direction.as_dvec3()).as_vec3();
         light
     })
@@ -137,6 +143,8 @@ mod tests {
         assert!(on(vrml97(lit), Headlight::Automatic) && on(vrml97(dark), Headlight::Automatic));
         assert!(!on(vrml97(walking(false)), Headlight::Automatic));
         assert!(!on(vrml97(lit), Headlight::Environment));
+        assert!(on(lit, Headlight::Viewer) && on(dark, Headlight::Viewer));
+        assert!(!on(walking(false), Headlight::Viewer));
         assert!(!on(walking(false), Headlight::Automatic));
         assert!(!on(around(false, walking(true)), Headlight::Automatic));
         assert!(on(around(true, walking(false)), Headlight::Automatic));

@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 use ivcam_base::diag::Diagnostic;
+use ivcam_inventor::pose::Projection;
 use ivcam_optics::picture::Picture;
 use ivcam_render::bvh::Ray;
 use ivcam_render::render::Counts;
@@ -32,7 +33,9 @@ const PUPIL_POINTS: [[f64; 2]; 3] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5]];
 
 /// The help for a camera that sees nothing useful.
 const OTHER_CAMERA: &str =
-    "`--camera FILE` takes another camera, and `ivcam view` finds one in a window";
+    "`--view SIDE` shows the whole scene from another side, `--camera FILE` takes another camera";
+/// The transparency from which a surface leaves no more than a dark pixel's light of its own.
+const CLEAR: f32 = 1.0 - DARK as f32;
 
 /// What the grid of rays found.
 struct Probe {
@@ -40,8 +43,12 @@ struct Probe {
     rays: usize,
     /// Rays that hit a surface.
     hits: usize,
+    /// Rays that hit nothing but back faces that are not drawn.
+    culled: usize,
     /// Hits on the back of a surface.
     backs: usize,
+    /// Hits on a surface that is nearly or wholly transparent.
+    clear: usize,
     /// Hits that are bright in the picture's shading, apart from light that the lens loses.
     bright: usize,
     /// Whether a surface would be bright without shadows.
@@ -113,6 +120,10 @@ impl Session {
             return because("its exposure is too short", &exposure);
         }
         let probe = self.probe();
+        if probe.hits == 0 && probe.culled > 0 {
+            let cause = "the camera sees only the backs of solid shapes, which are not drawn";
+            return because(cause, OTHER_CAMERA);
+        }
         if probe.hits == 0 {
             return because(self.empty_view(), OTHER_CAMERA);
         }
@@ -135,6 +146,11 @@ impl Session {
         if 100 * probe.hits < probe.rays {
             let cause = "less than 1% of it shows the scene";
             let help = "a longer `--efl` or a camera that is nearer shows it larger";
+            return because(cause, help);
+        }
+        if 10 * probe.clear > 9 * probe.hits {
+            let cause = "the surfaces in view are transparent, and nothing is behind them";
+            let help = "`--background white` puts something there, `-s n` shows their shapes";
             return because(cause, help);
         }
         if 10 * probe.backs > 9 * probe.hits {
@@ -174,6 +190,8 @@ impl Session {
         let far = Vec3::select(forward.cmpgt(Vec3::ZERO), max, min);
         if (far - eye).dot(forward) < 0.0 {
             "the whole scene is behind the camera"
+        } else if is_ahead(eye, forward, [min, max]) && self.is_tiny(eye, [min, max]) {
+            "the scene is smaller than a pixel in it"
         } else if is_ahead(eye, forward, [min, max]) {
             "what is in front of the camera is too thin to see, as a plane that is seen edge-on"
         } else if eye.clamp(min, max) == eye {
@@ -183,12 +201,24 @@ impl Session {
         }
     }
 
+    /// Returns whether a box at its distance from the eye is smaller than a pixel.
+    fn is_tiny(&self, eye: Vec3, [min, max]: [Vec3; 2]) -> bool {
+        let Projection::Perspective { height_angle } = self.projection else {
+            return false;
+        };
+        let pixel = height_angle / f64::from(self.plan.resolution.height);
+        let distance = eye.distance(eye.clamp(min, max));
+        f64::from((max - min).length()) < pixel * f64::from(distance)
+    }
+
     /// Traces a grid of rays over the picture.
     fn probe(&self) -> Probe {
         let mut probe = Probe {
             rays: 0,
             hits: 0,
+            culled: 0,
             backs: 0,
+            clear: 0,
             bright: 0,
             bright_without_shadows: false,
             has_color: false,
@@ -207,11 +237,13 @@ impl Session {
             let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
             probe.rays += 1;
             let Some(hit) = self.scene.hit(&ray) else {
+                probe.culled += usize::from(self.scene.hit_any_side(&ray).is_some());
                 continue;
             };
             probe.hits += 1;
             let surface = self.scene.surface(&hit);
             probe.backs += usize::from(!self.scene.is_front(&ray, &hit, surface));
+            probe.clear += usize::from(surface.transparency.iter().all(|t| *t >= CLEAR));
             let radiance = own.radiance_of(&ray, Some(hit), &mut work).max_element();
             probe.bright += usize::from(f64::from(exposure * radiance) > DARK);
             if self.plan.shading == Shading::Recursive {

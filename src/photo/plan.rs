@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use glam::Vec3;
 use ivcam_base::diag::{Result, Sink};
 use ivcam_base::math::{Meters, Mm};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::iv::Limits;
+use ivcam_inventor::pose::ViewDirection;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
 use ivcam_optics::lens::{
     Coating, Focus, FocusMethod, Gap, Iris, Lens, Movements, Reading, at_zoom_list,
@@ -22,6 +24,7 @@ use ivcam_render::shade::Shading;
 
 use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
+use super::view::Choice;
 
 /// The set of defaults that a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +48,30 @@ impl Era {
         match self {
             Self::Vintage => "1999",
             Self::Modern => "modern",
+        }
+    }
+}
+
+/// Choices that together give a picture a known look. Options go before them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// What a viewer of the 1990s drew, such as SceneViewer or a browser of VRML.
+    Viewer,
+}
+
+impl Look {
+    /// The names that the option `--look` accepts.
+    pub(crate) const NAMES: [(&'static str, Self); 1] = [("viewer", Self::Viewer)];
+
+    /// Makes the choices in a plan.
+    pub(crate) fn choose(self, plan: &mut Plan) {
+        match self {
+            Self::Viewer => {
+                plan.optics = Optics::Pinhole;
+                plan.shading = Shading::Gl;
+                plan.headlight = Headlight::Viewer;
+                plan.view = Some(Choice::Else(ViewDirection::FRONT));
+            }
         }
     }
 }
@@ -191,6 +218,11 @@ pub struct Plan {
     /// The camera. Default: the environment's camera, or else the scene's first camera, or else a
     /// view of the whole scene.
     pub camera: Option<CameraChoice>,
+    /// The side from which the whole scene is seen. Default: the scene's camera, and without one
+    /// the front, or the side that shows most if the front shows next to nothing.
+    pub view: Option<Choice<ViewDirection>>,
+    /// The color of what rays without a hit see. Default: the scene's `Background`, or else black.
+    pub background: Option<Choice<Vec3>>,
     /// The path of a SceneViewer environment file.
     pub environment: Option<PathBuf>,
     /// The optics in front of the film.
@@ -201,6 +233,13 @@ pub struct Plan {
     pub shading: Shading,
     /// The setting of the headlight.
     pub headlight: Headlight,
+    /// The least fraction of light, from 0 to 1, that a surface reflects for it to be a mirror.
+    /// `None` makes no surface a mirror. The 1999 program: 0, every surface with highlights.
+    /// Default: `None`.
+    pub mirrors: Option<f32>,
+    /// Whether what is not seen casts shadows: culled faces, and everything in the light of the
+    /// headlight. The 1999 program: yes (a guess). Default: no.
+    pub unseen_shadows: bool,
     /// The distribution of a pixel's samples. Their number is `stop.samples`.
     pub sampler: SamplerKind,
     /// The seed of all random numbers.
@@ -296,11 +335,15 @@ impl Plan {
             era,
             scene: scene.into(),
             camera: None,
+            view: None,
+            background: None,
             environment: None,
             optics: Optics::Lens(LensChoice::named("wide-angle")),
             focus: None,
             shading: Shading::Recursive,
             headlight,
+            mirrors: (era == Era::Vintage).then_some(0.0),
+            unseen_shadows: era == Era::Vintage,
             sampler,
             seed: 0,
             filter: Filter::Box,

@@ -8,35 +8,47 @@ use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_base::math::Meters;
 use ivcam_inventor::grammar::{class, directional_light};
 use ivcam_inventor::iv::{Document, NodeId, NodeRef};
-use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::camera::half_field;
 use ivcam_render::scene::{CompileOptions, Light, RenderScene};
 
 use super::plan::{Optics, Plan};
+use super::view::Choice;
 
-/// Returns the pose of the camera. It is the camera of `-camread`, or else that of the environment
-/// file, or else the scene's first, or else a view of the whole scene.
+/// Returns the pose of the camera. It is the side of `--view`, or else the camera of `-camread`, or
+/// else that of the environment file, or else the scene's first, or else a view of the whole scene.
 pub(super) fn resolve_pose(
     plan: &Plan,
     snapshot: &Snapshot<'_>,
     environment: &Environment,
     first: Option<CameraPose>,
 ) -> Result<CameraPose> {
-    match &plan.camera {
-        Some(choice) => choice.pose(),
-        None => Ok(match environment.pose.clone().or(first) {
-            Some(pose) => pose,
-            None => view_of_everything(snapshot, plan),
-        }),
-    }
+    let side = match (plan.view, &plan.camera) {
+        (Some(Choice::Always(_)), Some(_)) => {
+            let error = "`--view` can't be used with `--camera`";
+            return Err(Diagnostic::unsupported(error).with_help("leave one of them out"));
+        }
+        (Some(Choice::Always(side)), None) => side,
+        (_, Some(choice)) => return choice.pose(),
+        (other, None) => match (environment.pose.clone().or(first), other) {
+            (Some(pose), _) => return Ok(pose),
+            (None, Some(Choice::Else(side))) => side,
+            (None, _) => ViewDirection::FRONT,
+        },
+    };
+    Ok(view_of_everything(snapshot, plan, side))
 }
 
-/// Returns a pose from which the whole scene is visible.
-fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan) -> CameraPose {
+/// Returns a pose on a side of the scene from which all of it is visible.
+fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan, side: ViewDirection) -> CameraPose {
     let bounds = inventor_bounds(snapshot, plan).unwrap_or_default();
-    view_through_lens(bounds, plan)
-        .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()))
+    let front = view_through_lens(bounds, plan)
+        .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()));
+    match side {
+        ViewDirection::FRONT => front,
+        side => front.turned_around(0.5 * (bounds.0 + bounds.1), side),
+    }
 }
 
 /// Returns the bounding box of a scene as Inventor's `viewAll` sees it, in meters.

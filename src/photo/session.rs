@@ -11,7 +11,7 @@ use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::iv::Document;
-use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
 use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
 use ivcam_inventor::traversal::state::Language;
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
@@ -28,7 +28,9 @@ use ivcam_render::render::{
 };
 #[cfg(test)]
 use ivcam_render::scene::Unneeded;
-use ivcam_render::scene::{CompileOptions, Light, Needs, RenderScene, precision_warning, snapshot};
+use ivcam_render::scene::{
+    CompileOptions, Light, Needs, RenderScene, draws_nothing, precision_warning, snapshot,
+};
 use ivcam_render::shade::{ShadeOptions, Shader, Shading};
 use ivcam_render::team::Team;
 
@@ -41,6 +43,7 @@ use super::overview::Overview;
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose};
 use super::snapshot_options::snapshot_options;
+use super::view::{Choice, better_side};
 
 /// The options that two runs of one picture may have different values of.
 pub(super) const FREE: [&str; 7] = [
@@ -78,6 +81,10 @@ pub struct Session {
     pub camera: Camera,
     /// The headlight in world space, if it is on.
     pub(crate) headlight: Option<Light>,
+    /// Whether the scene has nothing to draw, wherever the camera is.
+    pub(crate) draws_nothing: bool,
+    /// The side that was chosen because the front shows next to nothing.
+    turned: Option<ViewDirection>,
     /// The facts that decide about the headlight if the plan does not set it.
     pub(crate) headlight_sources: HeadlightSources,
     /// The headlight of the environment file, in camera space.
@@ -207,6 +214,9 @@ impl Session {
             is_vrml97: Language::of(&document) == Language::Vrml97,
             scene_has_light: overview.has_light,
         };
+        let is_stated =
+            framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
+        let may_turn = !is_stated && !plan.solids && framing.view.is_none();
         let mut pose = resolve_pose(framing, &snapshot, environment, overview.camera)?;
         if plan.solids {
             drop(snapshot);
@@ -221,11 +231,22 @@ impl Session {
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let projection = camera.projection(&pose);
-        let scene = RenderScene::compile(
-            &snapshot,
-            &options(&plan, plan.shading.needs(), &pose, projection),
-        )?;
+        let mut projection = camera.projection(&pose);
+        let needs = plan.shading.needs();
+        let mut scene = RenderScene::compile(&snapshot, &options(&plan, needs, &pose, projection))?;
+        let mut camera = camera.posed(&pose, scene.origin);
+        let mut turned = None;
+        if may_turn && let Some(side) = better_side(&scene, &camera, &pose) {
+            let (low, high) = scene.bounds().unwrap_or_default();
+            let middle = scene.origin + (0.5 * (low + high)).as_dvec3();
+            pose = pose.turned_around(middle, side);
+            projection = camera.projection(&pose);
+            scene = RenderScene::compile(&snapshot, &options(&plan, needs, &pose, projection))?;
+            camera = camera.posed(&pose, scene.origin);
+            turned = Some(side);
+        }
+        let draws_nothing = scene.primitives() == (0, 0, 0)
+            && draws_nothing(&snapshot, &options(&plan, needs, &pose, projection));
         drop(snapshot);
         if nodes == Nodes::Freed {
             document.free_nodes();
@@ -260,6 +281,8 @@ impl Session {
         }
         Ok(Self {
             headlight: headlight_in_world(lit.on, environment.headlight, &pose),
+            draws_nothing,
+            turned,
             headlight_sources,
             environment_headlight: environment.headlight,
             plan,
@@ -405,6 +428,15 @@ impl Session {
         )
     }
 
+    /// Returns a line for the user if the scene has no camera and is not seen from the front.
+    pub fn view_notice(&self) -> Option<String> {
+        let side = self.turned?.name();
+        Some(format!(
+            "view: {side}, because the scene has no camera and shows next to nothing from the front; \
+             --view front keeps to it"
+        ))
+    }
+
     /// Exposes a film on the threads of rayon's current pool. `progress` is called after each tile.
     pub fn expose(&self, progress: &(dyn Fn(Progress) + Sync)) -> Exposure {
         self.expose_task(Task::default(), progress)
@@ -540,6 +572,8 @@ impl Session {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
             max_depth: self.max_depth(),
+            mirrors: self.plan.mirrors,
+            shadows_at_eye: self.plan.unseen_shadows,
             ..ShadeOptions::default()
         };
         Shader::new(&self.scene, shading, options)
@@ -740,11 +774,21 @@ impl Session {
             );
         }
         if self.plan.shading.needs().secondary {
-            if !self.scene.has_lights() && self.headlight.is_none() {
-                leave("shadow rays", "no lights");
+            if !self.scene.has_lights() {
+                match self.headlight {
+                    None => leave("shadow rays", "no lights"),
+                    Some(light) if light.at_eye && !self.plan.unseen_shadows => {
+                        leave("shadow rays", "no light but the headlight");
+                    }
+                    Some(_) => {}
+                }
             }
-            if !self.scene.has_mirrors() {
-                leave("reflected rays", "no mirrors");
+            let largest = self.scene.largest_mirror();
+            match self.plan.mirrors {
+                _ if largest == 0.0 => leave("reflected rays", "no mirrors"),
+                None => leave("reflected rays", "mirrors off"),
+                Some(least) if largest < least => leave("reflected rays", "no mirrors"),
+                Some(_) => {}
             }
             if !self.scene.is_transparent() {
                 leave("refracted rays", "nothing transparent");
@@ -793,6 +837,11 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         fonts: plan.fonts.clone(),
         limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
+        culled_faces_cast_shadows: plan.unseen_shadows,
+        background: plan.background.map(|choice| match choice {
+            Choice::Always(color) => (color, true),
+            Choice::Else(color) => (color, false),
+        }),
         ..CompileOptions::default()
     }
 }

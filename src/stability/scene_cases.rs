@@ -48,6 +48,7 @@ fn light(body: &str, max_depth: u32) -> Result<f64> {
     let scene = scene(body, glam::DVec3::ZERO)?;
     let options = ShadeOptions {
         max_depth,
+        mirrors: Some(0.0),
         least_share: 0.0,
         ..ShadeOptions::default()
     };

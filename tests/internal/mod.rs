@@ -5,6 +5,7 @@
 
 pub(crate) mod common;
 mod compare;
+mod defaults;
 mod film;
 mod fit;
 mod glass;

@@ -3,10 +3,10 @@
 use ivcam_render::shade::Shading;
 
 use super::option::{Opt, Takes};
-use super::values::{if_any, set};
+use super::values::{if_any, set, unless_default};
 use crate::photo::headlight::Headlight;
 
-pub(super) static OPTIONS: [Opt; 3] = [
+pub(super) static OPTIONS: [Opt; 4] = [
     Opt::new(
         "shading",
         Takes::One("MODEL"),
@@ -25,24 +25,45 @@ pub(super) static OPTIONS: [Opt; 3] = [
     .examples(&["-s f", "-s n", "--shading ambient", "-s d", "-s p", "-s gl", "-s r"]),
     Opt::new(
         "headlight",
-        Takes::Maybe("on|off", "flip"),
-        "toggles the headlight on the camera, or sets it [1999: off; now: on if the scene has no light, and in VRML97]",
+        Takes::Maybe("on|off|viewer", "flip"),
+        "toggles the headlight on the camera, or sets it; viewer: on unless NavigationInfo says no [1999: off; now: on if the scene has no light, and in VRML97]",
     )
     .vintage("headlight")
     .plan(
         |plan, words, _| {
-            let choice = words.parsed("headlight", "on or off", headlight)?;
+            let choice = words.parsed("headlight", "on, off or viewer", headlight)?;
             set(&mut plan.headlight, choice);
             Ok(())
         },
         |plan, _| match plan.headlight {
             Headlight::Automatic | Headlight::Environment => Vec::new(),
+            Headlight::Viewer => vec!["viewer".into()],
             Headlight::Flipped => vec![String::new()],
             Headlight::Set(true) => vec!["on".into()],
             Headlight::Set(false) => vec!["off".into()],
         },
     )
-    .examples(&["--headlight", "--headlight=on", "--headlight=off"]),
+    .examples(&["--headlight", "--headlight=on", "--headlight=off", "--headlight=viewer"]),
+    Opt::new(
+        "mirrors",
+        Takes::One("off|all|SHARE"),
+        "surfaces that model r draws as mirrors: those that reflect at least this share of the light, specular times shininess [1999: all, now: off]",
+    )
+    .plan(
+        |plan, words, _| {
+            let expected = "off, all or a number from 0 to 1, such as 0.3";
+            set(&mut plan.mirrors, words.parsed("mirrors", expected, mirrors)?);
+            Ok(())
+        },
+        |plan, usual| {
+            unless_default(plan.mirrors, usual.mirrors, |least| match least {
+                None => "off".into(),
+                Some(0.0) => "all".into(),
+                Some(least) => least.to_string(),
+            })
+        },
+    )
+    .examples(&["--mirrors off", "--mirrors all", "--mirrors 0.3"]),
     Opt::new(
         "max-depth",
         Takes::One("N"),
@@ -68,9 +89,23 @@ fn models() -> String {
     }
 }
 
+/// Parses the value of `--mirrors`.
+fn mirrors(word: &str) -> Option<Option<f32>> {
+    match word {
+        "off" => Some(None),
+        "all" => Some(Some(0.0)),
+        _ => word
+            .parse()
+            .ok()
+            .filter(|x| (0.0..=1.0).contains(x))
+            .map(Some),
+    }
+}
+
 fn headlight(word: &str) -> Option<Headlight> {
     match word {
         "flip" => Some(Headlight::Flipped),
+        "viewer" => Some(Headlight::Viewer),
         "on" => Some(Headlight::Set(true)),
         "off" => Some(Headlight::Set(false)),
         _ => None,

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::iv::Limits;
+use ivcam_inventor::pose::ViewDirection;
 use ivcam_render::geometry::text::Fonts;
 
 use super::given::GivenOptions;
 use super::option::{Opt, Takes};
-use super::values::{finite, paths, set, switch, unless_default};
+use super::values::{finite, if_any, paths, set, switch, unless_default};
 use crate::photo::camera_choice::CameraChoice;
+use crate::photo::view::{Choice, color_word, parse_color};
 
 /// The option `--scene-limit`, which every command that reads scenes has.
 pub(crate) const LIMIT: Opt = Opt::new(
@@ -62,7 +64,7 @@ pub(crate) const FONTS: Opt = Opt::new(
 )
 .examples(&["--fonts films", "--fonts films --fonts lenses"]);
 
-pub(super) static OPTIONS: [Opt; 10] = [
+pub(super) static OPTIONS: [Opt; 13] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -74,6 +76,16 @@ pub(super) static OPTIONS: [Opt; 10] = [
     )
     .describe(|plan| Some(plan.era.name().to_owned()))
     .examples(&["--era 1999", "--era modern", "--era vintage -j 4"]),
+    Opt::new(
+        "look",
+        Takes::One("viewer"),
+        "the picture that a viewer of the 1990s made: model g, no lens, the headlight, and the front of a scene without a camera; other options go before it",
+    )
+    .plan(
+        |_, _, _| Ok(()), // `Plan::from_options` reads it before all others.
+        |_, _| Vec::new(), // The options that it stands for are written.
+    )
+    .examples(&["--look viewer", "--look viewer -s d", "--look viewer --lens ideal"]),
     Opt::new(
         "camera",
         Takes::One("FILE"),
@@ -89,6 +101,34 @@ pub(super) static OPTIONS: [Opt; 10] = [
         |plan, _| plan.camera.iter().map(CameraChoice::word).collect(),
     )
     .examples(&["--camera camera/cam-1.dat", "--camera OrthographicCamera{}"]),
+    Opt::new(
+        "view",
+        Takes::One("SIDE"),
+        "the side to see the whole scene from: front, back, left, right, top, bottom, three-quarter, or AZIMUTH,ELEVATION in degrees; else:SIDE only if the scene has no camera [its camera, or the front, or the side that shows something]",
+    )
+    .plan(
+        |plan, words, _| {
+            let side = |word: &str| Choice::parse(word, ViewDirection::named);
+            plan.view = words.parsed("view", "a side, such as front or 35,25", side)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.view, |view| view.word(ViewDirection::name)),
+    )
+    .examples(&["--view top", "--view 35,25", "--view else:three-quarter"]),
+    Opt::new(
+        "background",
+        Takes::One("COLOR"),
+        "what is behind everything: a color as #rrggbb or R,G,B from 0 to 1, or black, white, gray, neutral; else:COLOR only if the scene has no Background [its Background, or black]",
+    )
+    .plan(
+        |plan, words, _| {
+            let color = |word: &str| Choice::parse(word, parse_color);
+            plan.background = words.parsed("background", "a color, such as #8090a0", color)?;
+            Ok(())
+        },
+        |plan, _| if_any(plan.background, |color| color.word(color_word)),
+    )
+    .examples(&["--background white", "--background #8090a0", "--background else:0.4,0.4,0.5"]),
     Opt::new(
         "environment",
         Takes::One("FILE"),

@@ -4,6 +4,7 @@ use glam::{DMat4, DQuat, DVec3};
 
 use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
+use super::view_direction::ViewDirection;
 use crate::grammar::{
     Field, camera, class, film_camera, orthographic_camera, perspective_camera, viewpoint,
 };
@@ -157,6 +158,16 @@ impl CameraPose {
             film: None,
             source: "viewAll".into(),
         }
+    }
+
+    /// Returns the pose turned around a point, from the front of a scene to another side.
+    #[must_use]
+    pub fn turned_around(mut self, middle: DVec3, side: ViewDirection) -> Self {
+        let turn = side.rotation();
+        self.position = middle + turn * (self.position - middle);
+        self.orientation = (turn * self.orientation).normalize();
+        self.source = format!("{}, {} view", self.source, side.name());
+        self
     }
 
     /// Returns the unit vector in which the camera looks.

@@ -7,7 +7,9 @@
 mod camera_pose;
 mod projection;
 mod rotation;
+mod view_direction;
 
 pub use camera_pose::{CameraPose, FilmPlane};
 pub use projection::{Projection, ViewportMapping};
 pub use rotation::{axis_angle, quat, rotation_of};
+pub use view_direction::ViewDirection;

@@ -1,5 +1,6 @@
 //! Traces one ray of a packet alone.
 
+use glam::Vec3;
 use ivcam_base::math::lanes::bits;
 
 use super::block::{Block, BlockHits};
@@ -78,12 +79,22 @@ impl NearestHit {
         self.through *= transmittance;
     }
 
-    /// Does what [`NearestHit::dim`] does at each hit on a primitive that is not a triangle.
-    pub(super) fn dim_at(&mut self, distances: [f32; 2], transmittance: f32) {
+    /// Does what [`NearestHit::dim`] does at each hit of a ray, given by its origin and direction,
+    /// on a primitive that is not a triangle.
+    pub(super) fn dim_at(
+        &mut self,
+        distances: [f32; 2],
+        primitive: u32,
+        (origin, toward_light): (Vec3, Vec3),
+        primitives: &impl Primitives,
+    ) {
+        let may_be_culled = primitives.may_be_culled(primitive);
         let mut from = 0.0;
         for t in distances {
             if t > from && t < self.t {
-                self.dim(transmittance);
+                if !may_be_culled || !primitives.is_culled(origin, toward_light, primitive, t) {
+                    self.dim(primitives.transmittance_of(primitive));
+                }
                 from = t;
             }
         }
@@ -112,14 +123,18 @@ impl Bvh {
         let (t_min, t_max) = (0.0, nearest.reach());
         let visit = |block: &Block, hits: &BlockHits, _: f32| {
             if TO_LIGHT {
-                for i in bits(hits.mask) {
-                    nearest.dim(primitives.transmittance_of(block.primitive(i)));
+                let (origin, direction) = (ray.origin, ray.direction);
+                for primitive in bits(hits.mask).map(|i| block.primitive(i)) {
+                    if !primitives.may_be_culled(primitive)
+                        || !primitives.is_culled(origin, direction, primitive, 0.0)
+                    {
+                        nearest.dim(primitives.transmittance_of(primitive));
+                    }
                 }
                 for i in bits(block.non_triangles()) {
                     let primitive = block.primitive(i);
-                    let (origin, direction) = (ray.origin, ray.direction);
                     let found = primitives.distances(origin, direction, primitive, nearest.t);
-                    nearest.dim_at(found, primitives.transmittance_of(primitive));
+                    nearest.dim_at(found, primitive, (origin, direction), primitives);
                 }
                 return match nearest.is_hit {
                     true => f32::NEG_INFINITY,

@@ -5,7 +5,9 @@
 //! together with the operations of a single ray, so a hit has the same bits. When few rays are left
 //! they continue one by one, as all rays do on a processor without vectors.
 
-use ivcam_base::math::lanes::{LANES, RaysInLanes, VectorKernel, Vectors, bits, dispatch_vectors};
+use ivcam_base::math::lanes::{
+    LANES, RaysInLanes, VectorKernel, Vectors, bits, dispatch_vectors, of_lane,
+};
 
 use super::block::{BLOCK, Block};
 use super::hit::{CLOSE, Primitives};
@@ -287,7 +289,7 @@ impl PreparedPacket {
                 let lanes =
                     self.intersect_triangle::<V, true>(v, block, i, lanes & !self.hits.mask);
                 if lanes != 0 {
-                    self.dim(lanes, primitives.transmittance_of(block.primitive(i)));
+                    self.dim_triangle(lanes, block.primitive(i), primitives);
                 }
             } else {
                 self.intersect_triangle::<V, false>(v, block, i, lanes);
@@ -323,12 +325,28 @@ impl PreparedPacket {
             let mut nearest = self.nearest(lane);
             let found = [distances[0][lane], distances[1][lane]];
             if TO_LIGHT {
-                nearest.dim_at(found, primitives.transmittance_of(primitive));
+                let (origin, toward) =
+                    (of_lane(&self.origin, lane), of_lane(&self.direction, lane));
+                nearest.dim_at(found, primitive, (origin, toward), primitives);
             } else {
                 nearest.take_distances(primitive, found);
             }
             self.set_nearest(lane, &nearest);
         }
+    }
+
+    /// Lets the light of some rays, which hit a triangle, through it.
+    #[inline]
+    fn dim_triangle(&mut self, lanes: u32, primitive: u32, primitives: &impl Primitives) {
+        let mut lit = lanes;
+        if primitives.may_be_culled(primitive) {
+            for lane in bits(lanes) {
+                let (origin, toward) =
+                    (of_lane(&self.origin, lane), of_lane(&self.direction, lane));
+                lit &= !(u32::from(primitives.is_culled(origin, toward, primitive, 0.0)) << lane);
+            }
+        }
+        self.dim(lit, primitives.transmittance_of(primitive));
     }
 
     /// Lets the light of some rays through a primitive with a transmittance.

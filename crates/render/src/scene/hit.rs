@@ -222,15 +222,21 @@ impl RenderScene {
         if surface.clip.is_empty() && !surface.culls {
             return true;
         }
-        let at = ray.at(hit.t);
-        if surface
-            .clip
-            .iter()
-            .any(|(normal, distance)| normal.dot(at) < *distance)
-        {
+        !is_clipped(surface, ray.at(hit.t)) && (!surface.culls || self.is_front(ray, hit, surface))
+    }
+
+    /// Whether the light that a ray leads to passes a hit, because it meets a culled back face.
+    ///
+    /// A face that is not there for the camera is not there for a light: what the light sees, not
+    /// what the shaded point sees, decides.
+    pub(super) fn is_culled_from_light(&self, ray: &Ray, hit: &Hit) -> bool {
+        let surface = self.surface(hit);
+        if !self.culls_shadows || !surface.culls {
             return false;
         }
-        !surface.culls || self.is_front(ray, hit, surface)
+        let outward = self.geometric_normal(ray, hit);
+        let from_light = Ray::new(ray.origin, -ray.direction);
+        !self.is_front_of(&from_light, hit, surface, outward)
     }
 
     /// Whether the ray hits the front: the side from which the vertices have the hinted order.
@@ -294,16 +300,14 @@ impl RenderScene {
     /// Returns the fraction of light that a primitive transmits at a hit.
     fn lets_through(&self, ray: &Ray, hit: &Hit) -> f32 {
         let surface = self.surface(hit);
-        if !surface.casts_shadow {
-            return 1.0;
-        }
-        if self.stops_light(hit.primitive) {
-            return 0.0;
-        }
-        if surface.clip.is_empty() || self.is_visible(ray, hit) {
-            self.point(ray, hit).transparency
-        } else {
+        if !surface.casts_shadow || self.is_culled_from_light(ray, hit) {
             1.0
+        } else if self.stops_light(hit.primitive) {
+            0.0
+        } else if is_clipped(surface, ray.at(hit.t)) {
+            1.0
+        } else {
+            self.point(ray, hit).transparency
         }
     }
 
@@ -361,4 +365,10 @@ impl RenderScene {
             Primitive::Triangle(_) => Vec3::ZERO, // `geometric_normal` has computed it
         }
     }
+}
+
+/// Whether a point is cut away by a clip plane of its surface.
+fn is_clipped(surface: &Surface, at: Vec3) -> bool {
+    let mut planes = surface.clip.iter();
+    planes.any(|(normal, distance)| normal.dot(at) < *distance)
 }

@@ -47,9 +47,10 @@ impl RenderScene {
         out
     }
 
-    /// Whether any surface reflects light like a mirror.
-    pub fn has_mirrors(&self) -> bool {
-        self.surfaces.iter().any(|s| s.mirror() != glam::Vec3::ZERO)
+    /// Returns the largest fraction of light that any surface would reflect as a mirror.
+    pub fn largest_mirror(&self) -> f32 {
+        let shares = self.surfaces.iter().map(|s| s.mirror().max_element());
+        shares.fold(0.0, f32::max)
     }
 
     /// Whether light passes through any surface.

@@ -29,6 +29,7 @@ mod snapshot;
 mod survey;
 mod surveyed_prototypes;
 mod texel_footprint;
+mod unapplied;
 
 pub use census::{Census, InstanceCounts};
 pub use left_out::Unneeded;
@@ -42,4 +43,4 @@ pub use render_scene::OracleTriangle;
 pub use render_scene::RenderScene;
 pub(crate) use small_lights::SmallLight;
 pub use snapshot::snapshot;
-pub use survey::Survey;
+pub use survey::{Survey, draws_nothing};

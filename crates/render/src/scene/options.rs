@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::iv::Limits;
 use ivcam_inventor::pose::CameraPose;
@@ -71,6 +71,12 @@ pub struct CompileOptions {
     pub memory: u64,
     /// When to store repeated parts once. Default: where it pays.
     pub instancing: Instancing,
+    /// A color for the background, and whether it replaces the scene's `Background`. Default: none,
+    /// a scene without that node is black behind.
+    pub background: Option<(Vec3, bool)>,
+    /// Whether faces that are culled as seen from a light cast shadows all the same. Default: no, a
+    /// light passes what it does not see. The 1999 program: yes (a guess).
+    pub culled_faces_cast_shadows: bool,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
     pub ignore_draw_style: bool,
@@ -90,6 +96,8 @@ impl Default for CompileOptions {
             limits: Limits::default(),
             memory: MemoryLimit::default().bytes(),
             instancing: Instancing::WhereItPays,
+            background: None,
+            culled_faces_cast_shadows: false,
             ignore_draw_style: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),

@@ -6,7 +6,7 @@ use glam::Vec3;
 use ivcam_base::math::lanes::{LANES, Lanes, RaysInLanes, SimdKernel, bits, dispatch, of_lane};
 
 use super::render_scene::RenderScene;
-use crate::bvh::{Hit, PacketHits, Primitives, RayPacket};
+use crate::bvh::{Hit, PacketHits, Primitives, Ray, RayPacket};
 
 impl Primitives for RenderScene {
     fn distances(&self, origin: Vec3, direction: Vec3, primitive: u32, t_max: f32) -> [f32; 2] {
@@ -47,6 +47,22 @@ impl Primitives for RenderScene {
             true => 0.0,
             false => self.surface_transmittances[self.owners[primitive as usize] as usize],
         }
+    }
+
+    #[inline]
+    fn may_be_culled(&self, primitive: u32) -> bool {
+        self.culls_shadows && self.surfaces[self.owners[primitive as usize] as usize].culls
+    }
+
+    fn is_culled(&self, origin: Vec3, toward_light: Vec3, primitive: u32, t: f32) -> bool {
+        let hit = Hit {
+            t,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place: 0,
+        };
+        self.is_culled_from_light(&Ray::new(origin, toward_light), &hit)
     }
 }
 
@@ -130,7 +146,6 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-    use crate::bvh::Ray;
     use crate::scene::CompileOptions;
     use ivcam_inventor::iv::Document;
     use ivcam_inventor::snapshot::Snapshot;

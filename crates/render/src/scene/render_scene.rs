@@ -36,6 +36,8 @@ pub struct RenderScene {
     pub(super) special: bool,
     /// Whether any surface is drawn over everything else.
     pub(super) annotated: bool,
+    /// Whether any surface casts shadows only where a light sees its front.
+    pub(super) culls_shadows: bool,
     /// Whether every surface blocks all light.
     pub(super) solid: bool,
     /// The transmittance of each surface: see [`Surface::transmittance`].

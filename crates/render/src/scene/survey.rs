@@ -78,6 +78,12 @@ impl RenderScene {
     }
 }
 
+/// Returns whether a snapshot has nothing to draw: it has no shape, or none with a size that is
+/// drawn.
+pub fn draws_nothing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> bool {
+    survey_once(snapshot, options, false).bounds.is_none()
+}
+
 /// Surveys a snapshot.
 pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
     let mut survey = survey_once(snapshot, options, false);
@@ -257,6 +263,7 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         }
         let handles = self.snapshot.has_handles();
         self.canvas.census.see_node(node, handles);
+        self.canvas.reports.not_applied(node);
     }
 
     fn screen_area(&mut self, node: NodeRef<'a>, state: &State<'a>) -> Option<f64> {

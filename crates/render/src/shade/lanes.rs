@@ -99,13 +99,12 @@ pub(super) struct SurfaceValues {
 }
 
 impl SurfaceValues {
-    pub(super) fn new(surface: &Surface, shading: Shading) -> Self {
+    pub(super) fn new(surface: &Surface, shading: Shading, is_mirror: bool) -> Self {
         let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
         // Otherwise the ambient light of a point depends on its own diffuse color.
         let has_one_glow = surface.ambient_intensity.is_none()
             || surface.materials.is_empty()
             || surface.environment.ambient == Vec3::ZERO;
-        let is_mirror = shading == Shading::Recursive && surface.mirror() != Vec3::ZERO;
         Self {
             diffuse,
             glow: has_one_glow.then(|| surface.glow(diffuse)),

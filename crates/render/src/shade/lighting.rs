@@ -41,9 +41,17 @@ pub(super) fn direct(
 /// The densities are Coin's: at the visibility distance an 8-bit picture no longer shows the color.
 /// There FOG transmits e^−5.545 = 1/256 and SMOKE e^−(2.35)²; HAZE is linear.
 pub(super) fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
+    match clearness(point, eye, backward) {
+        1.0 => color,
+        clear => point.surface.environment.fog_color.lerp(color, clear),
+    }
+}
+
+/// The fraction of a point's light that the fog between the eye and the point lets through.
+pub(super) fn clearness(point: &Point<'_>, eye: Vec3, backward: Vec3) -> f32 {
     let environment = &point.surface.environment;
     if environment.fog == FogKind::None || environment.visibility <= 0.0 {
-        return color;
+        return 1.0;
     }
     // Inventor's fog depends on depth, as in OpenGL. That of VRML 97 depends on distance (4.10).
     let depth = match environment.fog {
@@ -57,5 +65,5 @@ pub(super) fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) 
         FogKind::Fog => libm::expf(-5.545 * depth),
         _ => libm::expf(-(2.35 * depth) * (2.35 * depth)),
     };
-    environment.fog_color.lerp(color, clear.clamp(0.0, 1.0))
+    clear.clamp(0.0, 1.0)
 }

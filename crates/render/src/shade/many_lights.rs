@@ -17,7 +17,7 @@ use ivcam_base::math::lanes::{
 use ivcam_optics::sampling::{mix, unit};
 
 use super::lanes::{Gathered, LightLanes};
-use super::shader::{Shader, Work};
+use super::shader::{RayCounts, Shader, Work};
 use crate::bvh::RayPacket;
 use crate::scene::{Light, SHADOW_END};
 
@@ -85,31 +85,33 @@ impl Shader<'_> {
                 1 => of_lane(&points.gathered.specular, lane) * weight.highlight[lane],
                 _ => Vec3::ZERO,
             };
+            let arriving = light.color * (diffuse + specular) * pick.factor;
+            if !self.casts_shadows(light) {
+                let sum = of_lane(radiances, lane) + arriving;
+                set_lane(radiances, lane, sum);
+                continue;
+            }
             let incident = light.reach(of_lane(&points.placed.position, lane));
             let mut ray = points.placed.leave(lane, incident.toward);
             ray.t_max = incident.distance * SHADOW_END;
             let queue = &mut choice.queue;
             queue.rays.set(queue.count, &ray);
-            set_lane(
-                &mut queue.light,
-                queue.count,
-                light.color * (diffuse + specular) * pick.factor,
-            );
+            set_lane(&mut queue.light, queue.count, arriving);
             queue.lanes[queue.count] = lane as u8;
             queue.count += 1;
             if queue.count == LANES {
-                self.flush(queue, radiances);
+                self.flush(queue, radiances, &mut work.counts);
             }
         }
-        self.flush(&mut choice.queue, radiances);
-        work.counts.shadow += choice.picks.len() as u64;
+        self.flush(&mut choice.queue, radiances, &mut work.counts);
         work.choice = choice;
     }
 
     /// Traces the rays of a queue and adds their light to the radiances of their points.
-    fn flush(&self, queue: &mut ShadowQueue, radiances: &mut Vec3Lanes) {
+    fn flush(&self, queue: &mut ShadowQueue, radiances: &mut Vec3Lanes, counts: &mut RayCounts) {
         let mut through = [1.0; LANES];
         self.scene.transmittances(&queue.rays, &mut through);
+        counts.shadow += queue.count as u64;
         for (i, &lane) in queue.lanes[..queue.count].iter().enumerate() {
             let lane = usize::from(lane);
             let sum = of_lane(radiances, lane) + of_lane(&queue.light, i) * through[i];

@@ -238,7 +238,7 @@ impl Shader<'_> {
             return;
         }
         let mut through = [1.0; LANES];
-        if self.shading == Shading::Recursive {
+        if self.casts_shadows(light) {
             counts.shadow += u64::from(points.lit.rays.mask.count_ones());
             self.scene.transmittances(&points.lit.rays, &mut through);
         }

@@ -10,7 +10,7 @@ use super::lighting;
 use super::many_lights::LightChoice;
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
-use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END};
+use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END, Surface};
 
 /// The options of a [`Shader`].
 #[derive(Clone, Debug)]
@@ -21,6 +21,13 @@ pub struct ShadeOptions {
     pub backward: Vec3,
     /// The largest number of successive reflections and refractions. Default: 5.
     pub max_depth: u32,
+    /// Whether lights at the camera, such as the headlight, cast shadows. Default: no, because
+    /// nothing that is seen can be in them. The 1999 program: yes (a guess).
+    pub shadows_at_eye: bool,
+    /// The least fraction of light that a surface reflects for it to be a mirror, from 0 to 1.
+    /// Other surfaces have highlights only. Default: no surface is a mirror. The 1999 program: 0,
+    /// every surface with highlights.
+    pub mirrors: Option<f32>,
     /// A ray ends if it contributes at most this fraction of its radiance to the picture. Default:
     /// 1/1024.
     pub least_share: f32,
@@ -32,6 +39,8 @@ impl Default for ShadeOptions {
             headlight: None,
             backward: Vec3::Z,
             max_depth: 5,
+            shadows_at_eye: false,
+            mirrors: None,
             least_share: 1.0 / 1024.0,
         }
     }
@@ -122,7 +131,10 @@ impl<'a> Shader<'a> {
         self.surfaces.get_or_init(|| {
             let surfaces = self.scene.surfaces().iter();
             surfaces
-                .map(|surface| SurfaceValues::new(surface, self.shading))
+                .map(|surface| {
+                    let mirror = self.mirror_share(surface);
+                    SurfaceValues::new(surface, self.shading, mirror != Vec3::ZERO)
+                })
                 .collect()
         })
     }
@@ -324,6 +336,23 @@ impl<'a> Shader<'a> {
             .chain(self.options.headlight.as_ref())
     }
 
+    /// Whether a light casts shadows.
+    #[inline]
+    pub(super) fn casts_shadows(&self, light: &Light) -> bool {
+        self.shading == Shading::Recursive && (self.options.shadows_at_eye || !light.at_eye)
+    }
+
+    /// The fraction of light that a surface reflects as a mirror where it is opaque.
+    fn mirror_share(&self, surface: &Surface) -> Vec3 {
+        let share = surface.mirror();
+        match self.options.mirrors {
+            Some(least) if self.shading == Shading::Recursive && share.max_element() >= least => {
+                share
+            }
+            _ => Vec3::ZERO,
+        }
+    }
+
     /// The light that leaves a point by model `r`.
     fn lit_in_shadow(&self, point: &Point<'_>, counts: &mut RayCounts) -> Vec3 {
         if point.surface.base_color {
@@ -332,7 +361,8 @@ impl<'a> Shader<'a> {
         let mut sum = lighting::ambient(point);
         for light in self.lights(point) {
             let incident = light.reach(point.position);
-            let shadow = shadow_ray(point, &incident).map_or(1.0, |ray| {
+            let ray = shadow_ray(point, &incident).filter(|_| self.casts_shadows(light));
+            let shadow = ray.map_or(1.0, |ray| {
                 counts.shadow += 1;
                 self.scene.transmittance(&ray, ray.t_max)
             });
@@ -346,10 +376,13 @@ impl<'a> Shader<'a> {
     /// The direct light is that of `p` times the transmittance along the shadow ray. The opaque
     /// part has the share 1 − transparency. The two rays are:
     ///
-    /// * the reflected ray, with the share specular · shininess;
+    /// * on a mirror the reflected ray, with the share specular · shininess;
     /// * on a transparent surface the refracted ray, with the share transparency. It is bent by
     ///   the index of refraction, which is 1 unless an extension field sets it. Beyond the critical
     ///   angle its share goes to the reflected ray.
+    ///
+    /// The fog before the point dims a ray that leaves in another direction. One that goes straight
+    /// on has the fog of its whole length.
     fn recurse(
         &self,
         hit: &Hit,
@@ -366,10 +399,11 @@ impl<'a> Shader<'a> {
         if path.depth >= self.options.max_depth {
             return;
         }
-        let mut mirror = surface.mirror() * opaque;
+        let mut mirror = self.mirror_share(surface) * opaque;
         if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
             return;
         }
+        let clear = lighting::clearness(point, ray.origin, self.options.backward);
         let d = ray.direction.normalize_or(Vec3::NEG_Z);
         let facing = if point.normal.dot(d) > 0.0 {
             -point.normal
@@ -387,14 +421,14 @@ impl<'a> Shader<'a> {
                     self.follow(ahead, share, path, pending);
                 }
                 Some(direction) => {
-                    self.follow(point.leave(direction), share, path, pending);
+                    self.follow(point.leave(direction), share * clear, path, pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
         }
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
-            let share = path.share * mirror;
+            let share = path.share * mirror * clear;
             self.follow(point.leave(direction), share, path, pending);
         }
     }

@@ -7,6 +7,7 @@ use ivcam_base::diag::{Diagnostic, Source, Span};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 
 use crate::geometry::text::MissingCharacters;
+use crate::scene::unapplied::unapplied;
 
 /// Where a node is in a file.
 type Place = (Option<Arc<Source>>, Span);
@@ -22,6 +23,8 @@ pub(crate) struct Reports {
     texts: HashSet<NodeId>,
     /// The characters of all texts that are not drawn as written, with warnings at the first text.
     missing: Option<(MissingCharacters, Place)>,
+    /// The classes of nodes that were reported as not applied.
+    unapplied: HashSet<&'static str>,
 }
 
 impl Reports {
@@ -83,6 +86,15 @@ impl Reports {
             }
         }
         self.diagnostics
+    }
+
+    /// Reports a node that would change the picture and is not applied, once for each class.
+    pub(crate) fn not_applied(&mut self, node: NodeRef<'_>) {
+        let Some(lack) = unapplied(node) else { return };
+        let class = node.known_class().map_or("", |class| class.name);
+        if self.unapplied.insert(class) {
+            self.at(node, format!("`{class}` is not applied: {lack}"), None);
+        }
     }
 
     /// Adds a warning at the place of a node.

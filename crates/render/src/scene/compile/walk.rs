@@ -53,11 +53,14 @@ impl RenderScene {
             snapshot,
             builder: SceneBuilder::new(options),
             instances: CompiledInstances::new(snapshot, options, &walk_options),
-            background_set: false,
+            background_set: options.background.is_some_and(|(_, replaces)| replaces),
             reached: vec![false; snapshot.document().nodes.len()],
             lights: HashSet::new(),
             fog: None,
         };
+        if let Some((color, _)) = options.background {
+            compiler.builder.scene.background = Background::plain(color);
+        }
         let prototypes = compiler.instances.prototypes.as_ref();
         compiler.builder.deferred = prototypes.map(|_| DeferredText::new());
         compiler.reserve_all();
@@ -141,7 +144,12 @@ impl Compiler<'_> {
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.finish();
         self.instances.finish(&mut scene);
+        let culls = scene.surfaces.iter().any(|surface| surface.culls);
+        scene.culls_shadows = culls && !builder.options.culled_faces_cast_shadows;
         scene.finalize()?;
+        if let (Some(_), Some((low, high))) = (&builder.options.camera, scene.bounds) {
+            scene.light_sets.find_lights_at_eye((high - low).length());
+        }
         let primitives = scene.owners.len() + scene.instances.as_ref().map_or(0, |all| all.len());
         let tree = primitives as u64 * Bvh::BYTES_OF_PRIMITIVE;
         MemoryBudget::new(u64::MAX).take("the tree of the scene", tree)?;
@@ -167,6 +175,7 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         self.begin_node(node, role);
         let handles = self.snapshot.has_handles();
         self.builder.census().see_node(node, handles);
+        self.builder.reports.not_applied(node);
     }
 
     fn instance(&mut self, part: Instance<'a>, state: &State<'a>) -> bool {
@@ -174,10 +183,10 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     }
 
     fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        let is_fog = node.known_class().is_some_and(|c| c.name.ends_with("Fog"));
-        if is_fog {
+        let name = node.known_class().map_or("", |class| class.name);
+        if name.ends_with("Fog") {
             self.fog.get_or_insert_with(|| fog97(node, state));
-        } else if !self.background_set {
+        } else if name.ends_with("Background") && !self.background_set {
             self.background_set = true;
             let builder = &mut self.builder;
             let files = (&mut builder.shared.files, &mut builder.memory);

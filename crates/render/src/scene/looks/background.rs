@@ -76,6 +76,14 @@ impl Background {
         (background, diagnostics)
     }
 
+    /// Returns a background of one color.
+    pub(crate) fn plain(color: Vec3) -> Self {
+        Self {
+            sky: vec![(0.0, color)],
+            ..Self::default()
+        }
+    }
+
     /// Returns whether the color is black in every direction.
     pub fn is_black(&self) -> bool {
         let mut colors = self.sky.iter().chain(&self.ground);

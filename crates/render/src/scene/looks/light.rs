@@ -23,6 +23,8 @@ pub struct Light {
     pub least_divisor: f32,
     /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
     pub radius: f32,
+    /// Whether the light is at the camera, so that nothing that is seen is in its shadow.
+    pub at_eye: bool,
 }
 
 /// A ray toward a light ends at this share of the distance, so that nothing behind the light casts
@@ -55,6 +57,7 @@ impl Light {
             attenuation: element.attenuation,
             least_divisor: element.least_divisor,
             radius: element.radius,
+            at_eye: false,
         }
     }
 
@@ -85,6 +88,17 @@ impl Light {
         bits
     }
 
+    /// Returns the light with `at_eye` set if it is not directional and no farther from the camera,
+    /// which is the origin, than 1e-5 of the scene's extent. Its shadows are then hidden behind
+    /// what casts them, to a hundredth of a pixel.
+    pub(super) fn placed_at_eye(self, extent: f32) -> Self {
+        let is_near = self.position.length() <= 1e-5 * extent;
+        Self {
+            at_eye: self.kind != LightKind::Directional && is_near,
+            ..self
+        }
+    }
+
     /// A directional light on the camera.
     pub fn headlight(direction: Vec3) -> Self {
         Self {
@@ -96,6 +110,7 @@ impl Light {
             attenuation: Vec3::Z,
             least_divisor: 0.0,
             radius: f32::INFINITY,
+            at_eye: true,
         }
     }
 

@@ -40,6 +40,13 @@ impl LightSets {
         ranges.iter().map(ExactSizeIterator::len).sum()
     }
 
+    /// Marks the lights at the camera of a scene with an extent: see [`Light::placed_at_eye`].
+    pub(in crate::scene) fn find_lights_at_eye(&mut self, extent: f32) {
+        for light in &mut self.lights {
+            *light = light.placed_at_eye(extent);
+        }
+    }
+
     /// Whether there are no lights.
     pub(crate) fn is_empty(&self) -> bool {
         self.lights.is_empty()

@@ -1,0 +1,161 @@
+//! The nodes that would change a picture and do not, because they are not supported. Each class is
+//! reported once for a scene, with what is missing.
+
+use ivcam_inventor::grammar::{class, texture_unit};
+use ivcam_inventor::iv::NodeRef;
+
+/// The classes by name, in all dialects, and what the picture lacks.
+const UNAPPLIED: [(&str, &str); 25] = [
+    ("BumpMap", "surfaces are drawn without bumps"),
+    ("TextureCubeMap", "its texture is not drawn"),
+    ("SceneTexture2", "its texture is not drawn"),
+    ("SceneTextureCubeMap", "its texture is not drawn"),
+    ("TextureCombine", "textures are combined by their `model`"),
+    (
+        "TextureCoordinateNormalMap",
+        "textures have the coordinates in force before it",
+    ),
+    (
+        "TextureCoordinateReflectionMap",
+        "textures have the coordinates in force before it",
+    ),
+    ("HeightMapToNormalMap", "surfaces are drawn without bumps"),
+    ("ShaderProgram", "shapes are shaded as without it"),
+    ("ColorIndex", "shapes have the colors of their materials"),
+    ("VertexAttribute", "shapes are drawn without it"),
+    ("AlphaTest", "transparent parts are blended"),
+    ("DepthBuffer", "nearer shapes hide farther ones"),
+    ("GradientBackground", "the background is as without it"),
+    ("ImageBackground", "the background is as without it"),
+    ("PyScript", "it is not run"),
+    ("GeoCoordinate", "shapes with its points are not drawn"),
+    ("GeoElevationGrid", "it is not drawn"),
+    ("GeoLOD", "its children are not drawn"),
+    ("GeoLocation", "its children are at the origin"),
+    ("GeoOrigin", "positions on the globe are not converted"),
+    ("GeoSeparator", "its children are at the origin"),
+    ("GeoPositionInterpolator", "it moves nothing"),
+    ("GeoViewpoint", "it is no camera"),
+    ("NurbsPositionInterpolator", "it moves nothing"),
+];
+
+/// Returns what the picture lacks because a node is not applied, if it lacks anything.
+pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
+    let known = node.known_class()?;
+    if known.id == class::TEXTURE_UNIT {
+        let is_first = node.get(texture_unit::UNIT) == 0;
+        return (!is_first).then_some("the textures of its unit are not drawn");
+    }
+    let listed = UNAPPLIED.iter().find(|(name, _)| *name == known.name);
+    listed.map(|(_, lack)| *lack)
+}
+
+#[cfg(test)]
+mod tests {
+    use ivcam_inventor::grammar::{CLASSES, Role, Treatment};
+    use ivcam_inventor::iv::Document;
+    use ivcam_inventor::snapshot::Snapshot;
+
+    use super::*;
+    use crate::scene::{CompileOptions, RenderScene};
+
+    /// Families whose nodes are kept and change no picture by themselves: they hold data, move
+    /// something, or answer to a user.
+    const WITHOUT_EFFECT: [&str; 9] = [
+        "Engine",
+        "Dragger",
+        "InteractionKit",
+        "ShaderObject",
+        "ShaderParameter",
+        "VRMLSensor",
+        "VRMLInterpolator",
+        "FieldContainer",
+        "Interpolate",
+    ];
+    /// The same for single classes.
+    const ALONE: [&str; 22] = [
+        "AudioClip",
+        "Sound",
+        "ShadowCulling",
+        "TransparencyType",
+        "TextureScalePolicy",
+        "Callback",
+        "EventCallback",
+        "Info",
+        "Label",
+        "Listener",
+        "CacheHint",
+        "BBox",
+        "VertexAttributeBinding",
+        "PickStyle",
+        "NavigationInfo",
+        "BumpMapCoordinate",
+        "BumpMapTransform",
+        "GeoMetadata",
+        "WorldInfo",
+        "Script",
+        "ShaderObject",
+        "Path",
+    ];
+
+    /// No class is kept without a decision whether the picture lacks something.
+    #[test]
+    fn every_class_that_is_kept_is_reported_or_known_to_change_no_picture() {
+        for class in CLASSES.iter().filter(|c| c.treatment == Treatment::Kept) {
+            let is_reported = UNAPPLIED.iter().any(|(name, _)| *name == class.name);
+            let is_quiet = ALONE.contains(&class.name)
+                || WITHOUT_EFFECT.iter().any(|family| class.is_a(family));
+            assert!(
+                is_reported || is_quiet,
+                "`{}` ({}) is kept without a word",
+                class.name,
+                class.family
+            );
+        }
+        for (name, _) in UNAPPLIED {
+            assert!(CLASSES.iter().any(|class| class.name == name), "{name}");
+        }
+    }
+
+    #[test]
+    fn a_scene_with_a_node_that_is_not_applied_has_a_problem() {
+        for (name, lack) in UNAPPLIED {
+            let class = CLASSES.iter().find(|class| class.name == name);
+            let is_vrml97 = class.is_some_and(|class| class.is_vrml97());
+            let is_root = class.is_some_and(|class| class.role != Role::Held);
+            if !is_root {
+                continue;
+            }
+            let text = match (is_vrml97, name) {
+                (true, "GeoCoordinate") => {
+                    "#VRML V2.0 utf8\nShape { geometry PointSet { coord GeoCoordinate { } } }\n"
+                        .to_owned()
+                }
+                (true, "GeoElevationGrid") => {
+                    "#VRML V2.0 utf8\nShape { geometry GeoElevationGrid { } }\n".to_owned()
+                }
+                (true, _) => format!("#VRML V2.0 utf8\nGroup {{ children {name} {{ }} }}\n"),
+                (false, _) => format!("#Inventor V2.1 ascii\n{name} {{ }} {name} {{ }}\n"),
+            };
+            let document = Document::read_headerless("a", text.into_bytes()).unwrap();
+            let snapshot = Snapshot::at(&document, 0.0);
+            let options = CompileOptions::default();
+            let compiled = RenderScene::compile(&snapshot, &options).unwrap();
+            let surveyed = RenderScene::survey(&snapshot, &options);
+            for found in [&compiled.census().diagnostics, &surveyed.diagnostics] {
+                let told: Vec<_> = found.iter().filter(|d| d.message.contains(lack)).collect();
+                assert_eq!(told.len(), 1, "{name}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn only_a_texture_unit_other_than_the_first_is_reported() {
+        for (unit, problems) in [(0, 0), (1, 1)] {
+            let text = format!("#Inventor V2.1 ascii\nTextureUnit {{ unit {unit} }} Cube {{ }}\n");
+            let document = Document::read_headerless("a.iv", text.into_bytes()).unwrap();
+            let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());
+            assert_eq!(survey.diagnostics.len(), problems);
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! The side from which a photograph shows a whole scene, and the color behind it.
+
+use glam::Vec3;
+use ivcam_inventor::pose::{CameraPose, ViewDirection};
+use ivcam_render::bvh::Ray;
+use ivcam_render::camera::Camera;
+use ivcam_render::scene::RenderScene;
+
+/// The rays across and down that tell how much of a scene a camera sees.
+const GRID: (u32, u32) = (72, 48);
+/// The share of the picture below which it shows next to nothing: 17 of 3,456 rays. A line of one
+/// pixel across the picture of 1999 covers as much.
+const NEXT_TO_NOTHING: f64 = 0.005;
+
+/// A choice that a plan makes against what the scene states, or only for what it does not state.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Choice<T> {
+    /// The choice replaces what the scene states.
+    Always(T),
+    /// The scene goes first.
+    Else(T),
+}
+
+impl<T> Choice<T> {
+    /// Parses the word of an option: a value, or `else:` and a value.
+    pub(super) fn parse(word: &str, value: impl Fn(&str) -> Option<T>) -> Option<Self> {
+        match word.strip_prefix("else:") {
+            Some(rest) => value(rest).map(Self::Else),
+            None => value(word).map(Self::Always),
+        }
+    }
+
+    /// Returns the word that [`Choice::parse`] reads.
+    pub(super) fn word(self, value: impl Fn(T) -> String) -> String {
+        match self {
+            Self::Always(own) => value(own),
+            Self::Else(own) => format!("else:{}", value(own)),
+        }
+    }
+}
+
+/// The background of pictures of folders, where the scene has none: white and black lines and the
+/// gray of the default material stand out from it.
+pub(crate) const NEUTRAL: Vec3 = Vec3::splat(0.4);
+
+/// The names of colors that `--background` accepts.
+const COLORS: [(&str, Vec3); 4] = [
+    ("black", Vec3::ZERO),
+    ("white", Vec3::ONE),
+    ("gray", Vec3::splat(0.5)),
+    ("neutral", NEUTRAL),
+];
+
+/// Parses a color: a name, `#rrggbb`, or three numbers from 0 to 1 with commas between them.
+pub(super) fn parse_color(word: &str) -> Option<Vec3> {
+    if let Some((_, color)) = COLORS.into_iter().find(|(name, _)| *name == word) {
+        return Some(color);
+    }
+    if let Some(digits) = word.strip_prefix('#') {
+        let is_hex = digits.len() == 6 && digits.bytes().all(|b| b.is_ascii_hexdigit());
+        let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_hex)?;
+        let [_, r, g, b] = number.to_be_bytes().map(|level| f32::from(level) / 255.0);
+        return Some(Vec3::new(r, g, b));
+    }
+    let parts: Option<Vec<f32>> = word
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect();
+    match parts?[..] {
+        [r, g, b] if [r, g, b].iter().all(|x| (0.0..=1.0).contains(x)) => Some(Vec3::new(r, g, b)),
+        _ => None,
+    }
+}
+
+/// Returns the word that [`parse_color`] reads as a color.
+pub(super) fn color_word(color: Vec3) -> String {
+    let named = COLORS.into_iter().find(|(_, known)| *known == color);
+    named.map_or_else(
+        || format!("{},{},{}", color.x, color.y, color.z),
+        |(name, _)| name.to_owned(),
+    )
+}
+
+/// Returns the side that shows most of a scene, if the camera, which looks at the whole scene from
+/// the front, shows next to nothing of it.
+pub(super) fn better_side(
+    scene: &RenderScene,
+    camera: &Camera,
+    pose: &CameraPose,
+) -> Option<ViewDirection> {
+    let (low, high) = scene.bounds()?;
+    let middle = scene.origin + (0.5 * (low + high)).as_dvec3();
+    let front = share_seen(scene, camera);
+    if front >= NEXT_TO_NOTHING {
+        return None;
+    }
+    let sides = ViewDirection::NAMED.into_iter().map(|(_, side)| side);
+    let shares = sides.map(|side| {
+        let there = pose.clone().turned_around(middle, side);
+        let share = share_seen(scene, &camera.clone().posed(&there, scene.origin));
+        (side, share)
+    });
+    let (side, share) = shares.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
+    (share >= NEXT_TO_NOTHING && share > 4.0 * front).then_some(side)
+}
+
+/// Returns the share of the picture in which a camera sees a surface.
+fn share_seen(scene: &RenderScene, camera: &Camera) -> f64 {
+    let places = (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |column| (row, column)));
+    let seen = places.filter(|(row, column)| {
+        let x = (f64::from(*column) + 0.5) / f64::from(GRID.0);
+        let y = (f64::from(*row) + 0.5) / f64::from(GRID.1);
+        let ray = camera.at(x, y).ray([0.5, 0.5]);
+        ray.is_some_and(|ray| {
+            let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+            scene.hit(&ray).is_some()
+        })
+    });
+    seen.count() as f64 / f64::from(GRID.0 * GRID.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_color_is_read_by_name_by_digits_and_by_numbers() {
+        let orange = Vec3::new(1.0, 128.0 / 255.0, 0.0);
+        for (word, color) in [
+            ("white", Some(Vec3::ONE)),
+            ("#ff8000", Some(orange)),
+            ("1, 0.25,0", Some(Vec3::new(1.0, 0.25, 0.0))),
+            ("1,2,0", None),
+            ("#ff80", None),
+            ("#+f8000", None),
+            ("puce", None),
+            ("0,0", None),
+        ] {
+            assert_eq!(parse_color(word), color, "{word}");
+            if let Some(color) = color {
+                assert_eq!(parse_color(&color_word(color)), Some(color));
+            }
+        }
+    }
+}
