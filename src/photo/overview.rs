@@ -7,7 +7,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::State;
-use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, may_be_first};
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
@@ -57,7 +57,7 @@ impl<'a> Visitor<'a> for OverviewCollector {
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let camera = &mut self.overview.camera;
-        if camera.is_none() {
+        if camera.is_none() && may_be_first(node, state) {
             *camera = CameraPose::from_node(node, state.world_from_object);
         }
     }
@@ -66,7 +66,7 @@ impl<'a> Visitor<'a> for OverviewCollector {
         self.overview.diagnostics.push(*diagnostic);
     }
 
-    fn node(&mut self, node: NodeRef<'a>, _: Role) {
+    fn bindable(&mut self, node: NodeRef<'a>, _: &State<'a>) {
         let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
         if is_info && self.overview.navigation_info.is_none() {
             self.overview.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));

@@ -5,11 +5,13 @@ use super::role::{Role, role};
 use super::state::State;
 use super::visitor::{Instance, Visitor, WalkOptions};
 use super::walk::walk;
+use crate::grammar::Class;
 use crate::iv::NodeRef;
 use crate::pose::CameraPose;
 use crate::snapshot::Snapshot;
 
-/// Returns the first camera in the order of traversal.
+/// Returns the first camera in the order of traversal. The `Viewpoint`s of files that a VRML97
+/// `Inline` names do not count (ISO 14772-1, 4.6.10).
 pub fn first_camera(snapshot: &Snapshot<'_>, options: &WalkOptions) -> Option<CameraPose> {
     let is_camera = |node: NodeRef<'_>| role(node) == Role::Camera;
     let mut search = CameraSearch {
@@ -18,6 +20,11 @@ pub fn first_camera(snapshot: &Snapshot<'_>, options: &WalkOptions) -> Option<Ca
     };
     walk(snapshot, options, &mut search);
     search.found
+}
+
+/// Returns whether a scene may be seen by a camera without a choice of it.
+pub fn may_be_first(camera: NodeRef<'_>, state: &State<'_>) -> bool {
+    !(state.inlined && camera.known_class().is_some_and(Class::is_vrml97))
 }
 
 /// Finds a camera, and skips the parts of the scene without one.
@@ -34,8 +41,9 @@ impl<'a> Visitor<'a> for CameraSearch {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        let pose = CameraPose::from_node(node, state.world_from_object);
-        self.found = self.found.take().or(pose);
+        if self.found.is_none() && may_be_first(node, state) {
+            self.found = CameraPose::from_node(node, state.world_from_object);
+        }
     }
 
     fn is_full(&self) -> bool {

@@ -577,6 +577,9 @@ pub struct State<'a> {
     pub casts_shadow: bool,
     /// Whether shapes are drawn over everything else (`Annotation`).
     pub on_top: bool,
+    /// Whether the node is in a file that a VRML97 `Inline` names. Its bindable nodes are no
+    /// candidates for the first one that is bound (ISO 14772-1, 4.6.10).
+    pub inlined: bool,
     /// The highlight of the nearest enclosing `LocateHighlight` that is on.
     pub highlight: Option<Highlight>,
     /// The current `TextureUnit`. Textures of units other than 0 are not drawn.
@@ -642,6 +645,7 @@ impl State<'_> {
             drawing: DrawStyleElement::DEFAULT,
             casts_shadow: true,
             on_top: false,
+            inlined: false,
             highlight: None,
             texture_unit: 0,
             complexity: Complexity {

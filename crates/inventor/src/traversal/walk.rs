@@ -210,7 +210,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),
             Role::Camera => self.visitor.camera(node, &self.state),
-            Role::Bindable => self.visitor.bindable(node, &self.state),
+            Role::Bindable if !self.state.inlined => self.visitor.bindable(node, &self.state),
+            Role::Bindable => {}
             _ => self.enter_once(node, role),
         }
     }
@@ -256,6 +257,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 if let Some(list) = self.document.included.get(&node.id) {
                     if node.known_class().is_some_and(Class::is_vrml97) {
                         self.keep_state();
+                        self.state.inlined = true;
                     }
                     self.light_group(list);
                     self.stack.push(WalkFrame::List { list, next: 0 });

@@ -472,10 +472,12 @@ impl<'a> Visitor<'a> for Builder<'_> {
     }
 
     fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        let is_fog = node.known_class().is_some_and(|c| c.name.ends_with("Fog"));
-        if !is_fog {
+        let name = node.known_class().map_or("", |class| class.name);
+        if name.ends_with("Background") {
             self.note(Feature::Background, node);
-        } else if traversal::property::fog97(node, state).is_some_and(|f| f.fog != FogKind::None) {
+        } else if name.ends_with("Fog")
+            && traversal::property::fog97(node, state).is_some_and(|f| f.fog != FogKind::None)
+        {
             self.note(Feature::Fog, node);
         }
     }
