@@ -995,7 +995,59 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
 }
 
 #[test]
-fn a_conversion_says_what_it_leaves_behind_and_names_pictures_after_its_format() {
+fn a_conversion_carries_along_what_it_names_or_says_why_not() {
+    let scratch = Scratch::new("carried");
+    let folders = ["in/maps", "out"].map(|folder| scratch.0.join(folder));
+    folders
+        .iter()
+        .for_each(|folder| std::fs::create_dir_all(folder).unwrap());
+    scratch.file(
+        "in/part.wrl",
+        "#VRML V2.0 utf8\nShape { geometry Box { } }\n",
+    );
+    scratch.file("in/maps/wood.rgb", "a texture");
+    scratch.file("beside.png", "a picture outside the folder");
+    let room = "#VRML V2.0 utf8\nInline { url [ \"gone.wrl\", \"part.wrl\" ] }
+        Shape { geometry Box { } appearance Appearance {
+        texture ImageTexture { url \"maps/wood.rgb\" } } }\n";
+    scratch.file("in/room.wrl", room);
+    let convert = |options: &str| {
+        let folder = scratch.0.display();
+        let mut run = ivcam(&format!(
+            "convert {folder}/in/{options} --strict --report {folder}/r.json"
+        ));
+        let run = run.output().unwrap();
+        let report = std::fs::read_to_string(scratch.0.join("r.json")).unwrap();
+        (run.status.code(), report + &stderr(&run))
+    };
+    for output in ["room.x3d", "new.wrl"] {
+        let (code, said) = convert(&format!("room.wrl -o out/{output}"));
+        assert_eq!(code, Some(0), "{said}");
+        for name in ["part.wrl", "maps/wood.rgb"] {
+            let [from, to] = ["in", "out"].map(|folder| scratch.0.join(folder).join(name));
+            assert_eq!(std::fs::read(from).unwrap(), std::fs::read(to).unwrap());
+        }
+    }
+    // A file of another content keeps its place, and one outside the scene's folder stays there.
+    scratch.file("out/part.wrl", "another file");
+    let (code, said) = convert("room.wrl -o out/room.x3d");
+    assert!(
+        code == Some(1) && said.contains("part.wrl` is another file"),
+        "{said}"
+    );
+    scratch.file(
+        "in/out.wrl",
+        &room.replace("maps/wood.rgb", "../beside.png"),
+    );
+    let (code, said) = convert("out.wrl -o out/out.x3d");
+    assert!(
+        code == Some(1) && said.contains("outside the scene's folder"),
+        "{said}"
+    );
+}
+
+#[test]
+fn a_conversion_names_pictures_after_its_format() {
     let scratch = Scratch::new("left-behind");
     scratch.inventor("part.iv", "Cube { }");
     let texture = "Texture2 { image 1 1 1 0x80 }";
@@ -1010,10 +1062,9 @@ fn a_conversion_says_what_it_leaves_behind_and_names_pictures_after_its_format()
         let line = format!("convert {folder}/room.iv -o {folder}/{output}");
         let run = ivcam(&line).output().unwrap();
         assert!(run.status.success(), "{output}: {}", stderr(&run));
-        stderr(&run)
     };
-    assert!(convert("other/room.iv").contains("`part.iv`"));
-    assert!(!convert("new.iv").contains("part.iv"));
+    convert("other/room.iv");
+    assert!(scratch.0.join("other/part.iv").exists());
     convert("room.obj");
     convert("room.wrl");
     for name in ["room-obj-1.png", "room-wrl-1.png"] {

@@ -8,15 +8,15 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::{folder_of, write_whole};
-use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::iv::{Document, Format};
-use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::model::{ModelOptions, Sampling};
+use ivcam_render::scene::{CompileOptions, draws_nothing, snapshot};
 
 use super::flags::{FONTS, LIMIT, MEMORY};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
 use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
+use crate::photo::snapshot_options;
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
@@ -144,18 +144,16 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         }
         _ => {}
     }
-    let conversion = converted(&document, wanted, &options)?;
+    let mut conversion = converted(&document, wanted, &options)?;
+    if let Some(output) = output {
+        conversion.carry_files(&document, [scene, output], &BTreeSet::new());
+    }
     if let Some(output) = output
         && !is_forced(matches)
     {
         keep_scene(&conversion, output, scene, &document)?;
     }
     print_all(&conversion, scene);
-    if let (Some(output), ConvertedFile::Rewritten(_)) = (output, wanted) {
-        left_behind(&document, [scene, output], &BTreeSet::new())
-            .iter()
-            .for_each(print_diagnostic);
-    }
     if let Some(report) = matches.get_one::<PathBuf>("report") {
         keep_inputs("--report", report, &document.opened_files())?;
         let names = [scene.as_path(), output.unwrap_or(Path::new("-"))];
@@ -184,7 +182,7 @@ pub(super) fn converted(
     options: &ExportOptions,
 ) -> Result<Conversion> {
     match output {
-        ConvertedFile::Rewritten(format) => Ok(rewritten(document, format)),
+        ConvertedFile::Rewritten(format) => Ok(rewritten(document, format, options)),
         ConvertedFile::Exported(target) => convert(document, target, options),
     }
 }
@@ -192,7 +190,10 @@ pub(super) fn converted(
 /// Writes a converted scene. The file itself is written last, so that those beside it are there.
 pub(super) fn write(conversion: &Conversion, path: &Path) -> Result<()> {
     for (name, bytes) in &conversion.beside {
-        write_whole(&path.with_file_name(name), |file| file.write_all(bytes))?;
+        let beside = path.with_file_name(name);
+        let folder = folder_of(&beside);
+        std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
+        write_whole(&beside, |file| file.write_all(bytes))?;
     }
     write_whole(path, |file| file.write_all(&conversion.bytes))
 }
@@ -248,7 +249,7 @@ pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> ConvertedFile {
 }
 
 /// Writes a scene in a format of its own language.
-fn rewritten(document: &Document, format: Format) -> Conversion {
+fn rewritten(document: &Document, format: Format, options: &ExportOptions) -> Conversion {
     let mut losses = Losses::default();
     for loss in document.losses(format) {
         losses.add(
@@ -258,51 +259,15 @@ fn rewritten(document: &Document, format: Format) -> Conversion {
             1,
         );
     }
+    let compile = &options.model.compile;
+    let taken = snapshot(document, &snapshot_options(options.time), compile);
     Conversion {
         bytes: document.write(format),
         losses,
+        is_empty: draws_nothing(&taken, compile),
+        keeps_addresses: true,
         ..Conversion::default()
     }
-}
-
-/// The most names in a list that may be addresses of one file.
-const ADDRESSES: usize = 8;
-
-/// Returns a warning about the files that a scene names relative to its folder, if it is rewritten
-/// into another folder in which they are missing. `others` are scenes that are rewritten with it.
-pub(super) fn left_behind(
-    document: &Document,
-    [scene, output]: [&Path; 2],
-    others: &BTreeSet<PathBuf>,
-) -> Option<Diagnostic> {
-    let [from, to] = [scene, output].map(folder_of);
-    let own = document.nodes.iter().filter(|node| node.source == 0);
-    let values = own.flat_map(|node| node.fields.iter().map(|field| &field.value));
-    let strings = values.flat_map(|value| -> Vec<&str> {
-        match value {
-            Value::String(name) => vec![name],
-            Value::Strings(names) if names.len() <= ADDRESSES => {
-                names.iter().map(String::as_str).collect()
-            }
-            _ => Vec::new(),
-        }
-    });
-    let is_missing = |name: &&str| {
-        let file = from.join(name);
-        file.is_file() && !others.contains(&file) && !to.join(name).exists()
-    };
-    let missing: BTreeSet<&str> = strings.filter(is_missing).collect();
-    let first = missing.first()?;
-    let more = match missing.len() - 1 {
-        0 => String::new(),
-        more => format!(" and {more} more"),
-    };
-    let text = format!(
-        "the scene names files that are missing in `{}`: `{first}`{more}",
-        to.display()
-    );
-    let help = "copy them there, or write the output into the scene's folder";
-    Some(*Diagnostic::warning(text).with_help(help))
 }
 
 /// Prints what is wrong with the scene and what was lost.

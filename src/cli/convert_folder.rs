@@ -107,7 +107,10 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let at_once = threads.min(waiting.len());
     let memory = super::memory(m)?.for_each_of(at_once);
     batch.options.model.compile.memory = memory.bytes();
-    batch.scenes = jobs.list.iter().map(|job| job.input.clone()).collect();
+    let inputs = jobs.list.iter();
+    batch.scenes = inputs
+        .filter_map(|job| job.input.canonicalize().ok())
+        .collect();
     let progress = FileProgress::new(waiting.len(), false);
     let mut sum = ConversionSum::default();
     for job in &current {
@@ -145,15 +148,14 @@ impl FolderBatch<'_> {
         let mut conversion = convert::converted(&document, self.output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
-        let mut problems: Vec<Diagnostic> = problems.collect();
-        if let ConvertedFile::Rewritten(_) = self.output {
-            problems.extend(convert::left_behind(
-                &document,
-                [&job.input, &job.output],
-                &self.scenes,
-            ));
-        }
-        if !conversion.is_empty {
+        let problems: Vec<Diagnostic> = problems.collect();
+        let kept = match self.output {
+            ConvertedFile::Rewritten(_) => &self.scenes,
+            ConvertedFile::Exported(_) => &BTreeSet::new(),
+        };
+        conversion.carry_files(&document, [&job.input, &job.output], kept);
+        // A scene that draws nothing may declare prototypes for others.
+        if !conversion.is_empty || conversion.keeps_addresses {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
             convert::keep_scene(&conversion, &job.output, &job.input, &document)?;

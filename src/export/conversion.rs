@@ -3,7 +3,7 @@
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_inventor::iv::Document;
 use ivcam_render::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
-use ivcam_render::scene::snapshot;
+use ivcam_render::scene::{draws_nothing, snapshot};
 
 use super::losses::Losses;
 use super::target::Target;
@@ -34,8 +34,10 @@ pub struct Conversion {
     pub losses: Losses,
     /// What is wrong with the scene.
     pub diagnostics: Vec<Diagnostic>,
-    /// Whether the file has nothing to draw.
+    /// Whether the scene has nothing to draw.
     pub is_empty: bool,
+    /// Whether the file names other files as the scene does.
+    pub keeps_addresses: bool,
 }
 
 /// Converts a document.
@@ -43,14 +45,15 @@ pub struct Conversion {
 /// # Errors
 /// Fails if the file would be larger than the format can be.
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
-    if let Some(conversion) = web3d::rewritten(document, target, options) {
-        return Ok(conversion);
-    }
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
+    if let Some(mut conversion) = web3d::rewritten(document, target, options) {
+        conversion.is_empty = draws_nothing(&taken, &options.model.compile);
+        return Ok(conversion);
+    }
     let model = Model::of(&taken, &options.model);
     let mut conversion = Conversion {
-        is_empty: model.is_empty(),
+        is_empty: model.is_empty() && draws_nothing(&taken, &options.model.compile),
         diagnostics: model.diagnostics.clone(),
         ..Conversion::default()
     };

@@ -147,7 +147,10 @@ impl Losses {
             kinds.entry(&loss.text).or_insert((loss, 0)).1 += loss.count;
         }
         let warning = |(text, (loss, count)): (&str, (&Loss, u64))| {
-            let mut warning = Diagnostic::warning(format!("`{}`: {text}", loss.place.class));
+            let mut warning = Diagnostic::warning(match &*loss.place.class {
+                "" => text.to_owned(),
+                class => format!("`{class}`: {text}"),
+            });
             if let Some((source, span)) = &loss.place.at {
                 warning = warning.at(source, *span);
             }

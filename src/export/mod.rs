@@ -13,6 +13,7 @@
 mod appearance;
 mod base64;
 mod color;
+mod companions;
 mod conversion;
 mod gltf;
 mod highlight;

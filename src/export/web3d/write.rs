@@ -31,7 +31,7 @@ pub(in crate::export) fn rewritten(
     Some(Conversion {
         bytes,
         losses,
-        is_empty: document.roots.is_empty(),
+        keeps_addresses: true,
         ..Conversion::default()
     })
 }
