@@ -20,6 +20,7 @@ mod highlight;
 mod indent;
 mod losses;
 mod names;
+mod nodes;
 mod obj;
 mod ply;
 mod target;

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 
-use glam::{Affine2, DAffine3, DQuat, DVec3, Vec2, Vec3};
+use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3};
 use indexmap::IndexMap;
-use ivcam_inventor::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
-use ivcam_inventor::grammar::{Dialect, by_name};
-use ivcam_inventor::iv::{Document, FieldEntry, Node};
+use ivcam_inventor::grammar::Dialect;
+use ivcam_inventor::grammar::value::{NodeId, Value};
+use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{
     Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
@@ -15,9 +15,9 @@ use ivcam_render::scene::model::{
 use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
 use crate::export::losses::Losses;
-use crate::export::names::{Names, picture_name};
+use crate::export::names::picture_name;
+use crate::export::nodes::{NodeBuilder, indices, pixels, rotation, transform_fields, vec3};
 use crate::export::target::Target;
-use crate::export::trs::split;
 
 /// The radius of lights that shine to any distance, in meters.
 const FAR: f32 = 1e9;
@@ -47,7 +47,6 @@ pub(in crate::export) struct GraphOptions<'o> {
 }
 
 /// A document in VRML97, and the pictures beside it.
-#[derive(Default)]
 pub(in crate::export) struct Graph {
     pub document: Document,
     pub beside: Vec<(String, Vec<u8>)>,
@@ -58,8 +57,9 @@ struct GraphBuilder<'m> {
     model: &'m Model,
     options: GraphOptions<'m>,
     losses: &'m mut Losses,
-    graph: Graph,
-    names: Names,
+    nodes: NodeBuilder,
+    /// The pictures beside the document.
+    beside: Vec<(String, Vec<u8>)>,
     /// The shapes of parts that were used.
     shapes: HashMap<Part, NodeId>,
     /// The appearances of materials, by material and kind of geometry.
@@ -92,54 +92,38 @@ pub(in crate::export) fn graph(
         model,
         options,
         losses,
-        graph: Graph::default(),
-        names: Names::default(),
+        nodes: NodeBuilder::new("VRML V2.0 utf8", Dialect::VRML97),
+        beside: Vec::new(),
         shapes: HashMap::new(),
         appearances: HashMap::new(),
         geometry: HashMap::new(),
         pictures: IndexMap::new(),
         textures: HashMap::new(),
     };
-    builder.graph.document.format = "VRML V2.0 utf8".to_owned();
     let mut roots = builder.head();
     roots.extend(builder.tree());
-    builder.graph.document.roots = roots;
-    builder.graph
+    let mut document = builder.nodes.document;
+    document.roots = roots;
+    Graph {
+        document,
+        beside: builder.beside,
+    }
 }
 
 impl GraphBuilder<'_> {
     /// Adds a node with some fields of a class of VRML97. Fields with their defaults are left out.
     fn node(&mut self, class: &str, fields: Vec<(&str, Value)>) -> NodeId {
-        let class = by_name(class, Dialect::VRML97).expect("a class of VRML97");
-        let entry = |(name, value): (&str, Value)| {
-            let (index, decl) = class.field(name).expect("a field of the class");
-            let is_default = value == Value::default_of(decl);
-            (!is_default).then(|| FieldEntry {
-                index: index as u16,
-                value,
-                ignored: false,
-                connection: None,
-                span: ivcam_base::diag::Span::default(),
-            })
-        };
-        let fields = fields.into_iter().filter_map(entry).collect();
-        self.graph
-            .document
-            .add(Node::synthetic(class, fields, Vec::new()))
+        self.nodes.node(class, fields)
     }
 
     /// Gives a node a name that is different from all others.
     fn name(&mut self, id: NodeId, wanted: &str) {
-        let name = self.names.identifier(wanted);
-        self.graph.document.nodes[id.0 as usize].name = Some(name.into());
+        self.nodes.name(id, wanted);
     }
 
     /// Names a node that is used again.
     fn share(&mut self, id: NodeId, wanted: &str) -> NodeId {
-        if self.graph.document.nodes[id.0 as usize].name.is_none() {
-            self.name(id, wanted);
-        }
-        id
+        self.nodes.share(id, wanted)
     }
 
     /// Returns the nodes before the scene: its origin, the headlight, viewpoints and lights.
@@ -253,21 +237,11 @@ impl GraphBuilder<'_> {
         items.into_iter().next().unwrap_or_default()
     }
 
-    /// Returns a `Transform`, whose matrix is T · R · O · S · O⁻¹ with the scale orientation O. A
-    /// matrix that shears is T · U · S · V, so that O is V⁻¹ and R is U · V.
+    /// Returns a `Transform` with a matrix and some children.
     fn transform(&mut self, matrix: &DAffine3, children: Vec<NodeId>) -> NodeId {
-        let parts = split(matrix);
-        let inner = parts.inner.unwrap_or(DQuat::IDENTITY);
-        self.node(
-            "Transform",
-            vec![
-                ("translation", vec3(parts.outer.translation)),
-                ("rotation", rotation(parts.outer.rotation * inner)),
-                ("scale", vec3(parts.outer.scale)),
-                ("scaleOrientation", rotation(inner.inverse())),
-                ("children", Value::Nodes(children)),
-            ],
-        )
+        let mut fields = transform_fields(matrix, "scale");
+        fields.push(("children", Value::Nodes(children)));
+        self.node("Transform", fields)
     }
 
     /// Returns the shape of a part, which several nodes may share. `place` is that of the node.
@@ -410,8 +384,8 @@ impl GraphBuilder<'_> {
             Pictures::Pixels => String::new(),
             Pictures::Inside => format!("data:image/png;base64,{}", base64(bytes)),
             Pictures::Beside(stem) => {
-                let name = picture_name(stem, Target::Vrml97, self.graph.beside.len());
-                self.graph.beside.push((name.clone(), bytes.to_vec()));
+                let name = picture_name(stem, Target::Vrml97, self.beside.len());
+                self.beside.push((name.clone(), bytes.to_vec()));
                 name
             }
         }
@@ -521,51 +495,4 @@ fn tinted(
         pixels: image.pixels.iter().map(tint).collect(),
         ..image.clone()
     }
-}
-
-/// Returns a picture as the value of a field, whose rows run from the bottom.
-fn pixels(image: &Image) -> ImageValue {
-    let kept: &[usize] = match image.components {
-        1 => &[0],
-        2 => &[0, 3],
-        3 => &[0, 1, 2],
-        _ => &[0, 1, 2, 3],
-    };
-    let rows = image.pixels.chunks(image.width.max(1) as usize).rev();
-    let bytes = rows
-        .flatten()
-        .flat_map(|pixel| kept.iter().map(|&i| pixel[i]));
-    ImageValue {
-        width: image.width,
-        height: image.height,
-        depth: 1,
-        components: kept.len() as u8,
-        bytes: bytes.collect(),
-    }
-}
-
-/// Returns the indices of primitives, with -1 after each.
-fn indices<const N: usize>(list: &[[u32; N]]) -> Value {
-    let one = |corners: &[u32; N]| corners.map(|c| i32::try_from(c).unwrap_or(i32::MAX));
-    Value::Ints(
-        list.iter()
-            .flat_map(|c| one(c).into_iter().chain([-1]))
-            .collect(),
-    )
-}
-
-fn vec3(v: DVec3) -> Value {
-    Value::Vec3(v.as_vec3())
-}
-
-/// Returns a rotation, about the z axis if it turns by nothing.
-fn rotation(turn: DQuat) -> Value {
-    let (axis, angle) = turn.to_axis_angle();
-    Value::Rotation(match angle.abs() < 1e-9 {
-        true => Rotation::IDENTITY,
-        false => Rotation {
-            axis: axis.as_vec3(),
-            angle: angle as f32,
-        },
-    })
 }

@@ -1,0 +1,136 @@
+//! Builds a document node by node, for the formats that are graphs of Inventor's or VRML's nodes.
+
+use glam::{DAffine3, DQuat, DVec3};
+use ivcam_inventor::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
+use ivcam_inventor::grammar::{Class, by_name};
+use ivcam_inventor::iv::{Document, FieldEntry, Node};
+use ivcam_render::scene::model::Image;
+
+use super::names::Names;
+use super::trs::split;
+
+/// A document that grows by one node at a time.
+pub(super) struct NodeBuilder {
+    /// The document so far, without roots.
+    pub document: Document,
+    /// The dialects whose classes the nodes have.
+    dialects: u8,
+    names: Names,
+}
+
+impl NodeBuilder {
+    /// Creates an empty document with the words after `#` of its first line and the dialects of its
+    /// classes.
+    pub(super) fn new(format: &str, dialects: u8) -> Self {
+        let mut document = Document::default();
+        document.format = format.to_owned();
+        Self {
+            document,
+            dialects,
+            names: Names::default(),
+        }
+    }
+
+    /// Adds a node with some fields. Fields with their defaults are left out.
+    pub(super) fn node(&mut self, class: &str, fields: Vec<(&str, Value)>) -> NodeId {
+        let class = by_name(class, self.dialects).expect("a class of the dialects");
+        let entries = fields.into_iter().map(|field| entry(class, field));
+        let stated = entries.filter(|(_, is_default)| !is_default);
+        let fields = stated.map(|(entry, _)| entry).collect();
+        self.document
+            .add(Node::synthetic(class, fields, Vec::new()))
+    }
+
+    /// Gives a node a name that is different from all others.
+    pub(super) fn name(&mut self, id: NodeId, wanted: &str) {
+        let name = self.names.identifier(wanted);
+        self.document.nodes[id.0 as usize].name = Some(name.into());
+    }
+
+    /// Names a node that is used again, unless it has a name.
+    pub(super) fn share(&mut self, id: NodeId, wanted: &str) -> NodeId {
+        if self.document.nodes[id.0 as usize].name.is_none() {
+            self.name(id, wanted);
+        }
+        id
+    }
+}
+
+/// Returns the entry of a field, and whether its value is the default.
+fn entry(class: &'static Class, (name, value): (&str, Value)) -> (FieldEntry, bool) {
+    let (index, decl) = class.field(name).expect("a field of the class");
+    let is_default = value == Value::default_of(decl);
+    let entry = FieldEntry {
+        index: index as u16,
+        value,
+        ignored: false,
+        connection: None,
+        span: ivcam_base::diag::Span::default(),
+    };
+    (entry, is_default)
+}
+
+/// Returns the fields of a `Transform`, whose matrix is T · R · O · S · O⁻¹ with the scale
+/// orientation O. A matrix that shears is T · U · S · V, so that O is V⁻¹ and R is U · V. `scale` is
+/// the name of the field with the scale.
+pub(super) fn transform_fields(
+    matrix: &DAffine3,
+    scale: &'static str,
+) -> Vec<(&'static str, Value)> {
+    let parts = split(matrix);
+    let inner = parts.inner.unwrap_or(DQuat::IDENTITY);
+    vec![
+        ("translation", vec3(parts.outer.translation)),
+        ("rotation", rotation(parts.outer.rotation * inner)),
+        (scale, vec3(parts.outer.scale)),
+        ("scaleOrientation", rotation(inner.inverse())),
+    ]
+}
+
+/// Returns a picture as the value of a field, whose rows run from the bottom.
+pub(super) fn pixels(image: &Image) -> ImageValue {
+    let kept: &[usize] = match image.components {
+        1 => &[0],
+        2 => &[0, 3],
+        3 => &[0, 1, 2],
+        _ => &[0, 1, 2, 3],
+    };
+    let rows = image.pixels.chunks(image.width.max(1) as usize).rev();
+    let bytes = rows
+        .flatten()
+        .flat_map(|pixel| kept.iter().map(|&i| pixel[i]));
+    ImageValue {
+        width: image.width,
+        height: image.height,
+        depth: 1,
+        components: kept.len() as u8,
+        bytes: bytes.collect(),
+    }
+}
+
+/// Returns the indices of primitives, with -1 after each.
+pub(super) fn indices<const N: usize>(list: &[[u32; N]]) -> Value {
+    let one = |corners: &[u32; N]| corners.map(|c| i32::try_from(c).unwrap_or(i32::MAX));
+    Value::Ints(
+        list.iter()
+            .flat_map(|c| one(c).into_iter().chain([-1]))
+            .collect(),
+    )
+}
+
+/// Returns a vector as the value of a field.
+pub(super) fn vec3(v: DVec3) -> Value {
+    Value::Vec3(v.as_vec3())
+}
+
+/// Returns a rotation, about the z axis if it turns by nothing.
+pub(super) fn rotation(turn: DQuat) -> Value {
+    let (axis, angle) = turn.to_axis_angle();
+    Value::Rotation(match angle.abs() < 1e-9 {
+        true => Rotation::IDENTITY,
+        false => Rotation {
+            axis: axis.as_vec3(),
+            angle: angle as f32,
+        },
+    })
+}
