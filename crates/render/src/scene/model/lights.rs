@@ -49,6 +49,9 @@ pub struct Light {
     pub attenuation: Vec3,
     /// The distance in meters at which the light ends; infinite for Inventor's lights.
     pub radius: f32,
+    /// The share of the color that a VRML97 light adds to the ambient light; 0 for Inventor's
+    /// lights.
+    pub ambient: f32,
 }
 
 /// A camera or viewpoint of the scene.
@@ -115,6 +118,7 @@ impl Light {
                 Vec3::Z
             },
             radius: light.radius,
+            ambient: finite_or(light.ambient, 0.0),
         }
     }
 }
