@@ -976,7 +976,8 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
         ("room.iv --to obj -o DIR/room.ply", "`.obj`"),
         ("room.iv -o DIR/room.iv.gz", "`.iv`"),
         ("room.iv -o DIR/room", "`.iv`"),
-        ("two.wrl -o DIR/two.iv", "`.wrl`"),
+        ("two.wrl --to ascii -o DIR/two.iv", "`.wrl`"),
+        ("two.wrl --to iv -o DIR/two-new.wrl", "`.iv`"),
         ("two.wrl --to binary -o DIR/two-new.wrl", "`.iv`"),
     ] {
         let line = format!("convert DIR/{line}");
@@ -992,6 +993,40 @@ fn convert_replaces_its_scene_only_by_force_and_names_only_what_it_writes() {
     }
     let written = std::fs::read_to_string(room).unwrap();
     assert!(written.starts_with("#Inventor V2.1 ascii"), "{written}");
+}
+
+#[test]
+fn vrml97_becomes_inventor_by_the_ending_or_by_the_name_of_the_format() {
+    let scratch = Scratch::new("to-inventor");
+    let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nDEF BOX Shape { geometry Box { }
+        appearance Appearance { texture PixelTexture { image 1 1 3 0xff0000 } } }\n";
+    scratch.file("room.wrl", scene);
+    scratch.file("old.wrl", "#VRML V1.0 ascii\nDEF BALL Sphere { }\n");
+    let run = |line: &str| {
+        let line = line.replace("DIR", &scratch.0.display().to_string());
+        let output = ivcam(&format!("convert {line}")).output().unwrap();
+        let text = String::from_utf8(output.stdout.clone()).unwrap();
+        (output.status.code(), text, stderr(&output))
+    };
+    let (code, _, said) = run("DIR/room.wrl -o DIR/room.iv --strict");
+    assert!(
+        code == Some(1) && said.contains("fog is left out"),
+        "{said}"
+    );
+    let written = std::fs::read_to_string(scratch.0.join("room.iv")).unwrap();
+    assert!(written.starts_with("#Inventor V2.1 ascii"), "{written}");
+    assert!(written.contains("filename \"room-iv-1.png\""), "{written}");
+    assert!(scratch.0.join("room-iv-1.png").exists());
+    for name in ["iv", "inventor"] {
+        let (code, written, said) = run(&format!("DIR/room.wrl --to {name}"));
+        assert_eq!(code, Some(0), "{said}");
+        assert!(written.starts_with("#Inventor V2.1 ascii"), "{written}");
+        assert!(written.contains("image 1 1 3"), "{written}");
+        let (_, written, said) = run(&format!("DIR/old.wrl --to {name}"));
+        assert!(written.contains("DEF BALL Sphere"), "{written} {said}");
+    }
+    let (_, written, said) = run("DIR/room.wrl --to ascii");
+    assert!(written.starts_with("#VRML V2.0 utf8"), "{written} {said}");
 }
 
 #[test]

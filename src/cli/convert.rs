@@ -1,5 +1,5 @@
-//! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in the formats of
-//! other programs. `convert_folder` does the same for all scenes of a folder.
+//! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in another format.
+//! `convert_folder` does the same for all scenes of a folder.
 
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -49,7 +49,7 @@ pub(crate) fn command() -> Command {
                 .long("to")
                 .value_name("FORMAT")
                 .value_parser(formats.collect::<Vec<_>>())
-                .help("the format; ascii and iv keep VRML97, binary is Inventor V2.1 [the output's ending, or ascii]"),
+                .help("the format; iv and inventor are Inventor V2.1, ascii keeps VRML97, binary is Inventor's binary [the output's ending, or ascii]"),
         )
         .arg(path("report").long("report").value_name("FILE").help(
             "writes what the format could not express to a JSON file",
@@ -100,7 +100,7 @@ pub(crate) fn command() -> Command {
 pub(super) enum ConvertedFile {
     /// The scene in the language of its file, Inventor or VRML97, as text or in binary.
     Rewritten(Format),
-    /// A format of other programs.
+    /// A format that the scene is converted to.
     Exported(Target),
 }
 
@@ -111,6 +111,17 @@ impl ConvertedFile {
             Self::Rewritten(Format::Ascii) => "ascii",
             Self::Rewritten(Format::Binary) => "binary",
             Self::Exported(target) => target.name(),
+        }
+    }
+
+    /// Returns what is written for a document. Inventor and VRML 1.0 become Inventor V2.1 by
+    /// rewriting the scene, which keeps its nodes.
+    pub(super) fn of(self, document: &Document) -> Self {
+        match self {
+            Self::Exported(Target::Inventor) if !document.is_vrml97() => {
+                Self::Rewritten(Format::Ascii)
+            }
+            _ => self,
         }
     }
 
@@ -130,11 +141,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     };
     let output = matches.get_one::<PathBuf>("output").map(PathBuf::as_path);
     let output = output.filter(|path| !is_standard_stream(path));
-    let wanted = wanted(text(matches, "to"), output);
     let options = options(matches, output)?;
     let (search, contain) = super::readable_folders(matches);
     let document = Document::open_or_stdin(scene, &search, contain, &super::limits(matches)?)?;
     print_warnings(&document.sink);
+    let wanted = wanted(text(matches, "to"), output).of(&document);
     match (output, wanted) {
         (Some(output), _) => check_ending(output, &endings(wanted, &document))?,
         (None, ConvertedFile::Exported(target)) if target.has_files_beside() => {
@@ -239,6 +250,7 @@ pub(super) fn options(matches: &ArgMatches, output: Option<&Path>) -> Result<Exp
 pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> ConvertedFile {
     let target = match to {
         Some("binary") => return ConvertedFile::Rewritten(Format::Binary),
+        Some("iv") => Some(Target::Inventor),
         Some(name) => Target::named(name),
         None => output.and_then(Target::of_path),
     };
@@ -318,7 +330,8 @@ pub(super) fn check_ending(output: &Path, endings: &[&str]) -> Result<()> {
     let dotted =
         |list: &[&str]| -> Vec<String> { list.iter().map(|e| format!("`.{e}`")).collect() };
     let known = dotted(endings).join(" or ");
-    let others: Vec<&str> = Target::ALL.iter().map(|t| t.endings()[0]).collect();
+    let others = Target::ALL.iter().map(|t| t.endings()[0]);
+    let others: Vec<&str> = others.filter(|e| !endings.contains(e)).collect();
     let others = dotted(&others).join(", ");
     Err(
         Diagnostic::unsupported(format!("`{path}` does not name the format that is written"))

@@ -138,18 +138,19 @@ impl FolderBatch<'_> {
     fn convert(&self, job: &Job) -> Result<FolderResult> {
         let document =
             Document::open_or_stdin(&job.input, &self.search, self.contain, &self.limits)?;
-        let endings = convert::endings(self.output, &document);
+        let output = self.output.of(&document);
+        let endings = convert::endings(output, &document);
         convert::check_ending(&job.output, &endings)?;
         let stem = job.output.file_stem().unwrap_or_default();
         let options = ExportOptions {
             stem: stem.to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        let mut conversion = convert::converted(&document, self.output, &options)?;
+        let mut conversion = convert::converted(&document, output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let problems: Vec<Diagnostic> = problems.collect();
-        let kept = match self.output {
+        let kept = match output {
             ConvertedFile::Rewritten(_) => &self.scenes,
             ConvertedFile::Exported(_) => &BTreeSet::new(),
         };

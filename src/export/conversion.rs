@@ -7,7 +7,7 @@ use ivcam_render::scene::{draws_nothing, snapshot};
 
 use super::losses::Losses;
 use super::target::Target;
-use super::{gltf, obj, ply, usd, web3d};
+use super::{gltf, inventor, obj, ply, usd, web3d};
 use crate::photo::snapshot_options;
 
 /// The options of a conversion.
@@ -47,7 +47,8 @@ pub struct Conversion {
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
-    if let Some(mut conversion) = web3d::rewritten(document, target, options) {
+    let rewritten = web3d::rewritten(document, target, options);
+    if let Some(mut conversion) = rewritten.or_else(|| inventor::rewritten(document, target)) {
         conversion.is_empty = draws_nothing(&taken, &options.model.compile);
         return Ok(conversion);
     }
@@ -84,6 +85,12 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         Target::X3d => conversion.bytes = web3d::x3d(&model, losses),
         Target::Vrml97 => {
             (conversion.bytes, conversion.beside) = web3d::vrml97(&model, &options.stem, losses);
+        }
+        Target::Inventor => {
+            let viewing = inventor::Viewing::of(&taken, &options.model.compile.limits);
+            let losses = &mut conversion.losses;
+            (conversion.bytes, conversion.beside) =
+                inventor::write(&model, &viewing, &options.stem, losses);
         }
         Target::Usda => {
             (conversion.bytes, conversion.beside) =

@@ -7,6 +7,7 @@ use ivcam_render::scene::model::{Feature, Model, Occurrence, Place, Primitives};
 use serde::Serialize;
 
 use super::appearance::is_approximate;
+use super::inventor;
 use super::target::Target;
 
 /// One loss: what is lost, at which node, and how often.
@@ -100,8 +101,10 @@ impl Losses {
                 || material.emissive.max_element() > 0.0
                 || material.transparency > 0.0;
             let texture = material.texture.as_ref();
-            let is_blended =
-                texture.is_some_and(|t| is_approximate(t.model, &model.images[t.image]));
+            let is_blended = match target {
+                Target::Inventor => inventor::approximates_texture(material),
+                _ => texture.is_some_and(|t| is_approximate(t.model, &model.images[t.image])),
+            };
             if is_blended && target.holds(Feature::Texture) {
                 self.feature(Feature::TextureBlend, &node.place, 1);
             }

@@ -18,6 +18,7 @@ mod conversion;
 mod gltf;
 mod highlight;
 mod indent;
+mod inventor;
 mod losses;
 mod names;
 mod nodes;

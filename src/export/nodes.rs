@@ -3,7 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 use ivcam_inventor::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
 use ivcam_inventor::grammar::{Class, by_name};
-use ivcam_inventor::iv::{Document, FieldEntry, Node};
+use ivcam_inventor::iv::{Connection, Document, FieldEntry, Node};
 use ivcam_render::scene::model::Image;
 
 use super::names::Names;
@@ -33,12 +33,48 @@ impl NodeBuilder {
 
     /// Adds a node with some fields. Fields with their defaults are left out.
     pub(super) fn node(&mut self, class: &str, fields: Vec<(&str, Value)>) -> NodeId {
+        self.group(class, fields, Vec::new())
+    }
+
+    /// Adds a node with some fields and children. Fields with their defaults are left out.
+    pub(super) fn group(
+        &mut self,
+        class: &str,
+        fields: Vec<(&str, Value)>,
+        children: Vec<NodeId>,
+    ) -> NodeId {
         let class = by_name(class, self.dialects).expect("a class of the dialects");
         let entries = fields.into_iter().map(|field| entry(class, field));
         let stated = entries.filter(|(_, is_default)| !is_default);
         let fields = stated.map(|(entry, _)| entry).collect();
+        self.document.add(Node::synthetic(class, fields, children))
+    }
+
+    /// Adds a node with one field, which is written even if it has its default.
+    pub(super) fn stated(&mut self, class: &str, field: (&str, Value)) -> NodeId {
+        let class = by_name(class, self.dialects).expect("a class of the dialects");
+        let fields = vec![entry(class, field).0];
         self.document
             .add(Node::synthetic(class, fields, Vec::new()))
+    }
+
+    /// Adds a node whose field is connected to a field of another node.
+    pub(super) fn connected(
+        &mut self,
+        class: &str,
+        field: &str,
+        from: NodeId,
+        output: &str,
+    ) -> NodeId {
+        let class = by_name(class, self.dialects).expect("a class of the dialects");
+        let (_, decl) = class.field(field).expect("a field of the class");
+        let (mut entry, _) = entry(class, (field, Value::default_of(decl)));
+        entry.connection = Some(Box::new(Connection {
+            from,
+            output: output.into(),
+        }));
+        self.document
+            .add(Node::synthetic(class, vec![entry], Vec::new()))
     }
 
     /// Gives a node a name that is different from all others.

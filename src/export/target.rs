@@ -20,6 +20,8 @@ pub enum Target {
     X3d,
     /// VRML97.
     Vrml97,
+    /// Inventor V2.1 as text.
+    Inventor,
     /// USD as text, with pictures beside it.
     Usda,
 }
@@ -31,6 +33,7 @@ impl Target {
         Self::Gltf,
         Self::X3d,
         Self::Vrml97,
+        Self::Inventor,
         Self::Obj,
         Self::Ply,
         Self::Usda,
@@ -45,6 +48,7 @@ impl Target {
             Self::Ply => "ply",
             Self::X3d => "x3d",
             Self::Vrml97 => "vrml97",
+            Self::Inventor => "inventor",
             Self::Usda => "usda",
         }
     }
@@ -58,6 +62,7 @@ impl Target {
             Self::Ply => &["ply"],
             Self::X3d => &["x3d"],
             Self::Vrml97 => &["wrl", "vrml"],
+            Self::Inventor => &["iv"],
             Self::Usda => &["usda"],
         }
     }
@@ -86,6 +91,7 @@ impl Target {
             Self::Ply => "PLY",
             Self::X3d => "X3D",
             Self::Vrml97 => "VRML97",
+            Self::Inventor => "Inventor",
             Self::Usda => "USD",
         }
     }
@@ -111,6 +117,10 @@ impl Target {
             Self::Obj => surfaces || feature == Feature::AmbientColor,
             Self::Ply => feature == Feature::VertexColors,
             Self::X3d | Self::Vrml97 => surfaces || scenes || feature == Feature::LightFalloff,
+            Self::Inventor => {
+                let is_lighting = matches!(feature, Feature::LightFalloff | Feature::AmbientColor);
+                surfaces || scenes || is_lighting
+            }
         }
     }
 }

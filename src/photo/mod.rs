@@ -14,7 +14,7 @@ mod lens_settings;
 mod memory;
 pub(crate) mod merge;
 pub mod options;
-mod overview;
+pub(crate) mod overview;
 mod picture_hint;
 mod plan;
 mod pose;

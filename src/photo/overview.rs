@@ -11,7 +11,7 @@ use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, m
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
-pub(super) struct Overview {
+pub(crate) struct Overview {
     /// The first camera.
     pub camera: Option<CameraPose>,
     /// Whether a shape is lit by a light of the scene.
@@ -24,7 +24,7 @@ pub(super) struct Overview {
 
 impl Overview {
     /// Traverses a scene within limits and collects the facts.
-    pub(super) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
+    pub(crate) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
         let is_told = |node: NodeRef<'_>| {
             let role = role(node);
             matches!(role, Role::Camera | Role::Light)

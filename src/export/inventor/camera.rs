@@ -1,0 +1,87 @@
+//! The cameras: the viewpoint that is bound first, and the others in a switch.
+
+use glam::DVec3;
+use ivcam_inventor::grammar::value::{NodeId, Value};
+use ivcam_inventor::pose::Projection;
+use ivcam_render::scene::model::{Camera, Model};
+
+use super::write::Viewing;
+use crate::export::nodes::{NodeBuilder, rotation, vec3};
+
+/// The center and the radius of a sphere around the scene, for clipping planes.
+type Sphere = (DVec3, f64);
+
+/// Returns the nodes of the cameras, and the node of the one that is in use.
+pub(super) fn cameras(
+    model: &Model,
+    viewing: &Viewing,
+    nodes: &mut NodeBuilder,
+) -> (Vec<NodeId>, Option<NodeId>) {
+    let around = sphere(model);
+    let first = model
+        .cameras
+        .iter()
+        .position(|c| is_first(c, model, viewing));
+    let mut found = Vec::new();
+    let mut others = Vec::new();
+    let mut used = None;
+    for (i, camera) in model.cameras.iter().enumerate() {
+        let id = node(camera, around, nodes);
+        if Some(i) == first {
+            used = Some(id);
+            found.push(id);
+        } else {
+            others.push(id);
+        }
+    }
+    if !others.is_empty() {
+        let switch = nodes.group("Switch", Vec::new(), others);
+        nodes.name(switch, "viewpoints");
+        found.push(switch);
+    }
+    (found, used)
+}
+
+/// Whether a camera of the model is the one that is bound first.
+fn is_first(camera: &Camera, model: &Model, viewing: &Viewing) -> bool {
+    viewing.camera.as_ref().is_some_and(|bound| {
+        let position = bound.position - model.offset;
+        camera.pose.position == position && camera.pose.orientation == bound.orientation
+    })
+}
+
+/// Returns the node of a camera. Its clipping planes enclose the scene.
+fn node(camera: &Camera, (center, radius): Sphere, nodes: &mut NodeBuilder) -> NodeId {
+    let pose = &camera.pose;
+    let depth = (center - pose.position).dot(pose.direction());
+    let far = (depth + 1.01 * radius).max(2.0 * radius);
+    let near = (depth - 1.01 * radius).max(1e-4 * far);
+    let number = |value: f64| Value::Float(value as f32);
+    let mut fields = vec![
+        ("position", vec3(pose.position)),
+        ("orientation", rotation(pose.orientation)),
+        ("nearDistance", number(near)),
+        ("farDistance", number(far)),
+        ("focalDistance", number(depth.max(near))),
+    ];
+    let class = match pose.projection {
+        Projection::Perspective { height_angle } => {
+            fields.push(("heightAngle", number(height_angle)));
+            "PerspectiveCamera"
+        }
+        Projection::Orthographic { height } => {
+            fields.push(("height", number(height)));
+            "OrthographicCamera"
+        }
+    };
+    let id = nodes.node(class, fields);
+    nodes.name(id, &camera.name);
+    id
+}
+
+/// Returns a sphere around the scene; around nothing it is the unit sphere.
+fn sphere(model: &Model) -> Sphere {
+    model.bounds().map_or((DVec3::ZERO, 1.0), |(min, max)| {
+        (0.5 * (min + max), (0.5 * (max - min).length()).max(1e-6))
+    })
+}

@@ -1,0 +1,64 @@
+//! Chooses how a scene becomes Inventor V2.1, and begins the file.
+
+use ivcam_inventor::grammar::Dialect;
+use ivcam_inventor::iv::{Document, Format, Limits};
+use ivcam_inventor::pose::CameraPose;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_render::scene::model::Model;
+
+use super::head::head;
+use super::tree::tree;
+use crate::export::conversion::Conversion;
+use crate::export::losses::Losses;
+use crate::export::nodes::NodeBuilder;
+use crate::export::target::Target;
+use crate::photo::overview::Overview;
+
+/// What a VRML97 scene says about its viewer, which the model does not hold.
+#[derive(Clone, Debug)]
+pub(in crate::export) struct Viewing {
+    /// The pose of the viewpoint that is bound first, in the scene's world space.
+    pub camera: Option<CameraPose>,
+    /// Whether the headlight is on.
+    pub headlight: bool,
+}
+
+impl Viewing {
+    /// Finds the settings of a VRML97 scene. Without a `NavigationInfo` the headlight is on.
+    pub(in crate::export) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
+        let overview = Overview::of(snapshot, limits);
+        Self {
+            camera: overview.camera,
+            headlight: overview.navigation_info.unwrap_or(true),
+        }
+    }
+}
+
+/// Rewrites a document in Inventor or VRML 1.0 node by node. Returns `None` for VRML97 and for other
+/// targets.
+pub(in crate::export) fn rewritten(document: &Document, target: Target) -> Option<Conversion> {
+    let is_kept = target == Target::Inventor && !document.is_vrml97();
+    is_kept.then(|| Conversion {
+        bytes: document.write(Format::Ascii),
+        keeps_addresses: true,
+        ..Conversion::default()
+    })
+}
+
+/// Writes a model as Inventor V2.1, with pictures beside it that begin with `stem`, or as pixels in
+/// the file if it is empty. What Inventor cannot express is added to `losses`.
+pub(in crate::export) fn write(
+    model: &Model,
+    viewing: &Viewing,
+    stem: &str,
+    losses: &mut Losses,
+) -> (Vec<u8>, Vec<(String, Vec<u8>)>) {
+    let mut nodes = NodeBuilder::new("Inventor V2.1 ascii", Dialect::IV2);
+    let mut children = head(model, viewing, &mut nodes, losses);
+    let (shapes, beside) = tree(model, stem, &mut nodes);
+    children.extend(shapes);
+    let root = nodes.group("Separator", Vec::new(), children);
+    let mut document = nodes.document;
+    document.roots = vec![root];
+    (document.write(Format::Ascii), beside)
+}
