@@ -272,16 +272,19 @@ fn a_camera_that_sees_nothing_is_replaced_in_a_thumbnail() {
 }
 
 #[test]
-fn a_folder_of_vrml97_is_written_as_inventor() {
+fn a_folder_of_vrml97_is_written_as_inventor_and_files_keep_the_names_that_scenes_use() {
     let vrml97 = "#VRML V2.0 utf8\nShape { geometry Box { } }\n";
-    let archive = Archive::new("languages", &[("a.iv", CUBE), ("b.wrl", vrml97)]);
+    let outer = "#Inventor V2.1 ascii\nFile { name \"b.wrl\" } File { name \"c.iv\" }\n";
+    let scenes = [("a.iv", outer), ("b.wrl", vrml97), ("c.iv", CUBE)];
+    let archive = Archive::new("languages", &scenes);
     let (code, said) = archive.run("convert in -o out --to iv");
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("2 converted"), "{said}");
-    for name in ["a.iv", "b.iv"] {
+    assert!(said.contains("3 converted"), "{said}");
+    for name in ["a.iv", "b.iv", "c.iv"] {
         let written = archive.read(&format!("out/{name}"));
         assert!(written.starts_with(b"#Inventor V2.1 ascii"), "{name}");
     }
+    assert_eq!(archive.read("out/b.wrl"), vrml97.as_bytes());
 }
 
 #[test]

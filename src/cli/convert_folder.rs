@@ -39,7 +39,7 @@ struct FolderBatch<'m> {
     search: Vec<&'m Path>,
     contain: Option<&'m Path>,
     limits: Limits,
-    /// The scenes that are converted.
+    /// The scenes whose converted files have their names.
     scenes: BTreeSet<PathBuf>,
 }
 
@@ -107,7 +107,8 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let at_once = threads.min(waiting.len());
     let memory = super::memory(m)?.for_each_of(at_once);
     batch.options.model.compile.memory = memory.bytes();
-    let inputs = jobs.list.iter();
+    let keeps_name = |job: &&Job| job.input.file_name() == job.output.file_name();
+    let inputs = jobs.list.iter().filter(keeps_name);
     batch.scenes = inputs
         .filter_map(|job| job.input.canonicalize().ok())
         .collect();
