@@ -158,11 +158,9 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let mut conversion = converted(&document, wanted, &options)?;
     if let Some(output) = output {
         conversion.carry_files(&document, [scene, output], &BTreeSet::new());
-    }
-    if let Some(output) = output
-        && !is_forced(matches)
-    {
-        keep_scene(&conversion, output, scene, &document)?;
+        if !is_forced(matches) {
+            keep_scene(&conversion, output, scene, &document)?;
+        }
     }
     print_all(&conversion, scene);
     if let Some(report) = matches.get_one::<PathBuf>("report") {
