@@ -1048,6 +1048,7 @@ fn a_conversion_carries_along_what_it_names_or_says_why_not() {
     scratch.file("in/room.wrl", room);
     let convert = |options: &str| {
         let folder = scratch.0.display();
+        let options = options.replace("-o ", &format!("-o {folder}/"));
         let mut run = ivcam(&format!(
             "convert {folder}/in/{options} --strict --report {folder}/r.json"
         ));
