@@ -220,3 +220,15 @@ fn letters_without_a_glyph_are_one_warning_whatever_the_scene_is_read_for() {
     assert_eq!(warnings(scene), [format!("Some((3, 21)): {message}")]);
     assert!(warnings("Text3 { string \"Příklad Жук →\" }").is_empty());
 }
+
+#[test]
+fn a_survey_says_that_a_text_is_too_long() {
+    let document = document(&format!(
+        "#Inventor V2.1 ascii\nText3 {{ string \"{}\" }}",
+        "a".repeat(250_001)
+    ));
+    let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &CompileOptions::default());
+    let messages: Vec<&str> = survey.diagnostics.iter().map(|d| &*d.message).collect();
+    assert_eq!(messages.len(), 1, "{messages:?}");
+    assert!(messages[0].contains("more than 250000 characters"));
+}

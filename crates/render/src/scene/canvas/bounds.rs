@@ -193,6 +193,10 @@ impl Canvas for BoundsCanvas {
         &mut self.census
     }
 
+    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
+        self.reports.cut(node, what);
+    }
+
     fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
         self.reports.characters(node, missing);
     }
