@@ -68,6 +68,10 @@ fn headlight(
         losses.add(HEADLIGHT, text, Place::default(), 1);
         return Some(light);
     };
+    if model.cameras.len() > 1 {
+        let text = "the headlight follows the first camera alone";
+        losses.add(HEADLIGHT, text, Place::default(), 1);
+    }
     let turn = nodes.connected("Rotation", "rotation", camera, "orientation");
     // The light acts beyond the group, and the rotation does not.
     Some(nodes.group("TransformSeparator", Vec::new(), vec![turn, light]))

@@ -207,6 +207,7 @@ fn the_headlight_turns_with_the_camera_if_there_are_other_lights() {
     assert!((found[0] - DVec3::NEG_X).length() < 1e-6, "{found:?}");
     assert_eq!(found[1], DVec3::NEG_Y);
     assert!(losses(&turned).is_empty());
+    assert_eq!(losses(&format!("Viewpoint {{ }} {turned}")), ["headlight"]);
     assert_eq!(directions(&lit)[0], DVec3::NEG_Z);
     assert_eq!(losses(&lit), ["headlight"]);
     let dark = both(&format!("NavigationInfo {{ headlight FALSE }} {shape}"));
