@@ -50,6 +50,7 @@ mod patch;
 mod polar_cells;
 mod polar_table;
 mod polygon;
+mod pupil_table;
 mod radial_table;
 pub(crate) mod rear_element;
 pub(crate) mod search;

@@ -15,9 +15,9 @@ use ivcam_base::math::lagrange_weight;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
-use crate::lens::pupil::aims::PupilTable;
 use crate::lens::pupil::patch::{Located, PolarPatch};
 use crate::lens::pupil::polar_cells::{CenteredOutline, Lattice};
+use crate::lens::pupil::pupil_table::PupilTable;
 use crate::lens::pupil::support::{Corners, Normals, normals_along};
 use crate::lens::pupil::symmetry::{Symmetry, WedgeCopy, unit};
 use crate::lens::pupil::vignetting::{Vignetting, unvignetted_fraction, unvignetted_over};

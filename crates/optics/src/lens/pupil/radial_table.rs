@@ -4,9 +4,9 @@
 
 use glam::DVec2;
 
-use crate::lens::pupil::aims::PupilTable;
 use crate::lens::pupil::film_row::FilmRow;
 use crate::lens::pupil::patch::{Located, RadialPatch};
+use crate::lens::pupil::pupil_table::PupilTable;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::support::{Corners, InterpolationError, MARGIN, Normals, SIDES, Support};
 use crate::lens::pupil::symmetry::WedgeCopy;
