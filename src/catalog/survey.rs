@@ -167,8 +167,8 @@ fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -
         return Ok(first);
     };
     let plan = session.plan.clone();
-    let pose = CameraPose::view_all(bounds, plan.resolution.aspect())
-        .turned_around(0.5 * (bounds.0 + bounds.1), ViewDirection::THREE_QUARTER);
+    let (aspect, side) = (plan.resolution.aspect(), ViewDirection::THREE_QUARTER);
+    let pose = CameraPose::view_all_from(bounds, aspect, side);
     session.change(plan, pose)?;
     Ok(picture(&session))
 }

@@ -41,13 +41,16 @@ pub(super) fn resolve_pose(
 }
 
 /// Returns a pose on a side of the scene from which all of it is visible.
-fn view_of_everything(snapshot: &Snapshot<'_>, plan: &Plan, side: ViewDirection) -> CameraPose {
+pub(super) fn view_of_everything(
+    snapshot: &Snapshot<'_>,
+    plan: &Plan,
+    side: ViewDirection,
+) -> CameraPose {
     let bounds = inventor_bounds(snapshot, plan).unwrap_or_default();
-    let front = view_through_lens(bounds, plan)
-        .unwrap_or_else(|| CameraPose::view_all(bounds, plan.resolution.aspect()));
-    match side {
-        ViewDirection::FRONT => front,
-        side => front.turned_around(0.5 * (bounds.0 + bounds.1), side),
+    match (view_through_lens(bounds, plan), side) {
+        (Some(front), ViewDirection::FRONT) => front,
+        (Some(front), _) => front.turned_around(0.5 * (bounds.0 + bounds.1), side),
+        (None, _) => CameraPose::view_all_from(bounds, plan.resolution.aspect(), side),
     }
 }
 

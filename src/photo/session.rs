@@ -41,7 +41,7 @@ use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
 use super::plan::{Optics, Plan};
-use super::pose::{Environment, own_focus, resolve_pose};
+use super::pose::{Environment, own_focus, resolve_pose, view_of_everything};
 use super::snapshot_options::snapshot_options;
 use super::view::{Choice, better_side};
 
@@ -237,9 +237,7 @@ impl Session {
         let mut camera = camera.posed(&pose, scene.origin);
         let mut turned = None;
         if may_turn && let Some(side) = better_side(&scene, &camera, &pose) {
-            let (low, high) = scene.bounds().unwrap_or_default();
-            let middle = scene.origin + (0.5 * (low + high)).as_dvec3();
-            pose = pose.turned_around(middle, side);
+            pose = view_of_everything(&snapshot, framing, side);
             projection = camera.projection(&pose);
             scene = RenderScene::compile(&snapshot, &options(&plan, needs, &pose, projection))?;
             camera = camera.posed(&pose, scene.origin);

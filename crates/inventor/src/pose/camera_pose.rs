@@ -131,6 +131,20 @@ impl CameraPose {
         Self::in_front_of(bounds, distance, height_angle)
     }
 
+    /// Returns the view of a box from a side. From the front it is that of [`CameraPose::view_all`],
+    /// which may cut corners of a box that is turned; elsewhere the whole circumscribed sphere is
+    /// inside the frustum.
+    pub fn view_all_from(bounds: (DVec3, DVec3), aspect: f64, side: ViewDirection) -> Self {
+        if side == ViewDirection::FRONT {
+            return Self::view_all(bounds, aspect);
+        }
+        let height_angle = std::f64::consts::FRAC_PI_4;
+        let radius = 0.5 * (bounds.1 - bounds.0).length();
+        let distance = radius / aspect.min(1.0) / libm::sin(0.5 * height_angle);
+        let middle = 0.5 * (bounds.0 + bounds.1);
+        Self::in_front_of(bounds, distance, height_angle).turned_around(middle, side)
+    }
+
     /// Returns the view of a box through a lens with this half field angle on the film's shorter
     /// side, in radians. The box's circumscribed sphere lies within the field.
     pub fn view_all_within(bounds: (DVec3, DVec3), half_angle: f64) -> Self {
@@ -193,6 +207,31 @@ mod tests {
         // A ray at half the height angle passes the center at the sphere's projected radius.
         assert!((distance * (std::f64::consts::PI / 8.0).tan() - radius).abs() < 1e-12);
         assert_eq!(pose.direction(), DVec3::NEG_Z);
+    }
+
+    #[test]
+    fn a_view_from_a_side_contains_all_corners_of_the_box() {
+        let bounds = (DVec3::new(-3.0, 0.0, 1.0), DVec3::new(1.0, 2.0, 7.0));
+        for (_, side) in &ViewDirection::NAMED[1..] {
+            let pose = CameraPose::view_all_from(bounds, 1.5, *side);
+            let camera_from_world = pose.world_from_camera().inverse();
+            for i in 0..8 {
+                let pick = |k: usize| {
+                    if i >> k & 1 == 0 {
+                        bounds.0[k]
+                    } else {
+                        bounds.1[k]
+                    }
+                };
+                let corner = DVec3::new(pick(0), pick(1), pick(2));
+                let seen = camera_from_world.transform_point3(corner);
+                let slope = seen.truncate().length() / -seen.z;
+                assert!(
+                    seen.z < 0.0 && slope <= (std::f64::consts::PI / 8.0).tan(),
+                    "{slope}"
+                );
+            }
+        }
     }
 
     #[test]
