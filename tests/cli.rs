@@ -346,7 +346,7 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
     for (line, cause, next) in [
         ("render DIR/empty.iv", "nothing to see", "ivcam check"),
         ("render DIR/behind.iv", "behind the camera", "--camera"),
-        ("render DIR/past.iv", "looks past the scene", "ivcam view"),
+        ("render DIR/past.iv", "looks past the scene", "--view SIDE"),
         ("render DIR/shadow.iv", "is in shadow", "--headlight=on"),
         ("-batch DIR/shadow.iv", "is in shadow", "-headlight on"),
         (
