@@ -1,4 +1,4 @@
-//! The files that a scene goes on to name after it was rewritten: textures, inlined scenes and
+//! The files that a scene still names after it was rewritten: textures, inlined scenes and
 //! external prototypes.
 //!
 //! A rewritten scene keeps its addresses. So the files are carried along into the folder of the
@@ -18,8 +18,8 @@ use super::conversion::Conversion;
 const ADDRESSES: usize = 8;
 
 impl Conversion {
-    /// Adds the files that the output goes on to name to those beside it, unless it is in the folder
-    /// of the scene. `rewritten` are scenes that are converted to their own names.
+    /// Adds the files that the output still names to those beside it, unless it is in the
+    /// folder of the scene. `rewritten` are scenes that are converted to their own names.
     pub(crate) fn carry_files(
         &mut self,
         document: &Document,

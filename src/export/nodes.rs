@@ -107,8 +107,8 @@ fn entry(class: &'static Class, (name, value): (&str, Value)) -> (FieldEntry, bo
 }
 
 /// Returns the fields of a `Transform`, whose matrix is T · R · O · S · O⁻¹ with the scale
-/// orientation O. A matrix that shears is T · U · S · V, so that O is V⁻¹ and R is U · V. `scale` is
-/// the name of the field with the scale.
+/// orientation O. A matrix that shears is T · U · S · V, so that O is V⁻¹ and R is U · V. `scale`
+/// is the name of the field with the scale.
 pub(super) fn transform_fields(
     matrix: &DAffine3,
     scale: &'static str,

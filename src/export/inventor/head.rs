@@ -1,7 +1,7 @@
 //! The nodes before the shapes: the origin, cameras, the headlight and lights.
 //!
-//! An Inventor camera or light acts on what follows it, so these nodes come before all shapes. Their
-//! positions are in world space, because no transform precedes them.
+//! An Inventor camera or light acts on what follows it, so these nodes come before all shapes.
+//! Their positions are in world space, because no transform precedes them.
 
 use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};

@@ -119,8 +119,8 @@ fn exceeds_full(light: &Light) -> bool {
     light.radius.is_finite() && a.z < 1.0 && (a.x != 0.0 || a.y != 0.0)
 }
 
-/// Returns the attenuation in the order of `Environment`. A divisor that is constant in VRML97 is at
-/// least 1.
+/// Returns the attenuation in the order of `Environment`. A divisor that is constant in VRML97 is
+/// at least 1.
 fn attenuation(light: &Light) -> Vec3 {
     let a = light.attenuation;
     match a.x == 0.0 && a.y == 0.0 && light.radius.is_finite() {
@@ -129,8 +129,8 @@ fn attenuation(light: &Light) -> Vec3 {
     }
 }
 
-/// Returns Inventor's `dropOffRate`, the exponent of the cosine divided by 128. For a beam of VRML97
-/// that falls off, both have half the intensity at the same angle.
+/// Returns Inventor's `dropOffRate`, the exponent of the cosine divided by 128. For a beam of
+/// VRML97 that falls off, both have half the intensity at the same angle.
 fn drop_off_rate(shape: LightShape) -> f32 {
     let exponent = match shape {
         LightShape::Spot {

@@ -12,8 +12,8 @@ use crate::export::nodes::{NodeBuilder, indices, transform_fields};
 
 /// Nodes without a name and a matrix get no group of their own if they have fewer children.
 const UNGROUPED: usize = 64;
-/// A matrix whose numbers differ by less from those of the identity moves nothing: the difference is
-/// the rounding of a product with an inverse.
+/// A matrix whose numbers differ by less from those of the identity moves nothing: the difference
+/// is the rounding of a product with an inverse.
 const STILL: f64 = 1e-12;
 
 /// The state of writing the shapes.
@@ -65,8 +65,8 @@ impl TreeWriter<'_, '_> {
         items.into_iter().next().unwrap_or_default()
     }
 
-    /// Returns the nodes of a node of the model, in a separator with its name and matrix if it needs
-    /// one.
+    /// Returns the nodes of a node of the model, in a separator with its name and matrix if it
+    /// needs one.
     fn grouped(&mut self, node: &Node, own: Vec<NodeId>) -> Vec<NodeId> {
         let name = node.place.name.as_deref();
         let moves = !node.local.abs_diff_eq(DAffine3::IDENTITY, STILL);
@@ -107,8 +107,8 @@ impl TreeWriter<'_, '_> {
     }
 }
 
-/// Returns a group with the lists of a mesh and its shape. The lists have one entry for each vertex,
-/// so the indices of the coordinates are those of all lists.
+/// Returns a group with the lists of a mesh and its shape. The lists have one entry for each
+/// vertex, so the indices of the coordinates are those of all lists.
 fn geometry(mesh: &Mesh, nodes: &mut NodeBuilder) -> NodeId {
     let points = Value::Vec3s(mesh.positions.clone());
     let mut members = vec![nodes.node("Coordinate3", vec![("point", points)])];

@@ -34,8 +34,8 @@ impl Viewing {
     }
 }
 
-/// Rewrites a document in Inventor or VRML 1.0 node by node. Returns `None` for VRML97 and for other
-/// targets.
+/// Rewrites a document in Inventor or VRML 1.0 node by node. Returns `None` for VRML97 and for
+/// other targets.
 pub(in crate::export) fn rewritten(document: &Document, target: Target) -> Option<Conversion> {
     let is_kept = target == Target::Inventor && !document.is_vrml97();
     is_kept.then(|| Conversion {

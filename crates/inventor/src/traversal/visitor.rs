@@ -51,8 +51,8 @@ impl WalkOptions {
     }
 }
 
-/// An instance of a part of a scene that leaves the state as it was, so that a visitor that knows the
-/// part can draw it without a walk.
+/// An instance of a part of a scene that leaves the state as it was, so that a visitor that knows
+/// the part can draw it without a walk.
 #[derive(Clone, Copy)]
 pub enum Instance<'a> {
     /// A node that restores the state.
@@ -95,8 +95,8 @@ pub trait Visitor<'a> {
     fn enter(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Ends the part of the walk below the node that was entered last.
     fn leave(&mut self) {}
-    /// Draws an instance of a part that the visitor knows, so that the walk skips it. Returns `false`
-    /// if the visitor does not know the part; the walk then enters it.
+    /// Draws an instance of a part that the visitor knows, so that the walk skips it. Returns
+    /// `false` if the visitor does not know the part; the walk then enters it.
     fn instance(&mut self, _part: Instance<'a>, _state: &State<'a>) -> bool {
         false
     }

@@ -48,7 +48,8 @@ pub trait Primitives {
     /// The fraction of light that a primitive transmits; NaN if it differs from place to place.
     fn transmittance_of(&self, primitive: u32) -> f32;
 
-    /// Whether a primitive may be culled as seen from a light, so that light passes it. Default: no.
+    /// Whether a primitive may be culled as seen from a light, so that light passes it. Default:
+    /// no.
     fn may_be_culled(&self, _primitive: u32) -> bool {
         false
     }

@@ -26,7 +26,8 @@ pub struct LensCamera {
     pub format: FilmFormat,
     pub(super) place: FilmPlace,
     pub(super) target: PupilTarget,
-    /// The unvignetted fraction of the area at which rays are aimed. It is measured for the first ray.
+    /// The unvignetted fraction of the area at which rays are aimed. It is measured for the first
+    /// ray.
     pub(super) vignetting: OnceLock<Vignetting>,
     /// The lens at other wavelengths; none if one wavelength is enough.
     pub(super) spectral: Option<Box<SpectralLenses>>,

@@ -29,8 +29,8 @@ struct Shooting<'a> {
 
 impl Shooting<'_> {
     /// Aims the rays of the samples and traces them. Multiplies their weights by the unvignetted
-    /// fraction of the area at which they were aimed, and adds the samples of lost rays to `self.lost`.
-    /// `number` returns the number of the sample in a lane.
+    /// fraction of the area at which they were aimed, and adds the samples of lost rays to
+    /// `self.lost`. `number` returns the number of the sample in a lane.
     fn trace(&mut self, out: &mut ExitRays, number: impl Fn(usize) -> usize) {
         let (camera, samples, aims) = (self.camera, &self.samples, &mut self.aims);
         let target = &camera.target;

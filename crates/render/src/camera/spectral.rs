@@ -11,8 +11,8 @@
 //! divided by the probabilities, so that the mean is that of tracing all rays.
 //!
 //! A sample whose main ray is lost is aimed again as in `resample`, if the unvignetted fraction of
-//! the area is known at the main wavelength. Later aims are points of the main wavelength's pupil alone, so
-//! the rays of the first aim that get through at other wavelengths continue as well.
+//! the area is known at the main wavelength. Later aims are points of the main wavelength's pupil
+//! alone, so the rays of the first aim that get through at other wavelengths continue as well.
 
 use std::iter::zip;
 

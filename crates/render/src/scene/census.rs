@@ -19,8 +19,8 @@ pub struct Census {
     pub quadrics: u64,
     /// The number of lines and points kept.
     pub strokes: u64,
-    /// The numbers of prototypes, of instances, and of the primitives of all instances. All are 0 if
-    /// the scene is expanded.
+    /// The numbers of prototypes, of instances, and of the primitives of all instances. All are 0
+    /// if the scene is expanded.
     pub instances: InstanceCounts,
     /// The number of lights that light a shape.
     pub lights: u64,

@@ -253,8 +253,8 @@ impl RenderScene {
         &self.surfaces
     }
 
-    /// The triangles in order of traversal, without those of prototypes, for comparison with another
-    /// program.
+    /// The triangles in order of traversal, without those of prototypes, for comparison with
+    /// another program.
     pub fn triangles(&self) -> impl Iterator<Item = OracleTriangle> + '_ {
         let all = self.triangles.iter().enumerate();
         let own = all.filter(|(i, _)| !self.is_in_prototype(self.owners[*i]));

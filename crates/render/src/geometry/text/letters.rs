@@ -65,8 +65,8 @@ fn is_dropped(character: char) -> bool {
     character.is_control() && character != '\t' || is_separator
 }
 
-/// Whether a character only controls how others are drawn (Unicode's `Default_Ignorable_Code_Point`,
-/// but for the soft hyphen, which old fonts draw).
+/// Whether a character only controls how others are drawn (Unicode's
+/// `Default_Ignorable_Code_Point`, but for the soft hyphen, which old fonts draw).
 fn is_format(character: char) -> bool {
     matches!(character,
         '\u{34f}' | '\u{61c}' | '\u{115f}'..='\u{1160}' | '\u{17b4}'..='\u{17b5}'

@@ -52,9 +52,10 @@ struct GridRange {
 }
 
 impl Instances {
-    /// Calls `found` with the hits of a ray on one of the scene's instances, or on one grid of them.
-    /// `found` returns the farthest distance of interest for further hits, and this function returns
-    /// the last of these. Near primitives come first if `sorted`, else the order is the fastest one.
+    /// Calls `found` with the hits of a ray on one of the scene's instances, or on one grid of
+    /// them. `found` returns the farthest distance of interest for further hits, and this function
+    /// returns the last of these. Near primitives come first if `sorted`, else the order is the
+    /// fastest one.
     pub(in crate::scene) fn search(
         &self,
         lists: ShapeLists<'_>,

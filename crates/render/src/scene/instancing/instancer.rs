@@ -24,8 +24,8 @@ pub(in crate::scene) trait Instancer<'a>: Visitor<'a> + Sized {
     fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool;
 }
 
-/// Draws an instance of a part, which is recorded at its first instance. Returns `false` if the walk
-/// is to enter the part.
+/// Draws an instance of a part, which is recorded at its first instance. Returns `false` if the
+/// walk is to enter the part.
 pub(in crate::scene) fn draw_instance<'a, V: Instancer<'a>>(
     visitor: &mut V,
     part: Instance<'a>,

@@ -1,8 +1,8 @@
 //! Remembers which parts of a scene are prototypes, and which are expanded.
 //!
 //! A part is known by its node and by the state in which it is drawn. If it turns out to depend on
-//! its place, the camera or the rest of the scene, its recording is spoiled, and the part is expanded
-//! wherever it is used.
+//! its place, the camera or the rest of the scene, its recording is spoiled, and the part is
+//! expanded wherever it is used.
 
 use std::collections::HashMap;
 

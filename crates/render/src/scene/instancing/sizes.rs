@@ -44,8 +44,8 @@ const PAYS_ABOVE: Size = Size {
     glyphs: 1 << 22,
 };
 
-/// A part of this size or less is expanded inside a prototype. 4,096 primitives take less than 1 MB,
-/// and a ray finds the nearest of them faster than by smaller parts inside each other.
+/// A part of this size or less is expanded inside a prototype. 4,096 primitives take less than 1
+/// MB, and a ray finds the nearest of them faster than by smaller parts inside each other.
 const SMALL: u64 = 4096;
 
 /// The average triangles of a character of a solid and of a flat text.
@@ -105,13 +105,13 @@ impl ExpandedSizes {
 
     /// Whether it pays to store the repeated parts of the document once.
     ///
-    /// Through instances, rays are traced one by one and enter several trees, and a sample takes 4 µs
-    /// instead of 0.1 µs. Expanding takes 1.5 s and 220 MB at 92,000 cubes, which is about the number
-    /// of nodes in [`PAYS_ABOVE`], so it is faster from 400,000 samples on. What ends it is memory:
-    /// 3 GB for that number of primitives, 800 MB for that of glyphs
-    /// (docs/decisions/0029-when-instancing-pays.md). A lower limit of the user takes the place of a
-    /// number, because prototypes fit where the expanded scene would be cut off; a higher one changes
-    /// nothing.
+    /// Through instances, rays are traced one by one and enter several trees, and a sample takes 4
+    /// µs instead of 0.1 µs. Expanding takes 1.5 s and 220 MB at 92,000 cubes, which is about the
+    /// number of nodes in [`PAYS_ABOVE`], so it is faster from 400,000 samples on. What ends it is
+    /// memory: 3 GB for that number of primitives, 800 MB for that of glyphs
+    /// (docs/decisions/0029-when-instancing-pays.md). A lower limit of the user takes the place of
+    /// a number, because prototypes fit where the expanded scene would be cut off; a higher one
+    /// changes nothing.
     pub(super) fn pays(&self, limits: &Limits) -> bool {
         let most = |number: u64, limit: usize| number.min(limit as u64);
         // A walk may visit every node twice, whatever the limit.

@@ -157,7 +157,8 @@ fn finite_or(value: f32, default: f32) -> f32 {
     if value.is_finite() { value } else { default }
 }
 
-/// Returns a position if it is in reach ([`are_in_reach`]), or else the default of the node's field.
+/// Returns a position if it is in reach ([`are_in_reach`]), or else the default of the node's
+/// field.
 fn position_or_default(position: DVec3, node: NodeRef<'_>, field: &str) -> DVec3 {
     if are_in_reach(&position.to_array()) {
         return position;
