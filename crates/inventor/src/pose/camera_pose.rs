@@ -131,9 +131,9 @@ impl CameraPose {
         Self::in_front_of(bounds, distance, height_angle)
     }
 
-    /// Returns the view of a box from a side. From the front it is that of [`CameraPose::view_all`],
-    /// which may cut corners of a box that is turned; elsewhere the whole circumscribed sphere is
-    /// inside the frustum.
+    /// Returns the view of a box from a side. From the front it is that of
+    /// [`CameraPose::view_all`], which may cut corners of a box that is turned; elsewhere the whole
+    /// circumscribed sphere is inside the frustum.
     pub fn view_all_from(bounds: (DVec3, DVec3), aspect: f64, side: ViewDirection) -> Self {
         if side == ViewDirection::FRONT {
             return Self::view_all(bounds, aspect);
