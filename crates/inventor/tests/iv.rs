@@ -464,8 +464,8 @@ fn nan_and_infinity_are_reported_by_field_and_kept() {
     assert_eq!(
         messages(&document),
         [
-            "test.iv:2:8: warning: `Cone.height` has a number that is NaN or infinite",
-            "test.iv:3:15: warning: `Coordinate3.point` has a number that is NaN or infinite"
+            "test.iv:2:15: warning: `Cone.height` has a number that is NaN or infinite",
+            "test.iv:3:32: warning: `Coordinate3.point` has a number that is NaN or infinite"
         ]
     );
 }
