@@ -1,5 +1,8 @@
 //! What the default picture of a scene shows, as far as it is known from a standard or from what
 //! every viewer of the time drew.
+//!
+//! Every scene has a file name of its own: tests of movies run at the same time, and a movie
+//! notices that a file which the process reads has changed.
 
 use ivcam_optics::film::Resolution;
 
@@ -61,16 +64,20 @@ fn a_face_that_is_culled_throws_no_shadow() {
         -1 1 1, -1 -1 -1, 1 -1 -1, 1 1 -1, -1 1 -1 ] } coordIndex [ 0 1 2 3 -1, 5 4 7 6 -1,
         1 5 6 2 -1, 4 0 3 7 -1, 3 2 6 7 -1, 4 5 1 0 -1 ] } }\n";
     let light = "NavigationInfo { headlight FALSE } DirectionalLight { direction .1 -.2 -1 }\n";
-    for text in [shape.to_owned(), format!("{light}{shape}")] {
-        folder.file("inside.wrl", &format!("#VRML V2.0 utf8\n{text}"));
-        let (seen, _) = levels(plan(&folder, "inside.wrl"), &[(120, 80)]);
+    for (i, text) in [shape.to_owned(), format!("{light}{shape}")]
+        .into_iter()
+        .enumerate()
+    {
+        let [inside, outside] = ["inside", "outside"].map(|name| format!("{name}-{i}.wrl"));
+        folder.file(&inside, &format!("#VRML V2.0 utf8\n{text}"));
+        let (seen, _) = levels(plan(&folder, &inside), &[(120, 80)]);
         assert!(seen[0][0] > 245 && seen[0][1] == 0, "{seen:?}");
         // The faces that the light sees do.
         folder.file(
-            "box.wrl",
+            &outside,
             &format!("#VRML V2.0 utf8\n{text}").replace("FALSE coord", "TRUE coord"),
         );
-        let (seen, _) = levels(plan(&folder, "box.wrl"), &[(120, 80)]);
+        let (seen, _) = levels(plan(&folder, &outside), &[(120, 80)]);
         assert!(seen[0][0] > 245 && seen[0][1] == 0, "{seen:?}");
     }
 }
@@ -139,16 +146,20 @@ fn a_scene_without_a_camera_is_seen_from_the_front_unless_that_shows_nothing() {
     let solid = "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }
         Coordinate3 { point [ -1 -1 0, 1 -1 0, 1 1 0, -1 1 0 ] }
         IndexedFaceSet { coordIndex [ 3, 2, 1, 0, -1 ] }\n";
-    for (body, side) in [
+    for (i, (body, side)) in [
         ("Cube { }\n", None),
         (FLAT, Some("top")),
         (solid, Some("back")),
         ("Cube { depth 0 width 0 }\n", None),
         ("PerspectiveCamera { position 0 0 5 } ", None),
-    ] {
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let name = format!("side-{i}.iv");
         let rest = if body.starts_with("Persp") { FLAT } else { "" };
-        folder.file("a.iv", &format!("#Inventor V2.1 ascii\n{body}{rest}"));
-        let (seen, session) = levels(plan(&folder, "a.iv"), &[(120, 80)]);
+        folder.file(&name, &format!("#Inventor V2.1 ascii\n{body}{rest}"));
+        let (seen, session) = levels(plan(&folder, &name), &[(120, 80)]);
         let notice = session.view_notice();
         assert_eq!(notice.is_some(), side.is_some(), "{body}: {notice:?}");
         if let Some(side) = side {
