@@ -8,6 +8,7 @@ use ivcam_base::diag::{Result, Span, nearest};
 
 use super::enum_names::EnumNames;
 use super::header::Header;
+use super::numbers::float;
 use super::tokens::legal_name;
 use super::upgrade;
 use crate::grammar::value::{NodeId, Value};
@@ -343,27 +344,19 @@ impl<'d> Assembler<'d> {
         fields.len() - 1
     }
 
-    /// Returns the place of the first number in the text of a value that is spelled as NaN or as
-    /// infinite.
+    /// Returns the place of the first number in the text of a value that is NaN or infinite.
     fn first_not_finite(&self, value: Span) -> Option<Span> {
-        const SPELLINGS: [&[u8]; 5] = [b"nan", b"inf", b"#ind", b"#qnan", b"#snan"];
         let bytes = &self.document.sources[usize::from(self.source)].bytes;
-        let (start, end) = (value.start as usize, value.end as usize);
-        let text = bytes.get(start..end)?;
-        let is_spelled = |at: &usize| {
-            let rest = &text[*at..];
-            let starts = |name: &&[u8]| {
-                let head = rest.get(..name.len());
-                head.is_some_and(|head| head.eq_ignore_ascii_case(name))
-            };
-            SPELLINGS.iter().any(starts)
-        };
-        let found = (0..text.len()).find(is_spelled)?;
+        let text = bytes.get(value.start as usize..value.end as usize)?;
         let ends = |b: &u8| b.is_ascii_whitespace() || b",[]{}".contains(b);
-        let first = text[..found].iter().rposition(ends).map_or(0, |i| i + 1);
-        let length = text[first..].iter().position(ends);
-        let last = length.map_or(text.len(), |length| first + length);
-        Some(Span::new(start + first, start + last))
+        let mut start = value.start as usize;
+        for word in text.split(ends) {
+            if float(word).is_ok_and(|(_, number)| !number.is_finite()) {
+                return Some(Span::new(start, start + word.len()));
+            }
+            start += word.len() + 1;
+        }
+        None
     }
 
     /// Returns whether a value is too large for its field, which has 16 bits.
