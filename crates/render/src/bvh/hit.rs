@@ -48,14 +48,14 @@ pub trait Primitives {
     /// The fraction of light that a primitive transmits; NaN if it differs from place to place.
     fn transmittance_of(&self, primitive: u32) -> f32;
 
-    /// Whether a primitive may be culled as seen from a light, so that light passes it. Default:
-    /// no.
+    /// Whether [`Primitives::is_culled`] can be true of a primitive, so that a packet need not ask
+    /// for every ray. Default: no.
     fn may_be_culled(&self, _primitive: u32) -> bool {
         false
     }
 
     /// Whether a primitive is culled as seen from the light that a ray leads to, where the ray hits
-    /// it at the distance `t`.
+    /// it at the distance `t`. Default: no.
     fn is_culled(&self, _origin: Vec3, _toward_light: Vec3, _primitive: u32, _t: f32) -> bool {
         false
     }

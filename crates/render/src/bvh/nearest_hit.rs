@@ -88,11 +88,10 @@ impl NearestHit {
         (origin, toward_light): (Vec3, Vec3),
         primitives: &impl Primitives,
     ) {
-        let may_be_culled = primitives.may_be_culled(primitive);
         let mut from = 0.0;
         for t in distances {
             if t > from && t < self.t {
-                if !may_be_culled || !primitives.is_culled(origin, toward_light, primitive, t) {
+                if !primitives.is_culled(origin, toward_light, primitive, t) {
                     self.dim(primitives.transmittance_of(primitive));
                 }
                 from = t;
@@ -125,9 +124,7 @@ impl Bvh {
             if TO_LIGHT {
                 let (origin, direction) = (ray.origin, ray.direction);
                 for primitive in bits(hits.mask).map(|i| block.primitive(i)) {
-                    if !primitives.may_be_culled(primitive)
-                        || !primitives.is_culled(origin, direction, primitive, 0.0)
-                    {
+                    if !primitives.is_culled(origin, direction, primitive, 0.0) {
                         nearest.dim(primitives.transmittance_of(primitive));
                     }
                 }

@@ -54,7 +54,11 @@ impl Primitives for RenderScene {
         self.culls_shadows && self.surfaces[self.owners[primitive as usize] as usize].culls
     }
 
+    #[inline]
     fn is_culled(&self, origin: Vec3, toward_light: Vec3, primitive: u32, t: f32) -> bool {
+        if !self.may_be_culled(primitive) {
+            return false;
+        }
         let hit = Hit {
             t,
             primitive,

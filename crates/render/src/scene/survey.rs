@@ -57,9 +57,25 @@ pub(super) struct Surveyor<'a> {
     /// Whether sizes in pixels depend on the last camera of the scene, because the options have
     /// none.
     uses_scene_cameras: bool,
+    /// Whether the walk ends at the first shape with a size.
+    ends_at_shape: bool,
 }
 
-impl Surveyor<'_> {
+impl<'a> Surveyor<'a> {
+    /// Prepares a survey of a whole snapshot.
+    fn new(snapshot: &'a Snapshot<'a>, options: &CompileOptions, walk: &WalkOptions) -> Self {
+        Self {
+            snapshot,
+            canvas: BoundsCanvas::new(PictureView::of(options)),
+            survey: Survey::default(),
+            open: vec![(DMat4::IDENTITY, None)],
+            prototypes: Prototypes::new(snapshot, options, walk),
+            surveyed: Vec::new(),
+            uses_scene_cameras: options.camera.is_none(),
+            ends_at_shape: false,
+        }
+    }
+
     /// Adds a box to that of the innermost open separator.
     pub(super) fn join(&mut self, below: InventorBox) {
         if let Some((_, all)) = self.open.last_mut() {
@@ -81,7 +97,10 @@ impl RenderScene {
 /// Returns whether a snapshot has nothing to draw: it has no shape, or none with a size that is
 /// drawn.
 pub fn draws_nothing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> bool {
-    survey_once(snapshot, options, false).bounds.is_none()
+    let mut surveyor = Surveyor::new(snapshot, options, &options.walk());
+    surveyor.ends_at_shape = true;
+    traversal::walk(snapshot, &options.walk(), &mut surveyor);
+    surveyor.survey.bounds.is_none()
 }
 
 /// Surveys a snapshot.
@@ -103,15 +122,7 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
         all_levels,
         ..options.walk()
     };
-    let mut surveyor = Surveyor {
-        snapshot,
-        canvas: BoundsCanvas::new(PictureView::of(options)),
-        survey: Survey::default(),
-        open: vec![(DMat4::IDENTITY, None)],
-        prototypes: Prototypes::new(snapshot, options, &walk_options),
-        surveyed: Vec::new(),
-        uses_scene_cameras: options.camera.is_none(),
-    };
+    let mut surveyor = Surveyor::new(snapshot, options, &walk_options);
     traversal::walk(snapshot, &walk_options, &mut surveyor);
     let Surveyor {
         canvas,
@@ -215,7 +226,8 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     }
 
     fn is_full(&self) -> bool {
-        self.prototypes.as_ref().is_some_and(Prototypes::is_full)
+        let has_shape = self.ends_at_shape && self.survey.bounds.is_some();
+        has_shape || self.prototypes.as_ref().is_some_and(Prototypes::is_full)
     }
 
     fn open(&mut self, state: &State<'a>) {

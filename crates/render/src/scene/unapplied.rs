@@ -1,7 +1,9 @@
 //! The nodes that would change a picture and do not, because they are not supported. Each class is
 //! reported once for a scene, with what is missing.
 
-use ivcam_inventor::grammar::{class, texture_unit};
+use std::sync::OnceLock;
+
+use ivcam_inventor::grammar::{CLASSES, Class, class, texture_unit};
 use ivcam_inventor::iv::NodeRef;
 
 /// The classes by name, in all dialects, and what the picture lacks.
@@ -46,33 +48,25 @@ pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
         let is_first = node.get(texture_unit::UNIT) == 0;
         return (!is_first).then_some("the textures of its unit are not drawn");
     }
-    let listed = UNAPPLIED.iter().find(|(name, _)| *name == known.name);
-    listed.map(|(_, lack)| *lack)
+    // A walk asks for every node, so the names are searched once for every class.
+    static LACKS: OnceLock<Vec<Option<&'static str>>> = OnceLock::new();
+    let lack = |class: &Class| {
+        let listed = UNAPPLIED.iter().find(|(name, _)| *name == class.name);
+        listed.map(|(_, lack)| *lack)
+    };
+    LACKS.get_or_init(|| CLASSES.iter().map(lack).collect())[usize::from(known.id.0)]
 }
 
 #[cfg(test)]
 mod tests {
-    use ivcam_inventor::grammar::{CLASSES, Role, Treatment};
+    use ivcam_inventor::grammar::{Role, Treatment};
     use ivcam_inventor::iv::Document;
     use ivcam_inventor::snapshot::Snapshot;
 
     use super::*;
     use crate::scene::{CompileOptions, RenderScene};
 
-    /// Families whose nodes are kept and change no picture by themselves: they hold data, move
-    /// something, or answer to a user.
-    const WITHOUT_EFFECT: [&str; 9] = [
-        "Engine",
-        "Dragger",
-        "InteractionKit",
-        "ShaderObject",
-        "ShaderParameter",
-        "VRMLSensor",
-        "VRMLInterpolator",
-        "FieldContainer",
-        "Interpolate",
-    ];
-    /// The same for single classes.
+    /// Classes whose nodes are kept and change no picture by themselves.
     const ALONE: [&str; 22] = [
         "AudioClip",
         "Sound",
@@ -96,6 +90,18 @@ mod tests {
         "Script",
         "ShaderObject",
         "Path",
+    ];
+    /// Families of such classes: they hold data, move something, or answer to a user.
+    const WITHOUT_EFFECT: [&str; 9] = [
+        "Engine",
+        "Dragger",
+        "InteractionKit",
+        "ShaderObject",
+        "ShaderParameter",
+        "VRMLSensor",
+        "VRMLInterpolator",
+        "FieldContainer",
+        "Interpolate",
     ];
 
     /// No class is kept without a decision whether the picture lacks something.

@@ -403,7 +403,7 @@ impl<'a> Shader<'a> {
         if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
             return;
         }
-        let clear = lighting::clearness(point, ray.origin, self.options.backward);
+        let clear = || lighting::clearness(point, ray.origin, self.options.backward);
         let d = ray.direction.normalize_or(Vec3::NEG_Z);
         let facing = if point.normal.dot(d) > 0.0 {
             -point.normal
@@ -421,14 +421,14 @@ impl<'a> Shader<'a> {
                     self.follow(ahead, share, path, pending);
                 }
                 Some(direction) => {
-                    self.follow(point.leave(direction), share * clear, path, pending);
+                    self.follow(point.leave(direction), share * clear(), path, pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
         }
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
-            let share = path.share * mirror * clear;
+            let share = path.share * mirror * clear();
             self.follow(point.leave(direction), share, path, pending);
         }
     }
