@@ -9,14 +9,13 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_inventor::iv::{Document, Format};
+use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::model::{ModelOptions, Sampling};
-use ivcam_render::scene::{CompileOptions, draws_nothing, snapshot};
 
 use super::flags::{FONTS, LIMIT, MEMORY};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
-use crate::export::{Conversion, ExportOptions, Losses, Target, convert};
-use crate::photo::snapshot_options;
+use crate::export::{Conversion, ExportOptions, Target, convert, rewritten};
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
@@ -256,28 +255,6 @@ pub(super) fn wanted(to: Option<&str>, output: Option<&Path>) -> ConvertedFile {
         ConvertedFile::Rewritten(Format::Ascii),
         ConvertedFile::Exported,
     )
-}
-
-/// Writes a scene in a format of its own language.
-fn rewritten(document: &Document, format: Format, options: &ExportOptions) -> Conversion {
-    let mut losses = Losses::default();
-    for loss in document.losses(format) {
-        losses.add(
-            "binary",
-            loss,
-            ivcam_render::scene::model::Place::default(),
-            1,
-        );
-    }
-    let compile = &options.model.compile;
-    let taken = snapshot(document, &snapshot_options(options.time), compile);
-    Conversion {
-        bytes: document.write(format),
-        losses,
-        is_empty: draws_nothing(&taken, compile),
-        keeps_addresses: true,
-        ..Conversion::default()
-    }
 }
 
 /// Prints what is wrong with the scene and what was lost.

@@ -1,7 +1,7 @@
 //! Converts a document to the bytes of a file, and reports what is lost.
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_inventor::iv::Document;
+use ivcam_inventor::iv::{Document, Format};
 use ivcam_render::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
 use ivcam_render::scene::{draws_nothing, snapshot};
 
@@ -45,10 +45,12 @@ pub struct Conversion {
 /// # Errors
 /// Fails if the file would be larger than the format can be.
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
+    if target == Target::Inventor && !document.is_vrml97() {
+        return Ok(rewritten(document, Format::Ascii, options));
+    }
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
-    let rewritten = web3d::rewritten(document, target, options);
-    if let Some(mut conversion) = rewritten.or_else(|| inventor::rewritten(document, target)) {
+    if let Some(mut conversion) = web3d::rewritten(document, target, options) {
         conversion.is_empty = draws_nothing(&taken, &options.model.compile);
         return Ok(conversion);
     }
@@ -98,6 +100,27 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         }
     }
     Ok(conversion)
+}
+
+/// Writes a scene in the language of its file, Inventor or VRML97, as text or in binary.
+pub(crate) fn rewritten(
+    document: &Document,
+    format: Format,
+    options: &ExportOptions,
+) -> Conversion {
+    let mut losses = Losses::default();
+    for loss in document.losses(format) {
+        losses.add("binary", loss, Place::default(), 1);
+    }
+    let compile = &options.model.compile;
+    let taken = snapshot(document, &snapshot_options(options.time), compile);
+    Conversion {
+        bytes: document.write(format),
+        losses,
+        is_empty: draws_nothing(&taken, compile),
+        keeps_addresses: true,
+        ..Conversion::default()
+    }
 }
 
 /// Returns the motion of a model, if it is wanted.

@@ -32,6 +32,7 @@ mod web3d;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use conversion::rewritten;
 pub use conversion::{Conversion, ExportOptions, convert};
 pub use losses::{Loss, Losses};
 pub use target::Target;

@@ -18,4 +18,4 @@ mod tree;
 mod write;
 
 pub(super) use look::approximates_texture;
-pub(super) use write::{Viewing, rewritten, write};
+pub(super) use write::{Viewing, write};

@@ -1,17 +1,15 @@
-//! Chooses how a scene becomes Inventor V2.1, and begins the file.
+//! Begins a file of Inventor V2.1.
 
 use ivcam_inventor::grammar::Dialect;
-use ivcam_inventor::iv::{Document, Format, Limits};
+use ivcam_inventor::iv::{Format, Limits};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::model::Model;
 
 use super::head::head;
 use super::tree::tree;
-use crate::export::conversion::Conversion;
 use crate::export::losses::Losses;
 use crate::export::nodes::NodeBuilder;
-use crate::export::target::Target;
 use crate::photo::overview::Overview;
 
 /// What a VRML97 scene says about its viewer, which the model does not hold.
@@ -32,17 +30,6 @@ impl Viewing {
             headlight: overview.navigation_info.unwrap_or(true),
         }
     }
-}
-
-/// Rewrites a document in Inventor or VRML 1.0 node by node. Returns `None` for VRML97 and for
-/// other targets.
-pub(in crate::export) fn rewritten(document: &Document, target: Target) -> Option<Conversion> {
-    let is_kept = target == Target::Inventor && !document.is_vrml97();
-    is_kept.then(|| Conversion {
-        bytes: document.write(Format::Ascii),
-        keeps_addresses: true,
-        ..Conversion::default()
-    })
 }
 
 /// Writes a model as Inventor V2.1, with pictures beside it that begin with `stem`, or as pixels in
