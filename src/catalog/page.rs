@@ -40,19 +40,19 @@ impl Display for EscapedText<'_> {
 
 /// The content of the page, as the template names it.
 #[derive(Serialize)]
-struct Page<'a> {
+struct CatalogPage<'a> {
     title: &'a str,
     style: &'static str,
     script: &'static str,
     version: &'static str,
     /// The labels that some scene has.
-    labels: Vec<Label>,
-    rows: Vec<Row<'a>>,
+    labels: Vec<SceneLabel>,
+    rows: Vec<SceneRow<'a>>,
 }
 
 /// A scene of the page: its entry, and what is derived from it.
 #[derive(Serialize)]
-struct Row<'a> {
+struct SceneRow<'a> {
     #[serde(flatten)]
     entry: &'a Entry,
     /// The address of the scene.
@@ -60,21 +60,21 @@ struct Row<'a> {
     /// The path of the scene up to its name.
     folders: &'a str,
     name: &'a str,
-    labels: Vec<Label>,
+    labels: Vec<SceneLabel>,
     /// Headings and texts of what is shown when the reader opens the details. Empty texts are not.
     details: Vec<(&'static str, String)>,
 }
 
 /// A mark of a scene: the word for style sheet and script, and the text for the reader.
 #[derive(Serialize)]
-struct Label {
+struct SceneLabel {
     name: &'static str,
     text: String,
 }
 
 /// Returns the page. `folder` is the address of the folder of scenes, relative to the page.
 pub(super) fn page(title: &str, folder: &str, scenes: &[Entry]) -> String {
-    let page = Page {
+    let page = CatalogPage {
         title: if title.is_empty() { "scenes" } else { title },
         style: include_str!("page.css"),
         script: include_str!("page.js"),
@@ -101,7 +101,7 @@ pub(super) fn page(title: &str, folder: &str, scenes: &[Entry]) -> String {
 }
 
 /// Returns the numbers of scenes with each label.
-fn summary(scenes: &[Entry]) -> Vec<Label> {
+fn summary(scenes: &[Entry]) -> Vec<SceneLabel> {
     let all = [
         ("unreadable", "unreadable"),
         ("damaged", "damaged"),
@@ -111,11 +111,11 @@ fn summary(scenes: &[Entry]) -> Vec<Label> {
         ("empty", "with nothing to draw"),
         ("nopicture", "without a picture"),
     ];
-    let held: Vec<Label> = scenes.iter().flat_map(labels).collect();
+    let held: Vec<SceneLabel> = scenes.iter().flat_map(labels).collect();
     all.into_iter()
         .map(|(name, words)| (name, held.iter().filter(|l| l.name == name).count(), words))
         .filter(|(_, count, _)| *count > 0)
-        .map(|(name, count, words)| Label {
+        .map(|(name, count, words)| SceneLabel {
             name,
             text: format!("{count} {words}"),
         })
@@ -123,7 +123,7 @@ fn summary(scenes: &[Entry]) -> Vec<Label> {
 }
 
 /// Returns the labels of a scene.
-fn labels(entry: &Entry) -> Vec<Label> {
+fn labels(entry: &Entry) -> Vec<SceneLabel> {
     let (missing, outside, unknown) = (entry.missing.len(), entry.outside.len(), entry.unknown());
     [
         (entry.error.is_some(), "unreadable", "unreadable".to_owned()),
@@ -144,15 +144,15 @@ fn labels(entry: &Entry) -> Vec<Label> {
     ]
     .into_iter()
     .filter(|(holds, ..)| *holds)
-    .map(|(_, name, text)| Label { name, text })
+    .map(|(_, name, text)| SceneLabel { name, text })
     .collect()
 }
 
 /// Returns the row of one scene.
-fn row<'a>(folder: &str, entry: &'a Entry) -> Row<'a> {
+fn row<'a>(folder: &str, entry: &'a Entry) -> SceneRow<'a> {
     let start_of_name = entry.file.rfind('/').map_or(0, |slash| slash + 1);
     let (folders, name) = entry.file.split_at(start_of_name);
-    Row {
+    SceneRow {
         entry,
         link: joined(folder, &entry.file),
         folders,

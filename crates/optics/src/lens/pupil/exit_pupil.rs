@@ -25,7 +25,7 @@ use crate::lens::pupil::window::{PupilWindow, disc};
 /// through has a density above 0.
 #[derive(Clone, Debug)]
 pub struct ExitPupil {
-    pub(super) table: Table,
+    pub(super) table: ExitPupilTable,
     /// Where secondary openings may be.
     pub(super) secondary: Option<SecondaryRegion>,
 }
@@ -33,14 +33,14 @@ pub struct ExitPupil {
 /// The measured pupils. A lens has one table, so that a table of the smaller kind needs no box.
 #[allow(clippy::large_enum_variant)]
 #[derive(Clone, Debug)]
-pub(super) enum Table {
+pub(super) enum ExitPupilTable {
     /// The pupils by film radius, for a lens and a film with rotational symmetry.
     Radial(RadialTable),
     /// The pupils by film position, for a lens or a film without rotational symmetry.
     Polar(Box<PolarTable>),
 }
 
-impl Table {
+impl ExitPupilTable {
     /// The polygon at which rays from a film point are aimed; none if no light reaches it.
     fn polygon(&self, film: DVec2) -> Option<PupilPolygon<'_>> {
         match self {
@@ -61,10 +61,10 @@ impl ExitPupil {
         let (table, end) = if place.is_centered() && lens.is_rotational() {
             let table = RadialTable::measure(&row, disc);
             let end = table.end();
-            (Table::Radial(table), Some(end))
+            (ExitPupilTable::Radial(table), Some(end))
         } else {
             let table = PolarTable::new(lens, place, film_radius);
-            (Table::Polar(Box::new(table)), None)
+            (ExitPupilTable::Polar(Box::new(table)), None)
         };
         let is_aimed_at = |radius, aim| {
             let polygon = table.polygon(DVec2::new(radius, 0.0));
@@ -80,14 +80,14 @@ impl ExitPupil {
         let (mut radial, mut polar) = (Vec::new(), Vec::new());
         for pupil in pupils {
             match &pupil.table {
-                Table::Radial(table) => radial.push(table),
-                Table::Polar(table) => polar.push(&**table),
+                ExitPupilTable::Radial(table) => radial.push(table),
+                ExitPupilTable::Polar(table) => polar.push(&**table),
             }
         }
         // All tables are of one kind, because the lenses differ in their indices alone.
         let table = match polar.is_empty() {
-            true => Table::Radial(RadialTable::around(&radial)),
-            false => Table::Polar(Box::new(PolarTable::around(&polar))),
+            true => ExitPupilTable::Radial(RadialTable::around(&radial)),
+            false => ExitPupilTable::Polar(Box::new(PolarTable::around(&polar))),
         };
         let regions = pupils.iter().filter_map(|pupil| pupil.secondary);
         Self {

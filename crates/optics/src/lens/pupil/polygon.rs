@@ -11,7 +11,7 @@ use crate::lens::pupil::symmetry::WedgeCopy;
 /// The polygon at which rays from one film point are aimed.
 #[derive(Clone, Copy, Debug)]
 pub struct PupilPolygon<'a> {
-    shape: Shape<'a>,
+    shape: PolygonShape<'a>,
     /// The rotation and reflection of the shape.
     copy: WedgeCopy,
     /// The area in square millimeters.
@@ -20,7 +20,7 @@ pub struct PupilPolygon<'a> {
 
 /// The polygon before it is rotated and mirrored.
 #[derive(Clone, Copy, Debug)]
-enum Shape<'a> {
+enum PolygonShape<'a> {
     Radial(&'a RadialTable, Located<'a, 2, 3>),
     Polar(Located<'a, 4, 9>),
 }
@@ -30,7 +30,7 @@ impl<'a> PupilPolygon<'a> {
     pub(super) fn radial(table: &'a RadialTable, film: DVec2) -> Option<Self> {
         let located = table.locate(film)?;
         let area = located.patch.area::<false>(located.at);
-        Self::with_area(Shape::Radial(table, located), located.copy, area)
+        Self::with_area(PolygonShape::Radial(table, located), located.copy, area)
     }
 
     /// The polygon of a film point in a table over film positions; none if it has no area.
@@ -40,10 +40,10 @@ impl<'a> PupilPolygon<'a> {
 
     fn located(located: Located<'a, 4, 9>) -> Option<Self> {
         let area = located.patch.area::<false>(located.at);
-        Self::with_area(Shape::Polar(located), located.copy, area)
+        Self::with_area(PolygonShape::Polar(located), located.copy, area)
     }
 
-    fn with_area(shape: Shape<'a>, copy: WedgeCopy, area: f64) -> Option<Self> {
+    fn with_area(shape: PolygonShape<'a>, copy: WedgeCopy, area: f64) -> Option<Self> {
         (area > 0.0).then_some(Self { shape, copy, area })
     }
 
@@ -55,8 +55,8 @@ impl<'a> PupilPolygon<'a> {
     /// The corners before rotation and reflection.
     fn unplaced(&self) -> Corners {
         match &self.shape {
-            Shape::Radial(table, film) => table.polygon(film.patch.number, film.at[0]),
-            Shape::Polar(film) => film.patch.polygon(film.at, film.direction),
+            PolygonShape::Radial(table, film) => table.polygon(film.patch.number, film.at[0]),
+            PolygonShape::Polar(film) => film.patch.polygon(film.at, film.direction),
         }
     }
 
@@ -76,8 +76,8 @@ impl<'a> PupilPolygon<'a> {
     /// distance to the rim.
     pub fn point(&self, u: f64, v: f64) -> DVec2 {
         let point = match &self.shape {
-            Shape::Radial(_, film) => film.point(self.area, u, v.sqrt()),
-            Shape::Polar(film) => film.point(self.area, u, v.sqrt()),
+            PolygonShape::Radial(_, film) => film.point(self.area, u, v.sqrt()),
+            PolygonShape::Polar(film) => film.point(self.area, u, v.sqrt()),
         };
         self.copy.placed(point)
     }
@@ -176,8 +176,8 @@ mod tests {
         for polygon in all {
             assert!((polygon.area() - circumscribed).abs() < 1e-12);
             let direction = match polygon.shape {
-                Shape::Radial(..) => DVec2::X,
-                Shape::Polar(film) => film.direction,
+                PolygonShape::Radial(..) => DVec2::X,
+                PolygonShape::Polar(film) => film.direction,
             };
             let center = polygon.copy.mirror * turn.rotate(direction);
             assert!((polygon.center() - center).length() < 1e-12);

@@ -12,7 +12,7 @@ use ivcam_base::math::lanes::{LANES, Lane, dispatch};
 use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::aims::{Aims, TableAims};
-use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
+use crate::lens::pupil::exit_pupil::{ExitPupil, ExitPupilTable};
 use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::vignetting::Vignetting;
 use crate::lens::pupil::window::PupilWindow;
@@ -67,14 +67,14 @@ impl PupilTarget {
         aims: &mut Aims,
     ) {
         match self.table() {
-            Some(Table::Radial(table)) => dispatch(TableAims {
+            Some(ExitPupilTable::Radial(table)) => dispatch(TableAims {
                 table,
                 vignetting,
                 film,
                 pupil,
                 aims,
             }),
-            Some(Table::Polar(table)) => dispatch(TableAims {
+            Some(ExitPupilTable::Polar(table)) => dispatch(TableAims {
                 table: &**table,
                 vignetting,
                 film,
@@ -95,8 +95,8 @@ impl PupilTarget {
     /// rotational symmetry it is measured as film points are asked for.
     pub fn vignetting(&self, lens: &Lens, place: &FilmPlace) -> Vignetting {
         match self.table() {
-            Some(Table::Radial(table)) => Vignetting::measure(table, lens, place),
-            Some(Table::Polar(table)) => Vignetting {
+            Some(ExitPupilTable::Radial(table)) => Vignetting::measure(table, lens, place),
+            Some(ExitPupilTable::Polar(table)) => Vignetting {
                 by_patch: Vec::new(),
                 weights: table.weights_at(lens.wavelength()),
             },
@@ -105,7 +105,7 @@ impl PupilTarget {
     }
 
     /// The table of pupils from which alone rays are aimed; none if they are aimed at a disc, too.
-    fn table(&self) -> Option<&Table> {
+    fn table(&self) -> Option<&ExitPupilTable> {
         match self {
             Self::ExitPupil(pupil) if pupil.secondary.is_none() => Some(&pupil.table),
             _ => None,

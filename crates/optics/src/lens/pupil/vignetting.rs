@@ -215,7 +215,7 @@ mod tests {
     use crate::lens::lanes::bundle::Bundle;
     use crate::lens::optics::film_place::Movements;
     use crate::lens::pupil::aims::Aims;
-    use crate::lens::pupil::exit_pupil::{ExitPupil, Table};
+    use crate::lens::pupil::exit_pupil::{ExitPupil, ExitPupilTable};
     use crate::lens::pupil::polygon::PupilPolygon;
     use crate::lens::pupil::target::PupilTarget;
     use crate::lens::trace::ray::LensRay;
@@ -351,7 +351,7 @@ mod tests {
                 };
                 let place = FilmPlace::flat(focus.film_z);
                 let pupil = ExitPupil::new(&lens, &place, 21.6);
-                let Table::Radial(table) = &pupil.table else {
+                let ExitPupilTable::Radial(table) = &pupil.table else {
                     continue;
                 };
                 if pupil.secondary.is_some() {
@@ -415,7 +415,7 @@ mod tests {
         let focus = lens.focus(FocusMethod::Film, Meters(3.0)).unwrap();
         let place = FilmPlace::flat(focus.film_z);
         let pupil = ExitPupil::new(&lens, &place, 21.6);
-        let Table::Radial(table) = &pupil.table else {
+        let ExitPupilTable::Radial(table) = &pupil.table else {
             panic!("the lens is round");
         };
         let at = |nm: f64| Vignetting::measure(table, &lens.at_wavelength(nm), &place);

@@ -23,7 +23,7 @@ use super::library::UserFont;
 
 /// The typefaces that are searched after the text's own one, in this order.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Source {
+enum FaceSource {
     /// A typeface of the user, by its number in the library.
     User(usize),
     /// The shipped typeface that the user's one replaces.
@@ -47,7 +47,7 @@ pub(super) struct FaceChain<'a> {
     /// The typeface of the text.
     first: Option<Rc<OpenFace<'a>>>,
     /// The other typefaces that a character needed.
-    others: RefCell<BTreeMap<Source, Option<Rc<OpenFace<'a>>>>>,
+    others: RefCell<BTreeMap<FaceSource, Option<Rc<OpenFace<'a>>>>>,
     /// Where the characters are that the first typeface lacks.
     found: RefCell<BTreeMap<char, Option<Found<'a>>>>,
 }
@@ -93,18 +93,18 @@ impl<'a> FaceChain<'a> {
         let fonts = self.face.fonts;
         let user = fonts.and_then(|fonts| fonts.with_character(character, bold, italic));
         let shipped = [
-            Source::Replaced,
-            Source::Latin,
-            Source::GreekAndCyrillic,
-            Source::Any,
+            FaceSource::Replaced,
+            FaceSource::Latin,
+            FaceSource::GreekAndCyrillic,
+            FaceSource::Any,
         ];
-        let sources = user.iter().map(|(number, _)| Source::User(*number));
+        let sources = user.iter().map(|(number, _)| FaceSource::User(*number));
         sources.chain(shipped).find_map(|source| {
             let mut others = self.others.borrow_mut();
             let open = others
                 .entry(source)
                 .or_insert_with(|| match (source, user) {
-                    (Source::User(_), Some((_, font))) => self.user(font),
+                    (FaceSource::User(_), Some((_, font))) => self.user(font),
                     _ => self.shipped(source),
                 });
             let open = open.as_ref()?;
@@ -123,7 +123,7 @@ impl<'a> FaceChain<'a> {
     }
 
     /// Opens a shipped typeface. Those of another design have no hints.
-    fn shipped(&self, source: Source) -> Option<Rc<OpenFace<'a>>> {
+    fn shipped(&self, source: FaceSource) -> Option<Rc<OpenFace<'a>>> {
         let Face {
             family,
             bold,
@@ -137,13 +137,13 @@ impl<'a> FaceChain<'a> {
             ..OpenFace::new(&font, self.face.scale() * fallback::scale(family), None)
         };
         let open = match source {
-            Source::User(_) => return None,
-            Source::Replaced => {
+            FaceSource::User(_) => return None,
+            FaceSource::Replaced => {
                 self.face.own?;
                 let font = Face::plain(family, bold, italic).font()?;
                 OpenFace::new(&font, self.face.scale(), hinted)
             }
-            Source::Latin => OpenFace {
+            FaceSource::Latin => OpenFace {
                 is_built_in: built_in,
                 ..OpenFace::new(
                     &fallback::latin(family, bold, italic)?,
@@ -151,8 +151,8 @@ impl<'a> FaceChain<'a> {
                     hinted,
                 )
             },
-            Source::GreekAndCyrillic => foreign(fallback::greek_and_cyrillic(family, bold)?),
-            Source::Any => foreign(fallback::any()?),
+            FaceSource::GreekAndCyrillic => foreign(fallback::greek_and_cyrillic(family, bold)?),
+            FaceSource::Any => foreign(fallback::any()?),
         };
         Some(Rc::new(open))
     }

@@ -11,7 +11,7 @@ use lyon_tessellation::{
 
 use super::chain::FaceChain;
 use super::face::Face;
-use super::letters::{Order, is_mark, letters};
+use super::letters::{LetterOrder, is_mark, letters};
 use super::missing::MissingCharacters;
 
 /// The largest number of characters of one text. The rest of a longer text is not drawn.
@@ -193,13 +193,13 @@ impl<'a> Typeface<'a> {
     }
 
     /// Returns the glyphs of a line with their advances.
-    pub(super) fn line(&self, text: &str, order: Order, size: f32) -> Vec<LineGlyph> {
+    pub(super) fn line(&self, text: &str, order: LetterOrder, size: f32) -> Vec<LineGlyph> {
         self.glyphs(text, order, size, |c| size * self.advance(c))
     }
 
     /// Returns the glyphs of a line with their advances in pixels, for a size in pixels.
     pub(super) fn pixel_line(&self, text: &str, size: f32) -> Vec<LineGlyph> {
-        self.glyphs(text, Order::Visual, size, |c| {
+        self.glyphs(text, LetterOrder::Visual, size, |c| {
             (self.unrounded_advance(c, size) + 0.5).floor()
         })
     }
@@ -208,7 +208,7 @@ impl<'a> Typeface<'a> {
     fn glyphs(
         &self,
         text: &str,
-        order: Order,
+        order: LetterOrder,
         size: f32,
         advance: impl Fn(char) -> f32,
     ) -> Vec<LineGlyph> {

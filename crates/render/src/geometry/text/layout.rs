@@ -3,7 +3,7 @@
 use glam::Vec2;
 
 use super::glyph::{LineGlyph, MAX_GLYPHS, Typeface, length};
-use super::letters::Order;
+use super::letters::LetterOrder;
 use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 
@@ -43,7 +43,7 @@ pub(crate) fn layout<S: AsRef<str>>(strings: &[S], style: &TextStyle<'_>) -> Lay
     let mut out = Layout::default();
     let (mut low, mut high) = (0.0f32, 0.0f32);
     for (i, line) in strings.iter().enumerate() {
-        let line = font.line(line.as_ref(), Order::Visual, style.size);
+        let line = font.line(line.as_ref(), LetterOrder::Visual, style.size);
         // A slanted last glyph may extend beyond its advance.
         let width = length(&line).max(font.ink_width(&line, style.size));
         let left = start(style.justify, width);
@@ -80,7 +80,7 @@ pub(crate) fn ascii_layout<S: AsRef<str>>(
     let mut out = Layout::default();
     let mut low = 0.0f32;
     for (i, line) in strings.iter().enumerate() {
-        let line = font.line(line.as_ref(), Order::Visual, style.size);
+        let line = font.line(line.as_ref(), LetterOrder::Visual, style.size);
         let wanted = widths.get(i).copied().filter(|w| *w > 0.0 && w.is_finite());
         let natural = font.ink_width(&line, style.size);
         let (stretch, width) = match wanted.filter(|_| natural > 0.0) {

@@ -13,7 +13,7 @@ use super::glyph::MAX_GLYPHS;
 
 /// The order in which the characters of a line are returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Order {
+pub(super) enum LetterOrder {
     /// From left to right.
     Visual,
     /// As they are read, for text that advances to the left or downward.
@@ -30,7 +30,7 @@ const MAX_CHARACTERS: usize = 2 * (MAX_GLYPHS + 1);
 /// Returns the characters of a line whose glyphs are drawn, and one more if there are too many, so
 /// that the layout finds that the line is too long. `has` tells whether a typeface has a
 /// character.
-pub(super) fn letters(text: &str, order: Order, has: &dyn Fn(char) -> bool) -> Vec<char> {
+pub(super) fn letters(text: &str, order: LetterOrder, has: &dyn Fn(char) -> bool) -> Vec<char> {
     let shown = text.chars().filter(|c| !is_dropped(*c));
     let shown = shown.map(|c| if c == '\t' { ' ' } else { c });
     if text.chars().all(|c| c < FIRST_COMPLEX) {
@@ -47,8 +47,8 @@ pub(super) fn letters(text: &str, order: Order, has: &dyn Fn(char) -> bool) -> V
     }
     let joined = arabic::joined(&composed, has);
     let ordered = match order {
-        Order::Visual => visual(joined),
-        Order::Logical => joined,
+        LetterOrder::Visual => visual(joined),
+        LetterOrder::Logical => joined,
     };
     let drawn = ordered.into_iter().filter(|c| !is_format(*c));
     drawn.take(MAX_GLYPHS + 1).collect()
@@ -162,7 +162,7 @@ mod tests {
     use super::*;
 
     fn line(text: &str) -> String {
-        letters(text, Order::Visual, &|_| true)
+        letters(text, LetterOrder::Visual, &|_| true)
             .into_iter()
             .collect()
     }
@@ -178,9 +178,9 @@ mod tests {
     fn accents_are_composed_if_a_typeface_has_the_letter_and_else_not() {
         assert_eq!(line("Pr\u{30c}i\u{301}klad"), "Příklad");
         let has_none = |c: char| !('\u{1e00}'..'\u{1f00}').contains(&c);
-        let parts = letters("ế", Order::Visual, &has_none);
+        let parts = letters("ế", LetterOrder::Visual, &has_none);
         assert_eq!(parts, ['ê', '\u{301}']);
-        assert_eq!(letters("ế", Order::Visual, &|_| false), ['ế']);
+        assert_eq!(letters("ế", LetterOrder::Visual, &|_| false), ['ế']);
     }
 
     /// A Hebrew word is drawn from right to left, numbers and Latin words inside it from left to
@@ -193,7 +193,7 @@ mod tests {
         assert_eq!(line("(שלום)"), "(םולש)");
         // The vowel stays with its letter.
         assert_eq!(line("ש\u{5b8}לום"), "םולש\u{5b8}");
-        let read = letters("שלום", Order::Logical, &|_| true);
+        let read = letters("שלום", LetterOrder::Logical, &|_| true);
         assert_eq!(read.into_iter().collect::<String>(), "שלום");
     }
 

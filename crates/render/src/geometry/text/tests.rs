@@ -2,7 +2,7 @@ use glam::Vec2;
 
 use super::glyph::{MAX_GLYPHS, Typeface, length};
 use super::layout::layout;
-use super::letters::Order;
+use super::letters::LetterOrder;
 use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
 use crate::geometry::Mesh;
@@ -233,9 +233,9 @@ fn a_text_of_the_first_characters_opens_no_other_typeface() {
     let all: String = (' '..='~').chain('\u{a0}'..='\u{ff}').collect();
     for face in every_face() {
         let typeface = Typeface::open(face);
-        assert_eq!(typeface.line(&all, Order::Visual, 1.0).len(), 191);
+        assert_eq!(typeface.line(&all, LetterOrder::Visual, 1.0).len(), 191);
         assert_eq!(typeface.others_opened(), 0, "{face:?}");
-        typeface.line("ř", Order::Visual, 1.0);
+        typeface.line("ř", LetterOrder::Visual, 1.0);
         assert!(typeface.others_opened() > 0);
     }
 }
@@ -265,7 +265,7 @@ fn every_letter_of_other_alphabets_is_drawn() {
 #[test]
 fn lines_have_the_advances_of_the_fonts() {
     let width = |name: &str, text: &str| {
-        let line = Typeface::open(Face::named(name)).line(text, Order::Visual, 1.0);
+        let line = Typeface::open(Face::named(name)).line(text, LetterOrder::Visual, 1.0);
         length(&line)
     };
     let sans = |units: f32| units / 2048.0;
@@ -314,8 +314,8 @@ fn an_accent_is_over_the_middle_of_its_letter() {
             let (left, right) = x.fold((9.0f32, -9.0f32), |(l, r), x| (l.min(x), r.max(x)));
             0.5 * (left + right)
         };
-        let line = typeface.line("x\u{302}q\u{303}", Order::Visual, 2.0);
-        let plain = typeface.line("xq", Order::Visual, 2.0);
+        let line = typeface.line("x\u{302}q\u{303}", LetterOrder::Visual, 2.0);
+        let plain = typeface.line("xq", LetterOrder::Visual, 2.0);
         assert_eq!(length(&line), length(&plain));
         assert_eq!(
             typeface.ink_width(&line, 2.0),

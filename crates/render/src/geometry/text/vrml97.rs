@@ -4,7 +4,7 @@ use glam::Vec2;
 
 use super::glyph::{LineGlyph, Typeface, length};
 use super::layout::Layout;
-use super::letters::Order;
+use super::letters::LetterOrder;
 use super::style::{Align, Vrml97Style};
 
 /// The fraction of a line's height above its baseline. The standard does not specify it.
@@ -136,11 +136,11 @@ impl TextLine {
 
 /// Returns the order in which a text advances. A text that advances to the right is reordered for
 /// reading; other directions place the characters as they are in the string.
-pub(super) fn order(style: &Vrml97Style<'_>) -> Order {
+pub(super) fn order(style: &Vrml97Style<'_>) -> LetterOrder {
     if style.horizontal && style.left_to_right {
-        Order::Visual
+        LetterOrder::Visual
     } else {
-        Order::Logical
+        LetterOrder::Logical
     }
 }
 

@@ -9,9 +9,6 @@ use ivcam_inventor::iv::{NodeId, NodeRef};
 use crate::geometry::text::MissingCharacters;
 use crate::scene::unapplied::unapplied;
 
-/// Where a node is in a file.
-type Place = (Option<Arc<Source>>, Span);
-
 /// Collects diagnostics about shapes.
 #[derive(Debug, Default)]
 pub(crate) struct Reports {
@@ -22,7 +19,7 @@ pub(crate) struct Reports {
     /// The texts whose characters were counted.
     texts: HashSet<NodeId>,
     /// The characters of all texts that are not drawn as written, with warnings at the first text.
-    missing: Option<(MissingCharacters, Place)>,
+    missing: Option<(MissingCharacters, Option<Arc<Source>>, Span)>,
     /// The classes of nodes that were reported as not applied.
     unapplied: HashSet<&'static str>,
 }
@@ -67,16 +64,20 @@ impl Reports {
         if missing.is_empty() || !self.texts.insert(node.id) {
             return;
         }
-        let place = || (node.source().cloned(), node.span());
-        let (all, _) = self
-            .missing
-            .get_or_insert_with(|| (MissingCharacters::default(), place()));
+        let none = || {
+            (
+                MissingCharacters::default(),
+                node.source().cloned(),
+                node.span(),
+            )
+        };
+        let (all, ..) = self.missing.get_or_insert_with(none);
         all.add(missing);
     }
 
     /// Returns the diagnostics, with those about the characters of all texts.
     pub(crate) fn finish(mut self) -> Vec<Diagnostic> {
-        if let Some((missing, (source, span))) = self.missing {
+        if let Some((missing, source, span)) = self.missing {
             for warning in missing.warnings() {
                 let warning = match &source {
                     Some(source) => warning.at(source, span),
