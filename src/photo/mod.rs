@@ -39,8 +39,8 @@ pub(crate) use pose::view_through_lens;
 pub use session::Session;
 pub(crate) use session::UNFINISHED;
 pub(crate) use snapshot_options::snapshot_options;
-pub use view::Choice;
 pub(crate) use view::NEUTRAL;
+pub use view::Override;
 
 pub use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 pub use ivcam_render::shade::Shading;

@@ -7,12 +7,12 @@ use glam::Vec3;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::pose::Projection;
 use ivcam_optics::picture::Picture;
-use ivcam_render::bvh::Ray;
 use ivcam_render::render::Counts;
 use ivcam_render::shade::{Shading, Work};
 
 use super::plan::Era;
 use super::session::{Session, is_left_dark};
+use super::view::rays_over;
 
 /// The highest level of a dark pixel, of 255. On most screens such a pixel looks black beside a
 /// white window; chosen by eye.
@@ -227,14 +227,7 @@ impl Session {
             [self.plan.shading, Shading::Phong, Shading::Flat].map(|s| self.shader_of(s));
         let exposure = self.exposure_factor() as f32;
         let mut work = Work::default();
-        for (row, column) in (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |c| (row, c))) {
-            let x = (f64::from(column) + 0.5) / f64::from(GRID.0);
-            let y = (f64::from(row) + 0.5) / f64::from(GRID.1);
-            let at = self.camera.at(x, y);
-            let Some(ray) = PUPIL_POINTS.iter().find_map(|pupil| at.ray(*pupil)) else {
-                continue;
-            };
-            let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
+        for ray in rays_over(&self.camera, GRID, &PUPIL_POINTS) {
             probe.rays += 1;
             let Some(hit) = self.scene.hit(&ray) else {
                 probe.culled += usize::from(self.scene.hit_any_side(&ray).is_some());

@@ -24,7 +24,7 @@ use ivcam_render::shade::Shading;
 
 use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
-use super::view::Choice;
+use super::view::Override;
 
 /// The set of defaults that a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,12 +54,12 @@ impl Era {
 
 /// Choices that together give a picture a known look. Options go before them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Look {
+pub(crate) enum PictureLook {
     /// What a viewer of the 1990s drew, such as SceneViewer or a browser of VRML.
     Viewer,
 }
 
-impl Look {
+impl PictureLook {
     /// The names that the option `--look` accepts.
     pub(crate) const NAMES: [(&'static str, Self); 1] = [("viewer", Self::Viewer)];
 
@@ -70,7 +70,7 @@ impl Look {
                 plan.optics = Optics::Pinhole;
                 plan.shading = Shading::Gl;
                 plan.headlight = Headlight::Viewer;
-                plan.view = Some(Choice::Else(ViewDirection::FRONT));
+                plan.view = Some(Override::IfUnstated(ViewDirection::FRONT));
             }
         }
     }
@@ -220,9 +220,9 @@ pub struct Plan {
     pub camera: Option<CameraChoice>,
     /// The side from which the whole scene is seen. Default: the scene's camera, and without one
     /// the front, or the side that shows most if the front shows next to nothing.
-    pub view: Option<Choice<ViewDirection>>,
+    pub view: Option<Override<ViewDirection>>,
     /// The color of what rays without a hit see. Default: the scene's `Background`, or else black.
-    pub background: Option<Choice<Vec3>>,
+    pub background: Option<Override<Vec3>>,
     /// The path of a SceneViewer environment file.
     pub environment: Option<PathBuf>,
     /// The optics in front of the film.

@@ -14,7 +14,7 @@ use ivcam_render::camera::half_field;
 use ivcam_render::scene::{CompileOptions, Light, RenderScene};
 
 use super::plan::{Optics, Plan};
-use super::view::Choice;
+use super::view::Override;
 
 /// Returns the pose of the camera. It is the side of `--view`, or else the camera of `-camread`, or
 /// else that of the environment file, or else the scene's first, or else a view of the whole scene.
@@ -25,15 +25,15 @@ pub(super) fn resolve_pose(
     first: Option<CameraPose>,
 ) -> Result<CameraPose> {
     let side = match (plan.view, &plan.camera) {
-        (Some(Choice::Always(_)), Some(_)) => {
+        (Some(Override::Always(_)), Some(_)) => {
             let error = "`--view` can't be used with `--camera`";
             return Err(Diagnostic::unsupported(error).with_help("leave one of them out"));
         }
-        (Some(Choice::Always(side)), None) => side,
+        (Some(Override::Always(side)), None) => side,
         (_, Some(choice)) => return choice.pose(),
         (other, None) => match (environment.pose.clone().or(first), other) {
             (Some(pose), _) => return Ok(pose),
-            (None, Some(Choice::Else(side))) => side,
+            (None, Some(Override::IfUnstated(side))) => side,
             (None, _) => ViewDirection::FRONT,
         },
     };

@@ -43,7 +43,7 @@ use super::overview::Overview;
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, own_focus, resolve_pose, view_of_everything};
 use super::snapshot_options::snapshot_options;
-use super::view::{Choice, better_side};
+use super::view::{Override, better_side};
 
 /// The options that two runs of one picture may have different values of.
 pub(super) const FREE: [&str; 7] = [
@@ -227,24 +227,24 @@ impl Session {
         seconds.compile = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let (camera, settings) = camera(&plan, &pose, &mut sink)?;
+        let (mut camera, settings) = camera(&plan, &pose, &mut sink)?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
+        let options_at =
+            |pose: &CameraPose, projection| options(&plan, plan.shading.needs(), pose, projection);
         let mut projection = camera.projection(&pose);
-        let needs = plan.shading.needs();
-        let mut scene = RenderScene::compile(&snapshot, &options(&plan, needs, &pose, projection))?;
-        let mut camera = camera.posed(&pose, scene.origin);
+        let mut scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
         let mut turned = None;
         if may_turn && let Some(side) = better_side(&scene, &camera, &pose) {
             pose = view_of_everything(&snapshot, framing, side);
             projection = camera.projection(&pose);
-            scene = RenderScene::compile(&snapshot, &options(&plan, needs, &pose, projection))?;
+            scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
             camera = camera.posed(&pose, scene.origin);
             turned = Some(side);
         }
         let draws_nothing = scene.primitives() == (0, 0, 0)
-            && draws_nothing(&snapshot, &options(&plan, needs, &pose, projection));
+            && draws_nothing(&snapshot, &options_at(&pose, projection));
         drop(snapshot);
         if nodes == Nodes::Freed {
             document.free_nodes();
@@ -837,8 +837,8 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         memory: memory_of_scene(plan),
         culled_faces_cast_shadows: plan.unseen_shadows,
         background: plan.background.map(|choice| match choice {
-            Choice::Always(color) => (color, true),
-            Choice::Else(color) => (color, false),
+            Override::Always(color) => (color, true),
+            Override::IfUnstated(color) => (color, false),
         }),
         ..CompileOptions::default()
     }

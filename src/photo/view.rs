@@ -14,27 +14,27 @@ const NEXT_TO_NOTHING: f64 = 0.005;
 
 /// A choice that a plan makes against what the scene states, or only for what it does not state.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Choice<T> {
+pub enum Override<T> {
     /// The choice replaces what the scene states.
     Always(T),
     /// The scene goes first.
-    Else(T),
+    IfUnstated(T),
 }
 
-impl<T> Choice<T> {
+impl<T> Override<T> {
     /// Parses the word of an option: a value, or `else:` and a value.
     pub(super) fn parse(word: &str, value: impl Fn(&str) -> Option<T>) -> Option<Self> {
         match word.strip_prefix("else:") {
-            Some(rest) => value(rest).map(Self::Else),
+            Some(rest) => value(rest).map(Self::IfUnstated),
             None => value(word).map(Self::Always),
         }
     }
 
-    /// Returns the word that [`Choice::parse`] reads.
+    /// Returns the word that [`Override::parse`] reads.
     pub(super) fn word(self, value: impl Fn(T) -> String) -> String {
         match self {
             Self::Always(own) => value(own),
-            Self::Else(own) => format!("else:{}", value(own)),
+            Self::IfUnstated(own) => format!("else:{}", value(own)),
         }
     }
 }
@@ -94,8 +94,8 @@ pub(super) fn better_side(
     if front >= NEXT_TO_NOTHING {
         return None;
     }
-    let sides = ViewDirection::NAMED.into_iter().map(|(_, side)| side);
-    let shares = sides.map(|side| {
+    let shares = ViewDirection::NAMED[1..].iter().map(|(_, side)| {
+        let side = *side;
         let there = pose.clone().turned_around(middle, side);
         let share = share_seen(scene, &camera.clone().posed(&there, scene.origin));
         (side, share)
@@ -106,17 +106,26 @@ pub(super) fn better_side(
 
 /// Returns the share of the picture in which a camera sees a surface.
 fn share_seen(scene: &RenderScene, camera: &Camera) -> f64 {
-    let places = (0..GRID.1).flat_map(|row| (0..GRID.0).map(move |column| (row, column)));
-    let seen = places.filter(|(row, column)| {
-        let x = (f64::from(*column) + 0.5) / f64::from(GRID.0);
-        let y = (f64::from(*row) + 0.5) / f64::from(GRID.1);
-        let ray = camera.at(x, y).ray([0.5, 0.5]);
-        ray.is_some_and(|ray| {
-            let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
-            scene.hit(&ray).is_some()
-        })
-    });
+    let rays = rays_over(camera, GRID, &[[0.5; 2]]);
+    let seen = rays.filter(|ray| scene.hit(ray).is_some());
     seen.count() as f64 / f64::from(GRID.0 * GRID.1)
+}
+
+/// Returns rays from the middles of the cells of a grid over the picture. Each passes the first of
+/// some points of the lens that lets it through; places without such a point have no ray.
+pub(super) fn rays_over(
+    camera: &Camera,
+    (columns, rows): (u32, u32),
+    pupil: &[[f64; 2]],
+) -> impl Iterator<Item = Ray> {
+    let places = (0..rows).flat_map(move |row| (0..columns).map(move |column| (row, column)));
+    places.filter_map(move |(row, column)| {
+        let x = (f64::from(column) + 0.5) / f64::from(columns);
+        let y = (f64::from(row) + 0.5) / f64::from(rows);
+        let at = camera.at(x, y);
+        let ray = pupil.iter().find_map(|point| at.ray(*point))?;
+        Some(Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3()))
+    })
 }
 
 #[cfg(test)]

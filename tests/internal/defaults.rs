@@ -7,7 +7,7 @@
 use ivcam_optics::film::Resolution;
 
 use super::common::Folder;
-use crate::photo::{Choice, Era, Optics, Plan, Session};
+use crate::photo::{Era, Optics, Override, Plan, Session};
 
 /// A plan of a scene of a folder without a lens, with pictures of 240×160 pixels.
 fn plan(folder: &Folder, scene: &str) -> Plan {
@@ -191,8 +191,11 @@ fn a_view_and_a_background_of_the_plan_go_before_or_after_those_of_the_scene() {
         let mut plan = plan(&folder, scene);
         let top = ViewDirection::new(0.0, 90.0);
         (plan.view, plan.background) = match always {
-            true => (Some(Choice::Always(top)), Some(Choice::Always(green))),
-            false => (Some(Choice::Else(top)), Some(Choice::Else(green))),
+            true => (Some(Override::Always(top)), Some(Override::Always(green))),
+            false => (
+                Some(Override::IfUnstated(top)),
+                Some(Override::IfUnstated(green)),
+            ),
         };
         let (seen, session) = levels(plan, &[(1, 1)]);
         assert_eq!(seen, [corner], "{scene} {always}");

@@ -11,7 +11,7 @@ use super::given::GivenOptions;
 use super::lens::lens_options;
 use super::option::{OptionNeeds, Takes};
 use super::table::all;
-use crate::photo::plan::{Era, LensChoice, Look, Optics, Plan};
+use crate::photo::plan::{Era, LensChoice, Optics, PictureLook, Plan};
 
 impl Plan {
     /// Creates a plan from the given options. `start` returns the plan to change for an era, which
@@ -27,7 +27,7 @@ impl Plan {
     ) -> Result<Self> {
         let era = words.named("era", &Era::NAMES)?.unwrap_or(era);
         let mut plan = start(era);
-        if let Some(look) = words.named("look", &Look::NAMES)? {
+        if let Some(look) = words.named("look", &PictureLook::NAMES)? {
             look.choose(&mut plan);
         }
         for (parse, _) in all().filter_map(|option| option.plan) {

@@ -12,7 +12,7 @@ use super::given::GivenOptions;
 use super::option::{Opt, Takes};
 use super::values::{finite, if_any, paths, set, switch, unless_default};
 use crate::photo::camera_choice::CameraChoice;
-use crate::photo::view::{Choice, color_word, parse_color};
+use crate::photo::view::{Override, color_word, parse_color};
 
 /// The option `--scene-limit`, which every command that reads scenes has.
 pub(crate) const LIMIT: Opt = Opt::new(
@@ -108,7 +108,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
     )
     .plan(
         |plan, words, _| {
-            let side = |word: &str| Choice::parse(word, ViewDirection::named);
+            let side = |word: &str| Override::parse(word, ViewDirection::named);
             plan.view = words.parsed("view", "a side, such as front or 35,25", side)?;
             Ok(())
         },
@@ -122,7 +122,7 @@ pub(super) static OPTIONS: [Opt; 13] = [
     )
     .plan(
         |plan, words, _| {
-            let color = |word: &str| Choice::parse(word, parse_color);
+            let color = |word: &str| Override::parse(word, parse_color);
             plan.background = words.parsed("background", "a color, such as #8090a0", color)?;
             Ok(())
         },
