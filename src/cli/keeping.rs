@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{record_inputs, recorded_inputs};
+use ivcam_base::files::InputRecord;
 use ivcam_optics::film::Exposed;
 use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
 use ivcam_render::render::{PicturePlace, Stopped, Sums};
@@ -28,6 +28,8 @@ pub(crate) struct Keeping {
     /// The file of the checkpoint.
     pub path: Option<PathBuf>,
     every: Duration,
+    /// The files that the run reads, which a checkpoint names.
+    record: InputRecord,
     /// The numbers of the samples, if they are a part.
     pub samples: Option<Range<u32>>,
 }
@@ -51,10 +53,8 @@ impl Keeping {
                 return Err(Diagnostic::error(error).with_help("add `--checkpoint FILE`"));
             }
         }
-        if path.is_some() {
-            record_inputs();
-        }
         Ok(Self {
+            record: InputRecord::begin(),
             path,
             every: every.unwrap_or(EVERY),
             samples,
@@ -137,7 +137,7 @@ impl Keeping {
         let file = match &self.path {
             None => None,
             Some(path) => {
-                let label = session.label(&recorded_inputs());
+                let label = session.label(&self.record.inputs());
                 if path.exists() {
                     sums = Some(self.continued(path, &label, session)?);
                 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
-use ivcam_base::files::write_whole;
+use ivcam_base::files::{InputRecord, write_whole};
 use ivcam_base::math::use_portable_arithmetic;
 use ivcam_inventor::iv::Document;
 use ivcam_optics::film::ErrorUnknown;
@@ -124,7 +124,11 @@ impl OutputOptions {
         let pool = pool.map_err(|e| {
             Diagnostic::error(format!("cannot start {} threads: {e}", self.threads))
         })?;
-        Ok(pool.install(work))
+        let record = InputRecord::current();
+        Ok(pool.install(|| {
+            InputRecord::share(record);
+            work()
+        }))
     }
 }
 

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use ivcam_base::diag::{Diagnostic, Result, Sink};
-use ivcam_base::files::{Claims, record_inputs, recorded_inputs};
+use ivcam_base::files::{Claims, InputRecord};
 use ivcam_base::math::Meters;
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::sampling::Sampler;
@@ -71,9 +71,9 @@ struct Studio {
 
 impl Studio {
     fn open(shoot: &Shoot, report: &mut dyn FnMut(ShootEvent<'_>)) -> Result<Self> {
-        record_inputs();
+        let record = InputRecord::begin();
         let session = Session::open(shoot.plan.clone())?;
-        check_files(&shoot.folder, &recorded_inputs())?;
+        check_files(&shoot.folder, &record.inputs())?;
         report(ShootEvent::Opened(&session.sink));
         Ok(Self {
             start: session.pose.clone(),

@@ -5,6 +5,7 @@ use std::thread::Builder;
 use std::time::Duration;
 
 use ivcam_base::diag::{Diagnostic, Severity};
+use ivcam_base::files::InputRecord;
 use ivcam_inventor::iv::Document;
 
 /// The size of the stack in bytes. The engine parses a program by recursion, and `guard` allows
@@ -25,11 +26,13 @@ pub(crate) fn in_own_thread(
     play: impl FnOnce(Document) -> Document + Send + 'static,
 ) -> Document {
     let copy = document.clone();
+    let record = InputRecord::current();
     let (send, receive) = channel();
     let thread = Builder::new()
         .name("scripts".into())
         .stack_size(STACK)
         .spawn(move || {
+            InputRecord::share(record);
             // The receiver is gone if the deadline has passed.
             let _ = send.send(play(copy));
         });

@@ -1,33 +1,56 @@
-//! Hashes of the files that this process reads, so that a later run can tell whether they changed.
+//! Hashes of the files that a run reads, so that a later run can tell whether they changed.
 
+use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// The hashes of the contents of files, by the names of the files without their folders.
 pub type Inputs = BTreeMap<String, BTreeSet<u64>>;
 
-/// The files that were read; `None` if they are not recorded.
-static INPUTS: Mutex<Option<Inputs>> = Mutex::new(None);
-
-/// Records the files that this process reads from now on.
-pub fn record_inputs() {
-    *INPUTS.lock().unwrap_or_else(PoisonError::into_inner) = Some(Inputs::new());
+thread_local! {
+    /// The record of the files that this thread reads, if they are recorded.
+    static CURRENT: RefCell<Option<InputRecord>> = const { RefCell::new(None) };
 }
 
-/// Returns the files that were read since [`record_inputs`].
-pub fn recorded_inputs() -> Inputs {
-    let inputs = INPUTS.lock().unwrap_or_else(PoisonError::into_inner);
-    inputs.clone().unwrap_or_default()
+/// A record of the files that some threads read. A thread that works for another one shares its
+/// record by [`InputRecord::share`].
+#[derive(Clone, Default, Debug)]
+pub struct InputRecord(Arc<Mutex<Inputs>>);
+
+impl InputRecord {
+    /// Records the files that this thread reads from now on.
+    pub fn begin() -> Self {
+        let record = Self::default();
+        Self::share(Some(record.clone()));
+        record
+    }
+
+    /// Returns the record of this thread, if its files are recorded.
+    pub fn current() -> Option<Self> {
+        CURRENT.with_borrow(Clone::clone)
+    }
+
+    /// Makes `record` the one of this thread.
+    pub fn share(record: Option<Self>) {
+        CURRENT.set(record);
+    }
+
+    /// Returns the files that were read up to now.
+    pub fn inputs(&self) -> Inputs {
+        let inputs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        inputs.clone()
+    }
 }
 
 /// Records a file, if files are recorded.
 pub(super) fn record(name: &str, bytes: &[u8]) {
-    if let Some(inputs) = &mut *INPUTS.lock().unwrap_or_else(PoisonError::into_inner) {
+    if let Some(InputRecord(inputs)) = InputRecord::current() {
         let name = Path::new(name)
             .file_name()
             .unwrap_or_default()
             .to_string_lossy();
+        let mut inputs = inputs.lock().unwrap_or_else(PoisonError::into_inner);
         inputs
             .entry(name.into_owned())
             .or_default()

@@ -14,7 +14,7 @@ mod whole;
 
 pub use claim::{Claims, Held, host_name};
 pub use folder::{folder_of, project_of};
-pub use inputs::{HASH_START, Inputs, hash, record_inputs, recorded_inputs};
+pub use inputs::{HASH_START, InputRecord, Inputs, hash};
 pub use markup::escaped;
 pub use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
 pub use space::{SizeEstimate, check_space};
