@@ -9,7 +9,7 @@ use earcut::Earcut;
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
 use super::mesh::{Mesh, QUAD_CORNERS};
-use super::normals::{Faces, face_normal, merge_equal};
+use super::normals::{Faces, face_normal, merge_equal, unit};
 
 /// The largest number of quadrilaterals of one extrusion, which bounds its memory.
 pub(super) const MAX_QUADS: usize = 1 << 22;
@@ -142,6 +142,17 @@ impl FacetedMesh {
         }
     }
 
+    /// Makes the triangles from a face on one face of a plane, which counts once in a smooth
+    /// normal.
+    fn join(&mut self, first: u32) {
+        let sum: Vec3 = self.normals.drain(first as usize..).sum();
+        self.normals.push(unit(sum));
+        let joined = self.faces.iter_mut().rev();
+        joined
+            .take_while(|face| **face >= first)
+            .for_each(|face| *face = first);
+    }
+
     /// Smooths the normals by the crease angle. Caps are smoothed like all other faces (Coin).
     fn smoothed(mut self, crease_angle: f32) -> Mesh {
         if crease_angle > 0.0 {
@@ -205,11 +216,13 @@ fn cap(faceted: &mut FacetedMesh, rim: &[DVec3], cross: &[Vec2], convex: bool, p
         let i = i as usize;
         (rim[i].as_vec3(), (cross[i] - lo) * scale)
     };
+    let first = faceted.normals.len() as u32;
     for [a, b, c] in polygon(&cross[..count], convex) {
         // The plane of x and z is mirrored when seen along y.
         let triangle = if part == 1 { [a, c, b] } else { [a, b, c] };
         faceted.face(&triangle.map(corner), part);
     }
+    faceted.join(first);
 }
 
 /// Returns the triangles of a polygon, all with the polygon's orientation.

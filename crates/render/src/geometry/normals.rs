@@ -98,7 +98,8 @@ pub(crate) struct CornerFan<'f> {
 }
 
 impl CornerFan<'_> {
-    /// Returns the normal of a face's corner at a vertex.
+    /// Returns the normal of a face's corner at a vertex. A face counts once, however many of its
+    /// triangles meet there; its corners follow each other.
     pub(crate) fn normal(&self, vertex: u32, face: u32) -> Vec3 {
         let own = self.normals[face as usize];
         let start = |v: usize| {
@@ -108,13 +109,12 @@ impl CornerFan<'_> {
         };
         let around = &self.at_vertex[start(vertex as usize)..start(vertex as usize + 1)];
         let mut sum = own;
-        for &other in around
-            .iter()
-            .take(MAX_FACES)
-            .filter(|&&other| other != face)
-        {
+        let mut last = face;
+        for &other in around.iter().take(MAX_FACES) {
+            let is_new = other != face && other != last;
+            last = other;
             let normal = self.normals[other as usize];
-            if normal.dot(own) > self.threshold {
+            if is_new && normal.dot(own) > self.threshold {
                 sum += normal;
             }
         }

@@ -36,7 +36,7 @@ pub use left_out::Unneeded;
 pub use looks::components as texture_components;
 pub use looks::{IncidentLight, Light, SHADOW_END, Surface};
 pub use options::CompileOptions;
-pub use options::{Instancing, Needs};
+pub use options::{Instancing, Needs, TextureFilter};
 pub(crate) use point::{Point, TrianglePoint, clear_of};
 pub use precision::precision_warning;
 pub use render_scene::OracleTriangle;

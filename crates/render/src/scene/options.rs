@@ -11,6 +11,37 @@ use ivcam_inventor::traversal::WalkOptions;
 
 use crate::geometry::text::Fonts;
 
+/// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
+/// Coin's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TextureFilter {
+    /// The nearest texel, for a quality below 0.2.
+    Nearest,
+    /// Bilinear interpolation, for a quality below 0.5.
+    Linear,
+    /// Trilinear interpolation between smaller versions (mipmaps), if a pixel covers several
+    /// texels.
+    Smooth,
+}
+
+impl TextureFilter {
+    /// The filters with their names.
+    pub const NAMED: [(&'static str, Self); 3] = [
+        ("nearest", Self::Nearest),
+        ("linear", Self::Linear),
+        ("smooth", Self::Smooth),
+    ];
+
+    /// The filter for a texture quality.
+    pub(crate) fn of(quality: f32) -> Self {
+        match quality {
+            q if q < 0.2 => Self::Nearest,
+            q if q < 0.5 => Self::Linear,
+            _ => Self::Smooth,
+        }
+    }
+}
+
 /// The parts of a scene that a shading model uses. Others are not compiled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Needs {
@@ -80,6 +111,9 @@ pub struct CompileOptions {
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
     pub ignore_draw_style: bool,
+    /// How textures are filtered. Default: by the `textureQuality` of `Complexity`; a
+    /// `PixelTexture` of at most 8×8 texels is not interpolated (decision 31).
+    pub texture_filter: Option<TextureFilter>,
     /// The folders besides the scene's own in which textures are searched. Default: none.
     pub texture_folders: Vec<PathBuf>,
     /// The user's fonts, which are searched before the shipped typefaces. Default: none.
@@ -99,6 +133,7 @@ impl Default for CompileOptions {
             background: None,
             culled_faces_cast_shadows: false,
             ignore_draw_style: false,
+            texture_filter: None,
             texture_folders: Vec::new(),
             fonts: Arc::default(),
         }

@@ -11,6 +11,7 @@ use ivcam_base::math::lanes::{
 };
 use ivcam_inventor::traversal::state::{FogKind, LightKind};
 
+use super::shader::ShadeOptions;
 use super::shading::Shading;
 use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::scene::{Light, Point, RenderScene, SHADOW_END, Surface, TrianglePoint, clear_of};
@@ -29,6 +30,10 @@ pub(super) struct PointLanes {
     pub plain: u32,
     /// A bit mask of the points that have a highlight.
     pub shiny: u32,
+    /// A bit mask of the points whose highlights depend on the viewer's position.
+    local_viewer: u32,
+    /// The directions to the viewer, for highlights.
+    to_viewer: Vec3Lanes,
     pub gathered: Gathered,
     pub placed: Placed,
     /// The light that reaches the points: see [`PointLanes::reach`].
@@ -91,6 +96,7 @@ pub(super) struct SurfaceValues {
     counterclockwise: bool,
     two_sided: bool,
     base_color: bool,
+    local_viewer: bool,
     is_plain: bool,
     /// Whether each corner has its own normal.
     has_normals: bool,
@@ -118,6 +124,7 @@ impl SurfaceValues {
             counterclockwise: surface.counterclockwise,
             two_sided: surface.two_sided,
             base_color: surface.base_color,
+            local_viewer: surface.local_viewer,
             is_plain: surface.texture.is_none()
                 && !surface.base_color
                 && !is_mirror
@@ -178,6 +185,7 @@ impl PointLanes {
         hits: &PacketHits,
     ) {
         (self.mask, self.placed_here, self.plain, self.shiny) = (0, 0, 0, 0);
+        self.local_viewer = 0;
         match scene.has_instances() {
             true => self.take_all::<true>(scene, surfaces, hits),
             false => self.take_all::<false>(scene, surfaces, hits),
@@ -251,6 +259,7 @@ impl PointLanes {
             &mut self.placed_here,
             &mut self.plain,
             &mut self.shiny,
+            &mut self.local_viewer,
         ] {
             *mask = if *mask == 0 { 0 } else { hits.mask };
         }
@@ -309,6 +318,7 @@ impl PointLanes {
             set_lane(&mut to.specular, lane, values.specular);
             to.exponent[lane] = values.exponent;
             self.shiny |= bit;
+            self.local_viewer |= if values.local_viewer { bit } else { 0 };
         }
     }
 
@@ -479,6 +489,7 @@ impl PointLanes {
             set_lane(&mut gathered.specular, lane, surface.specular);
             gathered.exponent[lane] = surface.exponent();
             self.shiny |= 1 << lane;
+            self.local_viewer |= u32::from(surface.local_viewer) << lane;
         }
         self.recolor(lane, point);
     }
@@ -508,29 +519,36 @@ impl PointLanes {
         }
     }
 
-    /// Computes the highlights of the light of the last [`PointLanes::reach`].
-    pub(super) fn shine(&mut self, backward: Vec3) {
+    /// Computes the directions to the viewer from the points with highlights.
+    pub(super) fn face_viewer(&mut self, options: &ShadeOptions) {
+        if self.shiny == 0 {
+            return;
+        }
+        let [x, y, z] = options.backward.to_array();
+        self.to_viewer = [[x; LANES], [y; LANES], [z; LANES]];
+        for lane in bits(self.shiny & self.local_viewer) {
+            let point = of_lane(&self.placed.position, lane);
+            set_lane(&mut self.to_viewer, lane, options.to_viewer(point, true));
+        }
+    }
+
+    /// Computes the highlights of the light of the last [`PointLanes::reach`]. A highlight is
+    /// brightest where the normal is halfway between the directions to the light and the viewer.
+    pub(super) fn shine(&mut self) {
         if self.shiny & self.lit.rays.mask != 0 {
             dispatch(Shine {
                 normal: &self.placed.normal,
                 exponent: &self.gathered.exponent,
-                backward,
+                to_viewer: &self.to_viewer,
                 lit: &mut self.lit,
             });
         }
     }
 
     /// Adds the light of the last [`PointLanes::reach`] to the radiances. `through` is the fraction
-    /// that is not in shadow. A highlight is brightest where the normal is halfway between the
-    /// light and `backward`.
-    pub(super) fn add(
-        &mut self,
-        color: Vec3,
-        backward: Vec3,
-        through: &Lanes<f32>,
-        radiances: &mut Vec3Lanes,
-    ) {
-        self.shine(backward);
+    /// that is not in shadow.
+    pub(super) fn add(&mut self, color: Vec3, through: &Lanes<f32>, radiances: &mut Vec3Lanes) {
+        self.shine();
         dispatch(Add {
             points: &self.gathered,
             shiny: self.shiny,
@@ -614,7 +632,7 @@ impl SimdKernel for Cone<'_> {
 struct Shine<'a> {
     normal: &'a Vec3Lanes,
     exponent: &'a Lanes<f32>,
-    backward: Vec3,
+    to_viewer: &'a Vec3Lanes,
     lit: &'a mut LightLanes,
 }
 
@@ -631,13 +649,10 @@ impl SimdKernel for Shine<'_> {
         } = self.lit;
         let [x, y, z] = &rays.direction;
         let [nx, ny, nz] = self.normal;
+        let [vx, vy, vz] = self.to_viewer;
         let mut aligned = [0.0f32; LANES];
         for i in 0..LANES {
-            let [hx, hy, hz] = [
-                x[i] + self.backward.x,
-                y[i] + self.backward.y,
-                z[i] + self.backward.z,
-            ];
+            let [hx, hy, hz] = [x[i] + vx[i], y[i] + vy[i], z[i] + vz[i]];
             let square = hx * hx + hy * hy + hz * hz;
             let scale = if square > 0.0 {
                 1.0 / square.sqrt()

@@ -12,11 +12,12 @@ pub(super) fn ambient(point: &Point<'_>) -> Vec3 {
 }
 
 /// The terms of one light that reaches a point. `shadow` is the fraction of the light that arrives:
-/// it scales the diffuse and specular terms, and not the ambient one.
+/// it scales the diffuse and specular terms, and not the ambient one. `to_viewer` is the direction
+/// for highlights.
 pub(super) fn direct(
     point: &Point<'_>,
     incident: &IncidentLight,
-    backward: Vec3,
+    to_viewer: Vec3,
     specular: bool,
     shadow: f32,
 ) -> Vec3 {
@@ -26,7 +27,7 @@ pub(super) fn direct(
     if facing > 0.0 && shadow > 0.0 {
         let mut lit = point.diffuse * facing;
         if specular && surface.specular != Vec3::ZERO {
-            let half = (incident.toward + backward).normalize_or_zero();
+            let half = (incident.toward + to_viewer).normalize_or_zero();
             let aligned = point.normal.dot(half).clamp(0.0, 1.0);
             let share = power(aligned, surface.exponent());
             lit += surface.specular * share;

@@ -75,7 +75,7 @@ impl Shader<'_> {
     ) {
         let mut choice = std::mem::take(&mut work.choice);
         let lights: Vec<&Light> = lights.collect();
-        choice.choose(&lights, lanes, self.options.backward, work);
+        choice.choose(&lights, lanes, work);
         let points = &work.points;
         for pick in &choice.picks {
             let (light, lane) = (lights[pick.light as usize], pick.lane as usize);
@@ -123,7 +123,7 @@ impl Shader<'_> {
 
 impl LightChoice {
     /// Picks lights for the points of some lanes.
-    fn choose(&mut self, lights: &[&Light], lanes: u32, backward: Vec3, work: &mut Work) {
+    fn choose(&mut self, lights: &[&Light], lanes: u32, work: &mut Work) {
         let points = &mut work.points;
         let mut sums = [0.0; LANES];
         let none = LightWeight {
@@ -134,7 +134,7 @@ impl LightChoice {
         self.weights.resize(lights.len(), none);
         for (light, to) in lights.iter().zip(&mut self.weights) {
             points.reach(light, lanes);
-            points.shine(backward);
+            points.shine();
             dispatch(Weigh {
                 points: &points.gathered,
                 shiny: points.shiny,

@@ -194,6 +194,7 @@ impl Shader<'_> {
             }
             Shading::Diffuse | Shading::Phong | Shading::Gl | Shading::Recursive => {}
         }
+        work.points.face_viewer(&self.options);
         let (mut left, mut known) = (lanes, 0);
         while left != 0 {
             let set = work.points.lights(left.trailing_zeros() as usize);
@@ -242,6 +243,6 @@ impl Shader<'_> {
             counts.shadow += u64::from(points.lit.rays.mask.count_ones());
             self.scene.transmittances(&points.lit.rays, &mut through);
         }
-        points.add(light.color, self.options.backward, &through, radiances);
+        points.add(light.color, &through, radiances);
     }
 }

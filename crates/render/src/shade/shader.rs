@@ -17,8 +17,11 @@ use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END, Surface
 pub struct ShadeOptions {
     /// A light on the camera, in world directions. Default: none, as in the 1999 program.
     pub headlight: Option<Light>,
-    /// The camera's backward direction, used for highlights. Default: +z.
+    /// The camera's backward direction, used for highlights and fog. Default: +z.
     pub backward: Vec3,
+    /// The viewer's position in the scene's coordinates, used for highlights of VRML97. Default:
+    /// the origin.
+    pub viewer: Vec3,
     /// The largest number of successive reflections and refractions. Default: 5.
     pub max_depth: u32,
     /// Whether lights at the camera, such as the headlight, cast shadows. Default: no, because
@@ -38,10 +41,23 @@ impl Default for ShadeOptions {
         Self {
             headlight: None,
             backward: Vec3::Z,
+            viewer: Vec3::ZERO,
             max_depth: 5,
             shadows_at_eye: false,
             mirrors: None,
             least_share: 1.0 / 1024.0,
+        }
+    }
+}
+
+impl ShadeOptions {
+    /// Returns the direction to the viewer for the highlight at a point. Inventor's viewer is at
+    /// infinity (as in OpenGL without `GL_LIGHT_MODEL_LOCAL_VIEWER`), VRML97's is where it is (ISO
+    /// 14772-1, 4.14.4).
+    pub(super) fn to_viewer(&self, point: Vec3, local_viewer: bool) -> Vec3 {
+        match local_viewer {
+            true => (self.viewer - point).normalize_or(self.backward),
+            false => self.backward,
         }
     }
 }
@@ -92,8 +108,8 @@ pub(super) struct Pending {
     /// The fraction of its radiance that reaches the film.
     pub(super) share: Vec3,
     depth: u32,
-    /// Whether the ray hits surfaces from either side. A reflected or refracted ray also hits the
-    /// back faces of closed shapes, which are hidden from the camera.
+    /// Whether the ray hits surfaces from either side. A ray that a mirror or glass has turned also
+    /// hits the back faces of closed shapes, which are hidden from the camera.
     any_side: bool,
 }
 
@@ -312,6 +328,12 @@ impl<'a> Shader<'a> {
         lighting::fogged(color, point, ray.origin, self.options.backward)
     }
 
+    /// The direction to the viewer for the highlight at a point.
+    fn to_viewer(&self, point: &Point<'_>) -> Vec3 {
+        let local_viewer = point.surface.local_viewer;
+        self.options.to_viewer(point.position, local_viewer)
+    }
+
     /// The light that leaves a point, without shadows, texture and fog, clamped to 0 to 1 as in
     /// OpenGL.
     fn lit_without_shadow(&self, point: &Point<'_>) -> Vec3 {
@@ -321,9 +343,10 @@ impl<'a> Shader<'a> {
         let mut sum = lighting::ambient(point);
         if self.shading != Shading::Ambient {
             let specular = self.shading != Shading::Diffuse;
+            let to_viewer = self.to_viewer(point);
             for light in self.lights(point) {
                 let incident = light.reach(point.position);
-                sum += lighting::direct(point, &incident, self.options.backward, specular, 1.0);
+                sum += lighting::direct(point, &incident, to_viewer, specular, 1.0);
             }
         }
         sum.clamp(Vec3::ZERO, Vec3::ONE)
@@ -359,6 +382,7 @@ impl<'a> Shader<'a> {
             return point.diffuse;
         }
         let mut sum = lighting::ambient(point);
+        let to_viewer = self.to_viewer(point);
         for light in self.lights(point) {
             let incident = light.reach(point.position);
             let ray = shadow_ray(point, &incident).filter(|_| self.casts_shadows(light));
@@ -366,7 +390,7 @@ impl<'a> Shader<'a> {
                 counts.shadow += 1;
                 self.scene.transmittance(&ray, ray.t_max)
             });
-            sum += lighting::direct(point, &incident, self.options.backward, true, shadow);
+            sum += lighting::direct(point, &incident, to_viewer, true, shadow);
         }
         sum
     }
@@ -418,10 +442,10 @@ impl<'a> Shader<'a> {
                     // The ray continues in its direction, and also hits primitives in the same
                     // plane.
                     let ahead = self.scene.continue_behind(ray, hit);
-                    self.follow(ahead, share, path, pending);
+                    self.follow(ahead, share, path.any_side, path, pending);
                 }
                 Some(direction) => {
-                    self.follow(point.leave(direction), share * clear(), path, pending);
+                    self.follow(point.leave(direction), share * clear(), true, path, pending);
                 }
                 None => mirror += point.transparency, // total reflection
             }
@@ -429,19 +453,26 @@ impl<'a> Shader<'a> {
         if mirror.max_element() > 0.0 {
             let direction = d - 2.0 * d.dot(normal) * normal;
             let share = path.share * mirror * clear();
-            self.follow(point.leave(direction), share, path, pending);
+            self.follow(point.leave(direction), share, true, path, pending);
         }
     }
 
     /// Appends a ray to trace, unless its share is negligible.
-    fn follow(&self, ray: Ray, share: Vec3, path: &Pending, pending: &mut Vec<Pending>) {
+    fn follow(
+        &self,
+        ray: Ray,
+        share: Vec3,
+        any_side: bool,
+        path: &Pending,
+        pending: &mut Vec<Pending>,
+    ) {
         if share.max_element() > self.options.least_share {
             pending.push(Pending {
                 ray,
                 lane: path.lane,
                 share,
                 depth: path.depth + 1,
-                any_side: true,
+                any_side,
             });
         }
     }

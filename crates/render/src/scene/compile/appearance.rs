@@ -4,16 +4,19 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Vec3, Vec4};
+use ivcam_inventor::grammar::class;
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::state::{
-    DrawStyle, DrawStyleElement, LightElement, State, TextureCoordinates, TextureModel,
+    DrawStyle, DrawStyleElement, Language, LightElement, State, TextureCoordinates, TextureElement,
+    TextureModel,
 };
 
 use super::scene_builder::SceneBuilder;
 use crate::scene::looks::{
     CornerNormals, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
-    TextureFiles, TextureFilter, TextureUse,
+    TextureFiles, TextureUse,
 };
+use crate::scene::options::TextureFilter;
 
 /// The lights and textures that shapes share.
 #[derive(Debug, Default)]
@@ -25,6 +28,9 @@ pub(super) struct Shared {
     /// The textures by file.
     pub files: TextureFiles,
 }
+
+/// The largest width and height in texels of a `PixelTexture` that is not interpolated.
+const SMALL_PIXEL_TEXTURE: usize = 8;
 
 impl SceneBuilder {
     /// Returns the surface of a shape that begins.
@@ -54,6 +60,7 @@ impl SceneBuilder {
             transparency,
             refraction: m.refraction,
             base_color: state.base_color,
+            local_viewer: state.language == Language::Vrml97,
             two_sided: state.hints.two_sided(),
             culls: state.hints.culls(),
             counterclockwise: state.hints.counterclockwise(),
@@ -99,7 +106,6 @@ impl SceneBuilder {
         }
         let texture = self.shared.decoded.get(&id)?.clone()?;
         Some(TextureUse {
-            texture,
             model: element.model,
             blend_color: element.blend_color,
             repeat: Repeat {
@@ -107,10 +113,23 @@ impl SceneBuilder {
                 t: element.repeat_t,
                 r: element.repeat_r,
             },
-            filter: TextureFilter::of(element.quality),
+            filter: self.filter(&element, &texture),
+            texture,
             matrix: state.texture_matrix,
             mapping: self.mapping(state),
         })
+    }
+
+    /// Returns the filter of a texture. An author states the texels of a small `PixelTexture` one
+    /// by one, as squares of color.
+    fn filter(&self, element: &TextureElement<'_>, texture: &Texture) -> TextureFilter {
+        let is_small = texture.width.max(texture.height) <= SMALL_PIXEL_TEXTURE;
+        let is_drawn = element.node.class_id() == Some(class::PIXEL_TEXTURE) && is_small;
+        let usual = || match is_drawn {
+            true => TextureFilter::Nearest,
+            false => TextureFilter::of(element.quality),
+        };
+        self.options.texture_filter.unwrap_or_else(usual)
     }
 
     /// Returns the source of texture coordinates.

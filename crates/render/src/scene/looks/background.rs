@@ -13,8 +13,9 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::rotation_of;
 use ivcam_inventor::traversal::state::State;
 
-use super::texture::{Repeat, Texture, TextureFilter};
+use super::texture::{Repeat, Texture};
 use super::texture_files::{PANORAMA, TextureFiles};
+use crate::scene::options::TextureFilter;
 
 /// The background of a scene. Without a `Background` node it is black.
 #[derive(Clone, Debug, Default)]

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::{EnvironmentElement, TextureModel};
 
-use super::texture::{Repeat, Texture, TextureFilter};
+use super::texture::{Repeat, Texture};
+use crate::scene::options::TextureFilter;
 
 /// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +137,9 @@ pub struct Surface {
     pub refraction: f32,
     /// Whether the surface shows its diffuse color without lighting.
     pub base_color: bool,
+    /// Whether a highlight depends on the viewer's position, as in VRML97, and not only on the
+    /// direction of the view.
+    pub local_viewer: bool,
     /// Whether both sides are lit.
     pub two_sided: bool,
     /// Whether back faces are invisible.

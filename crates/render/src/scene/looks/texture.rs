@@ -6,29 +6,7 @@ use glam::{Vec2, Vec3, Vec4};
 use ivcam_inventor::grammar::value::Image;
 use ivcam_optics::picture::{Raster, Samples};
 
-/// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
-/// Coin's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum TextureFilter {
-    /// The nearest texel, for a quality below 0.2.
-    Nearest,
-    /// Bilinear interpolation, for a quality below 0.5.
-    Linear,
-    /// Trilinear interpolation between smaller versions (mipmaps), if a pixel covers several
-    /// texels.
-    Smooth,
-}
-
-impl TextureFilter {
-    /// The filter for a texture quality.
-    pub(crate) fn of(quality: f32) -> Self {
-        match quality {
-            q if q < 0.2 => Self::Nearest,
-            q if q < 0.5 => Self::Linear,
-            _ => Self::Smooth,
-        }
-    }
-}
+use crate::scene::options::TextureFilter;
 
 /// The coordinates along which a texture repeats. Along the others it is clamped to its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -207,9 +185,9 @@ impl Texture {
             Texels::Packed(texels) => packed_colors(texels, self.components, places),
             Texels::OfScene(texels) => packed_colors(texels, self.components, places),
         };
-        let low = a.lerp(b, fx);
-        let high = c.lerp(d, fx);
-        low.lerp(high, fy) / 255.0
+        let low = self.mix(a, b, fx);
+        let high = self.mix(c, d, fx);
+        self.mix(low, high, fy) / 255.0
     }
 
     /// Whether this is a 3D texture with several layers.
@@ -239,7 +217,19 @@ impl Texture {
             _ => between,
         };
         let (near, far, share) = side(at.z, self.depth(), repeat.r);
-        flat(near).lerp(flat(far), share)
+        self.mix(flat(near), flat(far), share)
+    }
+
+    /// Interpolates between two colors. A color counts by its alpha, so that a transparent texel
+    /// gives no color to its neighbors.
+    #[inline(always)]
+    fn mix(&self, a: Vec4, b: Vec4, share: f32) -> Vec4 {
+        if !self.has_alpha() || a.w == b.w {
+            return a.lerp(b, share);
+        }
+        let alpha = a.w + share * (b.w - a.w);
+        let weighted = a.truncate() * (a.w * (1.0 - share)) + b.truncate() * (b.w * share);
+        (weighted / alpha.max(f32::MIN_POSITIVE)).extend(alpha)
     }
 
     /// Returns the color at (s, t) where a pixel covers `texels` texels across. It is interpolated
@@ -268,7 +258,8 @@ impl Texture {
         };
         let fine = version(below as usize).sample(at, filter, repeat);
         let next = (below as usize + 1).min(smaller.len());
-        fine.lerp(version(next).sample(at, filter, repeat), level - below)
+        let coarse = version(next).sample(at, filter, repeat);
+        self.mix(fine, coarse, level - below)
     }
 
     /// Whether there are no texels.
@@ -338,10 +329,9 @@ impl Texture {
             for (low, high) in pairs {
                 // The last texel of an odd row is counted twice.
                 let second = low.len() - n;
-                texels.extend((0..n).map(|i| {
-                    let four = [low[i], high[i], low[second + i], high[second + i]];
-                    ((four.map(u32::from).iter().sum::<u32>() + 2) / 4) as u8
-                }));
+                let four = [&low[..n], &high[..n], &low[second..], &high[second..]];
+                let alpha = self.has_alpha().then_some(n - 1);
+                texels.extend((0..n).map(|i| mean(four, i, alpha.filter(|a| *a != i))));
             }
         }
         Self {
@@ -349,6 +339,18 @@ impl Texture {
             ..Self::new(width, height, n, texels)
         }
     }
+}
+
+/// Returns the rounded mean of a component of four texels, each with the weight of its component
+/// `weight`, if there is one.
+fn mean(texels: [&[u8]; 4], component: usize, weight: Option<usize>) -> u8 {
+    let weights = texels.map(|texel| weight.map_or(1, |weight| u32::from(texel[weight])));
+    let all: u32 = weights.iter().sum();
+    let parts = texels.iter().zip(weights);
+    let sum: u32 = parts
+        .map(|(texel, w)| u32::from(texel[component]) * w)
+        .sum();
+    ((sum + all / 2) / all.max(1)) as u8
 }
 
 /// Returns the color of a texel, from 0 to 255.

@@ -12,8 +12,9 @@ use ivcam_inventor::traversal::state::{State, TextureCoordinates, TextureElement
 use super::feature::Feature;
 use super::image::Image;
 use super::material::{Material, Texture};
-use crate::scene::looks::{self, MaterialColors, TextureFiles, TextureFilter};
+use crate::scene::looks::{self, MaterialColors, TextureFiles};
 use crate::scene::options::CompileOptions;
+use crate::scene::options::TextureFilter;
 
 /// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
