@@ -29,7 +29,7 @@
 //! ```
 //! # use ivcam::Document;
 //! # let document = Document::open("scenes/livroom/livroom.iv")?;
-//! use ivcam::{CompileOptions, RenderScene, scene, snapshot::SnapshotOptions};
+//! use ivcam::{CompileOptions, RenderScene, scene, events::SnapshotOptions};
 //!
 //! let options = CompileOptions::default();
 //! let snapshot = scene::snapshot(&document, &SnapshotOptions::default(), &options);

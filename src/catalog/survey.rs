@@ -13,7 +13,9 @@ use ivcam_render::scene::check::{Checked, classes};
 use super::entry::{Entry, Message};
 use super::notes::{notes, producer};
 use super::options::CatalogOptions;
-use crate::photo::{Era, NEUTRAL, Optics, Override, Plan, Session, Shading, snapshot_options};
+use crate::photo::{
+    Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
+};
 
 /// The largest number of problems that an entry lists.
 const MOST_MESSAGES: usize = 20;
@@ -147,7 +149,9 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, input);
     plan.optics = Optics::Pinhole;
     plan.shading = Shading::Phong;
-    plan.view = Some(Override::IfUnstated(ViewDirection::THREE_QUARTER));
+    plan.view = Some(Override::IfUnstated(WholeView::Side(
+        ViewDirection::THREE_QUARTER,
+    )));
     plan.background = Some(Override::IfUnstated(NEUTRAL));
     plan.resolution = options.thumbnail;
     plan.stop = Stop::after(options.samples);

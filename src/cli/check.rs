@@ -7,13 +7,13 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Result, Sink, counted};
-use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
 
-use super::flags::{FONTS, LIMIT, MEMORY};
+use super::flags::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, argument, given_options};
 use super::{ERROR, print_diagnostic, print_warnings, switch};
-use crate::photo::snapshot_options;
+use crate::photo::{options, snapshot_options};
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -42,6 +42,11 @@ pub(crate) fn command() -> Command {
             "prints the whole report of each of several files instead of a line",
         ))
         .arg(switch(
+            "events",
+            "lists the events that nodes send until --scene-time",
+        ))
+        .args([&TIME, &EVENT, &TOUCH].map(argument))
+        .arg(switch(
             "handles",
             "includes the handles of draggers and manipulators",
         ))
@@ -58,7 +63,7 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of a scene only below this folder and those of --search [the scene's project]"),
         )
-        .args([FONTS, LIMIT, MEMORY].iter().map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY].iter().map(argument))
 }
 
 /// Runs the command and returns the exit code.
@@ -75,9 +80,12 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         memory: super::memory(matches)?.bytes(),
         ..CompileOptions::default()
     };
+    let given = given_options(matches);
     let at = SnapshotOptions {
         handles: matches.get_flag("handles"),
-        ..snapshot_options(0.0)
+        log: matches.get_flag("events"),
+        actions: options::actions(&given)?,
+        ..snapshot_options(options::scene_time(&given)?.unwrap_or_default())
     };
     let mut skipped = Sink::new();
     let files = scene_files(&named, &mut skipped)?;

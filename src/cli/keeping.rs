@@ -247,6 +247,7 @@ mod tests {
             let keeping = Keeping {
                 path: None,
                 every: EVERY,
+                record: InputRecord::default(),
                 samples: range(word),
             };
             assert!(keeping.samples.is_some());

@@ -15,7 +15,7 @@ use super::folder_mode::{
 use super::{ERROR, flags, print_warnings, render, switch, text};
 use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
 use crate::photo::options::command_line;
-use crate::photo::{Era, NEUTRAL, Override, Plan};
+use crate::photo::{Era, NEUTRAL, Override, Plan, WholeView};
 
 /// The options that do not change a picture.
 const OUTPUT_OPTIONS: [&str; 6] = ["output", "batch", "threads", "report", "quiet", "progress"];
@@ -64,9 +64,9 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     }
     render::set_arithmetic(m)?;
     let mut plan = render::plan(m, Era::Modern)?;
-    plan.view = plan
-        .view
-        .or(Some(Override::IfUnstated(ViewDirection::THREE_QUARTER)));
+    plan.view = plan.view.or(Some(Override::IfUnstated(WholeView::Side(
+        ViewDirection::THREE_QUARTER,
+    ))));
     plan.background = plan.background.or(Some(Override::IfUnstated(NEUTRAL)));
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;

@@ -60,6 +60,10 @@ pub(crate) enum ShootEvent<'a> {
     Waiting(usize),
 }
 
+/// The frames of a movie, at most, whose scenes decide where a camera has to stand that the scene
+/// does not have.
+const FRAMED_FRAMES: u32 = 16;
+
 /// What the first frame of a process opens and the others use again.
 struct Studio {
     session: Session,
@@ -108,6 +112,10 @@ impl Shoot {
         if lens.is_some() {
             timeline.check_focus(&travel, &|moment| reaches(&plan, moment))?;
         }
+        let step = timeline.frames.div_ceil(FRAMED_FRAMES).max(1);
+        let frames = (0..timeline.frames).step_by(step as usize);
+        let times = frames.map(|frame| timeline.at(f64::from(frame), &travel).time);
+        plan.framed_over = times.flatten().collect();
         apply(&mut plan, &timeline.at(0.0, &travel));
         let shoot = Self {
             moments: plan.pixel_sampler().samples.clamp(1, MOST_MOMENTS),
@@ -255,7 +263,10 @@ impl Shoot {
             let moment = &moments[i as usize];
             let mut plan = self.plan.clone();
             apply(&mut plan, moment);
-            session.change(plan, posed(start, moment))?;
+            // Events may move the scene's own camera, or bind another.
+            let own = moment.time.and_then(|_| session.scene_pose(&plan));
+            let pose = posed(own.as_ref().unwrap_or(start), moment);
+            session.change(plan, pose)?;
             // Parts need independent random numbers, otherwise their errors are correlated.
             let seed = self.plan.seed.wrapping_add(u64::from(i) * 0x9e37_79b9);
             let whole = self.plan.pixel_sampler();

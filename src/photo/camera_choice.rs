@@ -7,10 +7,10 @@ use glam::DQuat;
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::grammar::value::Rotation;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping, quat};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
 use ivcam_render::scene::{CompileOptions, snapshot};
 

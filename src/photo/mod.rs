@@ -4,6 +4,7 @@
 //! command line, the window, convergence runs and movies all make a `Plan` and open a [`Session`]
 //! from it, so they use the same code to render. `options` is the table of all options.
 
+mod actions;
 mod camera_choice;
 pub mod checkpoint;
 mod denoise;
@@ -40,7 +41,7 @@ pub use session::Session;
 pub(crate) use session::UNFINISHED;
 pub(crate) use snapshot_options::snapshot_options;
 pub(crate) use view::NEUTRAL;
-pub use view::Override;
+pub use view::{Override, WholeView};
 
 pub use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 pub use ivcam_render::shade::Shading;

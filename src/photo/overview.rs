@@ -7,7 +7,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::State;
-use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, may_be_first};
+use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, first_pose};
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
@@ -56,9 +56,8 @@ impl<'a> Visitor<'a> for OverviewCollector {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        let camera = &mut self.overview.camera;
-        if camera.is_none() && may_be_first(node, state) {
-            *camera = CameraPose::from_node(node, state.world_from_object);
+        if self.overview.camera.is_none() {
+            self.overview.camera = first_pose(node, state);
         }
     }
 

@@ -7,8 +7,8 @@ use glam::Vec3;
 use ivcam_base::diag::{Result, Sink};
 use ivcam_base::math::{Meters, Mm};
 use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::events::Action;
 use ivcam_inventor::iv::Limits;
-use ivcam_inventor::pose::ViewDirection;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
 use ivcam_optics::lens::{
     Coating, Focus, FocusMethod, Gap, Iris, Lens, Movements, Reading, at_zoom_list,
@@ -20,11 +20,12 @@ use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 use ivcam_render::camera::Aim;
 use ivcam_render::geometry::text::Fonts;
 use ivcam_render::render::Stop;
+use ivcam_render::scene::TextureFilter;
 use ivcam_render::shade::Shading;
 
 use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
-use super::view::Override;
+use super::view::{Override, WholeView};
 
 /// The set of defaults that a plan starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +71,7 @@ impl PictureLook {
                 plan.optics = Optics::Pinhole;
                 plan.shading = Shading::Gl;
                 plan.headlight = Headlight::Viewer;
-                plan.view = Some(Override::IfUnstated(ViewDirection::FRONT));
+                plan.view = Some(Override::IfUnstated(WholeView::Standard));
             }
         }
     }
@@ -220,7 +221,7 @@ pub struct Plan {
     pub camera: Option<CameraChoice>,
     /// The side from which the whole scene is seen. Default: the scene's camera, and without one
     /// the front, or the side that shows most if the front shows next to nothing.
-    pub view: Option<Override<ViewDirection>>,
+    pub view: Option<Override<WholeView>>,
     /// The color of what rays without a hit see. Default: the scene's `Background`, or else black.
     pub background: Option<Override<Vec3>>,
     /// The path of a SceneViewer environment file.
@@ -237,6 +238,8 @@ pub struct Plan {
     /// `None` makes no surface a mirror. The 1999 program: 0, every surface with highlights.
     /// Default: `None`.
     pub mirrors: Option<f32>,
+    /// How textures are filtered. Default: as the scene asks.
+    pub texture_filter: Option<TextureFilter>,
     /// Whether what is not seen casts shadows: culled faces, and everything in the light of the
     /// headlight. The 1999 program: yes (a guess). Default: no.
     pub unseen_shadows: bool,
@@ -281,6 +284,11 @@ pub struct Plan {
     pub solids: bool,
     /// The time of the scene's engines and sensors, in seconds.
     pub time: f64,
+    /// What a user does with the scene before that time.
+    pub actions: Vec<Action>,
+    /// Other times at which all of a scene without a camera has to be in the picture: those of the
+    /// frames of a movie.
+    pub(crate) framed_over: Vec<f64>,
     /// Whether the handles of draggers and manipulators are drawn. Default: no.
     pub handles: bool,
     /// The conditions that end a render.
@@ -343,6 +351,7 @@ impl Plan {
             shading: Shading::Recursive,
             headlight,
             mirrors: (era == Era::Vintage).then_some(0.0),
+            texture_filter: None,
             unseen_shadows: era == Era::Vintage,
             sampler,
             seed: 0,
@@ -363,6 +372,8 @@ impl Plan {
             max_depth: None,
             solids: false,
             time: 0.0,
+            actions: Vec::new(),
+            framed_over: Vec::new(),
             handles: false,
             stop: Stop::after(samples),
             search: Vec::new(),

@@ -10,11 +10,12 @@ use ivcam_inventor::grammar::{class, directional_light};
 use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
+use ivcam_inventor::traversal::state::Language;
 use ivcam_render::camera::half_field;
 use ivcam_render::scene::{CompileOptions, Light, RenderScene};
 
 use super::plan::{Optics, Plan};
-use super::view::Override;
+use super::view::{Override, WholeView};
 
 /// Returns the pose of the camera. It is the side of `--view`, or else the camera of `-camread`, or
 /// else that of the environment file, or else the scene's first, or else a view of the whole scene.
@@ -23,30 +24,35 @@ pub(super) fn resolve_pose(
     snapshot: &Snapshot<'_>,
     environment: &Environment,
     first: Option<CameraPose>,
+    bounds: impl FnOnce() -> (DVec3, DVec3),
 ) -> Result<CameraPose> {
-    let side = match (plan.view, &plan.camera) {
+    let view = match (plan.view, &plan.camera) {
         (Some(Override::Always(_)), Some(_)) => {
             let error = "`--view` can't be used with `--camera`";
             return Err(Diagnostic::unsupported(error).with_help("leave one of them out"));
         }
-        (Some(Override::Always(side)), None) => side,
+        (Some(Override::Always(view)), None) => view,
         (_, Some(choice)) => return choice.pose(),
         (other, None) => match (environment.pose.clone().or(first), other) {
             (Some(pose), _) => return Ok(pose),
-            (None, Some(Override::IfUnstated(side))) => side,
-            (None, _) => ViewDirection::FRONT,
+            (None, Some(Override::IfUnstated(view))) => view,
+            (None, _) => WholeView::Side(ViewDirection::FRONT),
         },
     };
-    Ok(view_of_everything(snapshot, plan, side))
+    let is_vrml97 = Language::of(snapshot.document()) == Language::Vrml97;
+    Ok(match view {
+        WholeView::Standard if is_vrml97 => CameraPose::default_viewpoint(),
+        WholeView::Standard => view_of_everything(bounds(), plan, ViewDirection::FRONT),
+        WholeView::Side(side) => view_of_everything(bounds(), plan, side),
+    })
 }
 
-/// Returns a pose on a side of the scene from which all of it is visible.
+/// Returns a pose on a side of a scene from which all of its bounding box is visible.
 pub(super) fn view_of_everything(
-    snapshot: &Snapshot<'_>,
+    bounds: (DVec3, DVec3),
     plan: &Plan,
     side: ViewDirection,
 ) -> CameraPose {
-    let bounds = inventor_bounds(snapshot, plan).unwrap_or_default();
     match (view_through_lens(bounds, plan), side) {
         (Some(front), ViewDirection::FRONT) => front,
         (Some(front), _) => front.turned_around(0.5 * (bounds.0 + bounds.1), side),

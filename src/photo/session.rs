@@ -10,9 +10,10 @@ use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
 use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
+use ivcam_inventor::events::depends_on_viewer;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
-use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::state::Language;
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
 use ivcam_optics::film::{Film, GhostImage, Region};
@@ -41,8 +42,8 @@ use super::lens_settings::camera;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
 use super::plan::{Optics, Plan};
-use super::pose::{Environment, own_focus, resolve_pose, view_of_everything};
-use super::snapshot_options::snapshot_options;
+use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose, view_of_everything};
+use super::snapshot_options::snapshot_for;
 use super::view::{Override, better_side};
 
 /// The options that two runs of one picture may have different values of.
@@ -85,6 +86,8 @@ pub struct Session {
     pub(crate) draws_nothing: bool,
     /// The side that was chosen because the front shows next to nothing.
     turned: Option<ViewDirection>,
+    /// Whether the camera was the scene's own, which events can move or change.
+    follows_scene: bool,
     /// The facts that decide about the headlight if the plan does not set it.
     pub(crate) headlight_sources: HeadlightSources,
     /// The headlight of the environment file, in camera space.
@@ -203,7 +206,7 @@ impl Session {
         if nodes == Nodes::Freed {
             document.release_text();
         }
-        let mut snapshot = snapshot_of(&document, &plan);
+        let mut snapshot = snapshot_of(&document, &plan, None);
         let overview = Overview::of(&snapshot, &plan.limits);
         let headlight_sources = HeadlightSources {
             environment: plan
@@ -217,11 +220,17 @@ impl Session {
         let is_stated =
             framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
         let may_turn = !is_stated && !plan.solids && framing.view.is_none();
-        let mut pose = resolve_pose(framing, &snapshot, environment, overview.camera)?;
+        let bounds = || framed_bounds(&document, &snapshot, &plan);
+        let own = overview.camera.clone();
+        let mut pose = resolve_pose(framing, &snapshot, environment, own, bounds)?;
+        let follows_scene = overview.camera.as_ref() == Some(&pose);
+        if !follows_scene && depends_on_viewer(&document) {
+            snapshot = snapshot_of(&document, &plan, Some(&pose));
+        }
         if plan.solids {
             drop(snapshot);
             lens_into_scene(&plan, &pose, &mut document, &mut sink)?;
-            snapshot = snapshot_of(&document, &plan);
+            snapshot = snapshot_of(&document, &plan, None);
             pose = first_camera(&snapshot, &WalkOptions::within(&plan.limits)).unwrap_or(pose);
         }
         seconds.compile = clock.elapsed().as_secs_f64();
@@ -237,7 +246,8 @@ impl Session {
         let mut scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
         let mut turned = None;
         if may_turn && let Some(side) = better_side(&scene, &camera, &pose) {
-            pose = view_of_everything(&snapshot, framing, side);
+            let bounds = framed_bounds(&document, &snapshot, &plan);
+            pose = view_of_everything(bounds, framing, side);
             projection = camera.projection(&pose);
             scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
             camera = camera.posed(&pose, scene.origin);
@@ -245,6 +255,9 @@ impl Session {
         }
         let draws_nothing = scene.primitives() == (0, 0, 0)
             && draws_nothing(&snapshot, &options_at(&pose, projection));
+        for diagnostic in snapshot.diagnostics() {
+            sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+        }
         drop(snapshot);
         if nodes == Nodes::Freed {
             document.free_nodes();
@@ -281,6 +294,7 @@ impl Session {
             headlight: headlight_in_world(lit.on, environment.headlight, &pose),
             draws_nothing,
             turned,
+            follows_scene,
             headlight_sources,
             environment_headlight: environment.headlight,
             plan,
@@ -346,11 +360,30 @@ impl Session {
         }
     }
 
+    /// Returns the pose of the scene's own camera at the time of a plan, if the session began with
+    /// it.
+    pub(crate) fn scene_pose(&self, plan: &Plan) -> Option<CameraPose> {
+        let snapshot = self
+            .follows_scene
+            .then(|| snapshot_of(&self.document, plan, None))?;
+        first_camera(&snapshot, &WalkOptions::within(&plan.limits))
+    }
+
     fn compile_parts(&mut self, needs: Needs) -> Result<()> {
         let projection = self.camera.projection(&self.pose);
         let options = options(&self.plan, needs, &self.pose, projection);
-        let snapshot = snapshot_of(&self.document, &self.plan);
+        let viewer = depends_on_viewer(&self.document)
+            .then_some(&self.pose)
+            .filter(|pose| self.scene_pose(&self.plan).as_ref() != Some(pose));
+        let snapshot = snapshot_of(&self.document, &self.plan, viewer);
         let scene = RenderScene::compile(&snapshot, &options)?;
+        for diagnostic in snapshot.diagnostics() {
+            let is_known = |known: &Diagnostic| known.message == diagnostic.message;
+            if !self.sink.items().iter().any(is_known) {
+                self.sink
+                    .add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+            }
+        }
         scene.prepare(usual_rays(&self.plan, &scene));
         let camera = self.camera.clone();
         self.camera = camera.posed(&self.pose, scene.origin);
@@ -392,7 +425,7 @@ impl Session {
     /// Returns the bounding box of the scene as Inventor's `viewAll` sees it, in meters.
     #[cfg(feature = "panels")]
     pub(crate) fn inventor_bounds(&self) -> Option<(DVec3, DVec3)> {
-        let snapshot = snapshot_of(&self.document, &self.plan);
+        let snapshot = snapshot_of(&self.document, &self.plan, None);
         super::pose::inventor_bounds(&snapshot, &self.plan)
     }
 
@@ -569,6 +602,7 @@ impl Session {
         let options = ShadeOptions {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
+            viewer: (self.pose.position - self.scene.origin).as_vec3(),
             max_depth: self.max_depth(),
             mirrors: self.plan.mirrors,
             shadows_at_eye: self.plan.unseen_shadows,
@@ -835,6 +869,7 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         fonts: plan.fonts.clone(),
         limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
+        texture_filter: plan.texture_filter,
         culled_faces_cast_shadows: plan.unseen_shadows,
         background: plan.background.map(|choice| match choice {
             Override::Always(color) => (color, true),
@@ -849,19 +884,36 @@ fn memory_of_scene(plan: &Plan) -> u64 {
     plan.memory.bytes().saturating_sub(film_bytes(plan))
 }
 
-/// Returns the document at the plan's time.
-fn snapshot_of<'a>(document: &'a Document, plan: &Plan) -> Snapshot<'a> {
-    let at = SnapshotOptions {
-        handles: plan.handles,
-        ..snapshot_options(plan.time)
-    };
+/// Returns the box around a scene at the plan's time, when it was opened, and at the other times at
+/// which it has to be in the picture. Pictures of several times then show what moves.
+fn framed_bounds(document: &Document, snapshot: &Snapshot<'_>, plan: &Plan) -> (DVec3, DVec3) {
+    let others = std::iter::once(&0.0).chain(&plan.framed_over);
+    let boxes = others.filter(|time| **time != plan.time).map(|time| {
+        let then = Plan {
+            time: *time,
+            ..plan.clone()
+        };
+        inventor_bounds(&snapshot_of(document, &then, None), plan)
+    });
+    let now = inventor_bounds(snapshot, plan);
+    let whole = boxes.chain([now]).flatten();
+    let whole = whole.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+    whole.unwrap_or_default()
+}
+
+/// Returns the document at the plan's time. The viewer is given if it is not at the scene's camera.
+fn snapshot_of<'a>(
+    document: &'a Document,
+    plan: &Plan,
+    viewer: Option<&CameraPose>,
+) -> Snapshot<'a> {
     let options = CompileOptions {
         fonts: plan.fonts.clone(),
         limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
         ..CompileOptions::default()
     };
-    snapshot(document, &at, &options)
+    snapshot(document, &snapshot_for(plan, viewer), &options)
 }
 
 /// Adds the lens to the scene as solids at the camera's position, with a film behind it. The film

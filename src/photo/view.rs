@@ -39,6 +39,34 @@ impl<T> Override<T> {
     }
 }
 
+/// A view of a whole scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum WholeView {
+    /// From a side, from which all of it is in the picture.
+    Side(ViewDirection),
+    /// What a viewer of the 1990s shows of a scene without a camera: VRML97's default `Viewpoint`,
+    /// or else all of it from the front.
+    Standard,
+}
+
+impl WholeView {
+    /// Returns the view of a name.
+    pub(super) fn named(text: &str) -> Option<Self> {
+        match text {
+            "standard" => Some(Self::Standard),
+            side => ViewDirection::named(side).map(Self::Side),
+        }
+    }
+
+    /// Returns the name of the view.
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Side(side) => side.name(),
+            Self::Standard => "standard".into(),
+        }
+    }
+}
+
 /// The background of pictures of folders, where the scene has none: white and black lines and the
 /// gray of the default material stand out from it.
 pub(crate) const NEUTRAL: Vec3 = Vec3::splat(0.4);

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use ivcam_base::diag::Result;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_optics::film::{Region, Resolution};
 use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use ivcam_render::bvh::Ray;

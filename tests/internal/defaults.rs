@@ -7,7 +7,7 @@
 use ivcam_optics::film::Resolution;
 
 use super::common::Folder;
-use crate::photo::{Era, Optics, Override, Plan, Session};
+use crate::photo::{Era, Optics, Override, Plan, Session, WholeView};
 
 /// A plan of a scene of a folder without a lens, with pictures of 240×160 pixels.
 fn plan(folder: &Folder, scene: &str) -> Plan {
@@ -189,7 +189,7 @@ fn a_view_and_a_background_of_the_plan_go_before_or_after_those_of_the_scene() {
         ("silent.wrl", false, true, [0, 255, 0]),
     ] {
         let mut plan = plan(&folder, scene);
-        let top = ViewDirection::new(0.0, 90.0);
+        let top = WholeView::Side(ViewDirection::new(0.0, 90.0));
         (plan.view, plan.background) = match always {
             true => (Some(Override::Always(top)), Some(Override::Always(green))),
             false => (

@@ -10,7 +10,7 @@ const ORDER: [(&str, &[&str]); 6] = [
     ("crates/base/src", &["diag", "memory", "files", "math"]),
     (
         "crates/inventor/src",
-        &["grammar", "iv", "pose", "snapshot", "traversal"],
+        &["grammar", "iv", "pose", "snapshot", "traversal", "events"],
     ),
     (
         "crates/optics/src",

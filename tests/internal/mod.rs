@@ -19,3 +19,4 @@ mod second_approach;
 mod snapshot;
 #[cfg(feature = "viewer-tests")]
 mod viewer;
+mod world;

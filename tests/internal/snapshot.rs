@@ -4,8 +4,8 @@ use std::ffi::OsString;
 use std::sync::Arc;
 
 use glam::DVec3;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 
 /// Returns the position of the first camera that `check` finds.

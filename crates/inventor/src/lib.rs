@@ -4,6 +4,7 @@
 #![deny(clippy::undocumented_unsafe_blocks)]
 #![warn(missing_docs, unreachable_pub)]
 
+pub mod events;
 pub mod grammar;
 pub mod iv;
 pub mod pose;

@@ -16,8 +16,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::Vec3;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, FolderLoader, Format, Limits};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_optics::sampling::mix;
 use ivcam_render::bvh::Ray;
 use ivcam_render::scene::{CompileOptions, RenderScene};

@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::grammar::{CLASSES, Class, Default, Dialect, FieldType, Treatment};
 use ivcam_inventor::iv::{Document, Limits, NoFiles, NodeRef};
 use ivcam_inventor::pose::CameraPose;
-use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::{Visitor, WalkOptions, walk};
 use ivcam_render::bvh::Ray;
 use ivcam_render::scene::{CompileOptions, RenderScene};

@@ -11,8 +11,8 @@ use boa_engine::{
     Context, JsNativeError, JsObject, JsResult, JsValue, NativeFunction, Source, js_string,
 };
 use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::events::World;
 use ivcam_inventor::iv::{Limits, NodeId};
-use ivcam_inventor::snapshot::events::World;
 
 use super::guard::{self, GROW};
 use super::meter::{MAX_LIST, Meter};

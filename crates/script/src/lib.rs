@@ -26,8 +26,8 @@ mod values;
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use ivcam_inventor::events::{Played, ScriptEngine, Scripts, World};
 use ivcam_inventor::iv::Document;
-use ivcam_inventor::snapshot::events::{ScriptEngine, Scripts, World};
 
 use scripts::RunningScripts;
 
@@ -39,8 +39,8 @@ impl ScriptEngine for JavaScript {
     fn contain(
         &self,
         document: &Document,
-        play: Box<dyn FnOnce(Document) -> Document + Send>,
-    ) -> Document {
+        play: Box<dyn FnOnce(Document) -> Played + Send>,
+    ) -> Played {
         thread::in_own_thread(document, play)
     }
 

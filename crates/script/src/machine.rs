@@ -13,11 +13,11 @@ use boa_engine::{
     Context, EngineError, JsError, JsNativeError, JsObject, JsResult, JsString, JsValue,
     RuntimeLimitError, Source, js_string,
 };
+use ivcam_inventor::events::{Event, World, script_input};
 use ivcam_inventor::grammar::FieldType;
 use ivcam_inventor::iv::declarations::{Access, Interface};
 use ivcam_inventor::iv::{ClassRef, NodeRef, Value};
 use ivcam_inventor::snapshot::engines::convert::to_type;
-use ivcam_inventor::snapshot::events::{Event, World, script_input};
 
 use super::guard::guarded;
 use super::host::{Host, host_object};

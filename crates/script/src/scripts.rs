@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 
 use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::events::{self, Event, ProgramSource, Scripts, World};
 use ivcam_inventor::iv::{NodeId, NodeRef, Value};
-use ivcam_inventor::snapshot::events::{self, Event, ProgramSource, Scripts, World};
 
 use super::host::Host;
 use super::machine::{Machine, ScriptFailure, ScriptOutputs};

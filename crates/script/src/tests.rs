@@ -1,8 +1,9 @@
 use std::sync::Arc;
 
 use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits, NoFiles, Value};
-use ivcam_inventor::snapshot::{NoBounds, Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::{NoBounds, Snapshot};
 
 use super::JavaScript;
 use super::guard::{GROW, guarded, pattern_fits};

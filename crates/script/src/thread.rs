@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use ivcam_base::diag::{Diagnostic, Severity};
 use ivcam_base::files::InputRecord;
+use ivcam_inventor::events::Played;
 use ivcam_inventor::iv::Document;
 
 /// The size of the stack in bytes. The engine parses a program by recursion, and `guard` allows
@@ -23,8 +24,8 @@ const DEADLINE: Duration = Duration::from_secs(60);
 /// the engine's objects never leave the thread.
 pub(crate) fn in_own_thread(
     document: &Document,
-    play: impl FnOnce(Document) -> Document + Send + 'static,
-) -> Document {
+    play: impl FnOnce(Document) -> Played + Send + 'static,
+) -> Played {
     let copy = document.clone();
     let record = InputRecord::current();
     let (send, receive) = channel();
@@ -50,5 +51,9 @@ pub(crate) fn in_own_thread(
     let message = format!("the scene's scripts were not run: {reason}");
     let warning = Diagnostic::beyond_limit(message).at_most(Severity::Warning);
     document.sink.add(*warning);
-    document
+    Played {
+        document,
+        bound: None,
+        sent: Vec::new(),
+    }
 }

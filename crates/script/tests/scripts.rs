@@ -6,8 +6,9 @@
 
 use std::path::{Path, PathBuf};
 
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, NodeId, NodeRef, Value};
-use ivcam_inventor::snapshot::{NoBounds, Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::{NoBounds, Snapshot};
 use ivcam_script::JavaScript;
 
 /// Takes a snapshot with scripts at a time in seconds.

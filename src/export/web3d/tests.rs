@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ivcam_base::diag::ErrorKind;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 
 use crate::export::{Conversion, ExportOptions, Target, convert};

@@ -57,6 +57,14 @@ impl GivenOptions {
         values.iter().map(PathBuf::from).collect()
     }
 
+    /// Returns the values of an option that may be given several times.
+    pub fn texts(&self, name: &str) -> Vec<String> {
+        let values = self.get(name).unwrap_or_default().iter();
+        values
+            .map(|value| value.to_string_lossy().into_owned())
+            .collect()
+    }
+
     /// Parses the option's value with `parse`. Returns `None` if the option was not given.
     ///
     /// # Errors

@@ -1,12 +1,13 @@
 //! Options of light and shading.
 
+use ivcam_render::scene::TextureFilter;
 use ivcam_render::shade::Shading;
 
 use super::option::{Opt, Takes};
 use super::values::{if_any, set, unless_default};
 use crate::photo::headlight::Headlight;
 
-pub(super) static OPTIONS: [Opt; 4] = [
+pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "shading",
         Takes::One("MODEL"),
@@ -64,6 +65,28 @@ pub(super) static OPTIONS: [Opt; 4] = [
         },
     )
     .examples(&["--mirrors off", "--mirrors all", "--mirrors 0.3"]),
+    Opt::new(
+        "texture-filter",
+        Takes::One("nearest|linear|smooth"),
+        "how all textures are filtered: the nearest texel, interpolation, or interpolation between smaller versions too [by textureQuality; a PixelTexture of at most 8x8 texels: nearest]",
+    )
+    .plan(
+        |plan, words, _| {
+            let named = |word: &str| {
+                let mut filters = TextureFilter::NAMED.into_iter();
+                filters.find(|(name, _)| *name == word).map(|(_, filter)| filter)
+            };
+            let expected = "nearest, linear or smooth";
+            plan.texture_filter = words.parsed("texture-filter", expected, named)?;
+            Ok(())
+        },
+        |plan, _| {
+            let filters = TextureFilter::NAMED.into_iter();
+            let own = filters.filter(|(_, filter)| plan.texture_filter == Some(*filter));
+            own.map(|(name, _)| name.to_owned()).collect()
+        },
+    )
+    .examples(&["--texture-filter nearest", "--texture-filter smooth"]),
     Opt::new(
         "max-depth",
         Takes::One("N"),

@@ -25,7 +25,9 @@ pub(crate) use lens::lens_options;
 pub use option::Opt;
 pub(crate) use option::{OptionNeeds, Takes};
 pub(crate) use sampling::rear_element;
-pub(crate) use scene::{FONTS, LIMIT, MEMORY, limits, memory, typefaces};
+pub(crate) use scene::{
+    EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, actions, limits, memory, scene_time, typefaces,
+};
 pub(crate) use shutter::Shutter;
 pub use table::all;
 pub(crate) use table::groups;

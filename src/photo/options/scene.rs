@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryLimit;
+use ivcam_inventor::events::{Action, ActionKind};
 use ivcam_inventor::iv::Limits;
-use ivcam_inventor::pose::ViewDirection;
 use ivcam_render::geometry::text::Fonts;
 
 use super::given::GivenOptions;
 use super::option::{Opt, Takes};
-use super::values::{finite, if_any, paths, set, switch, unless_default};
+use super::values::{finite, if_any, paths, switch, unless_default};
+use crate::photo::Plan;
+use crate::photo::actions::{action_word, parse_event, parse_touch};
 use crate::photo::camera_choice::CameraChoice;
-use crate::photo::view::{Override, color_word, parse_color};
+use crate::photo::view::{Override, WholeView, color_word, parse_color};
 
 /// The option `--scene-limit`, which every command that reads scenes has.
 pub(crate) const LIMIT: Opt = Opt::new(
@@ -64,7 +66,52 @@ pub(crate) const FONTS: Opt = Opt::new(
 )
 .examples(&["--fonts films", "--fonts films --fonts lenses"]);
 
-pub(super) static OPTIONS: [Opt; 13] = [
+/// The option `--scene-time`, which `check` has too.
+pub(crate) const TIME: Opt = Opt::new(
+    "scene-time",
+    Takes::One("SECONDS"),
+    "the scene's own time, for engines and sensors [0]",
+)
+.plan(
+    |plan, words, _| {
+        plan.time = scene_time(words)?.unwrap_or(plan.time);
+        Ok(())
+    },
+    |plan, usual| unless_default(plan.time, usual.time, |t| t.to_string()),
+)
+.examples(&["--scene-time 1.5", "--scene-time -3"]);
+
+/// The option `--event`, which `check` has too.
+pub(crate) const EVENT: Opt = Opt::new(
+    "event",
+    Takes::Many("NODE.EVENT=VALUE@SECONDS"),
+    "sends an event to a named node, or from one of its outputs, at a time of the scene [@0s]",
+)
+.plan(
+    |plan, words, _| {
+        plan.actions = actions(words)?;
+        Ok(())
+    },
+    |plan, _| action_words(plan, |what| *what != ActionKind::Touch),
+)
+.examples(&[
+    "--event Lamp.on=FALSE",
+    "--event View2.set_bind=TRUE@2s --event M.diffuseColor=1,0,0@.5s",
+]);
+
+/// The option `--touch`, which `check` has too.
+pub(crate) const TOUCH: Opt = Opt::new(
+    "touch",
+    Takes::Many("NODE@SECONDS"),
+    "moves the pointer over a named node, presses and releases it, at a time of the scene [@0s]: a sensor, an Anchor, or a shape beside or below one",
+)
+.plan(
+    |_, _, _| Ok(()), // `--event` reads both.
+    |plan, _| action_words(plan, |what| *what == ActionKind::Touch),
+)
+.examples(&["--touch Door", "--touch Button@3s --touch Door@4.5s"]);
+
+pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -104,17 +151,17 @@ pub(super) static OPTIONS: [Opt; 13] = [
     Opt::new(
         "view",
         Takes::One("SIDE"),
-        "the side to see the whole scene from: front, back, left, right, top, bottom, three-quarter, or AZIMUTH,ELEVATION in degrees; else:SIDE only if the scene has no camera [its camera, or the front, or the side that shows something]",
+        "the side to see the whole scene from: front, back, left, right, top, bottom, three-quarter, or AZIMUTH,ELEVATION in degrees; standard is what a viewer shows without a camera, in VRML97 from 0 0 10; else:SIDE only if the scene has no camera [its camera, or the front, or the side that shows something]",
     )
     .plan(
         |plan, words, _| {
-            let side = |word: &str| Override::parse(word, ViewDirection::named);
+            let side = |word: &str| Override::parse(word, WholeView::named);
             plan.view = words.parsed("view", "a side, such as front or 35,25", side)?;
             Ok(())
         },
-        |plan, _| if_any(plan.view, |view| view.word(ViewDirection::name)),
+        |plan, _| if_any(plan.view, |view| view.word(WholeView::name)),
     )
-    .examples(&["--view top", "--view 35,25", "--view else:three-quarter"]),
+    .examples(&["--view top", "--view 35,25", "--view else:three-quarter", "--view standard"]),
     Opt::new(
         "background",
         Takes::One("COLOR"),
@@ -143,20 +190,9 @@ pub(super) static OPTIONS: [Opt; 13] = [
         |plan, _| paths(plan.environment.as_slice()),
     )
     .examples(&["-e a.env", "--environment room/b.env"]),
-    Opt::new(
-        "scene-time",
-        Takes::One("SECONDS"),
-        "the scene's own time, for engines and sensors [0]",
-    )
-    .plan(
-        |plan, words, _| {
-            let time = words.parsed("scene-time", "a time in seconds", finite)?;
-            set(&mut plan.time, time);
-            Ok(())
-        },
-        |plan, usual| unless_default(plan.time, usual.time, |t| t.to_string()),
-    )
-    .examples(&["--scene-time 1.5", "--scene-time -3"]),
+    TIME,
+    EVENT,
+    TOUCH,
     Opt::new(
         "handles",
         Takes::Nothing,
@@ -200,6 +236,36 @@ pub(super) static OPTIONS: [Opt; 13] = [
     LIMIT,
     MEMORY,
 ];
+
+/// Returns the time of `--scene-time` in seconds.
+///
+/// # Errors
+/// Returns an error if it is not a finite number.
+pub(crate) fn scene_time(words: &GivenOptions) -> Result<Option<f64>> {
+    words.parsed(TIME.name, "a time in seconds", finite)
+}
+
+/// Returns what `--event` and `--touch` do.
+///
+/// # Errors
+/// Returns an error if a word is neither an event nor a touch.
+pub(crate) fn actions(words: &GivenOptions) -> Result<Vec<Action>> {
+    let events = words
+        .texts(EVENT.name)
+        .into_iter()
+        .map(|word| parse_event(&word));
+    let touches = words
+        .texts(TOUCH.name)
+        .into_iter()
+        .map(|word| parse_touch(&word));
+    events.chain(touches).collect()
+}
+
+/// Returns the words of a plan's actions of some kind.
+fn action_words(plan: &Plan, is_wanted: impl Fn(&ActionKind) -> bool) -> Vec<String> {
+    let wanted = plan.actions.iter().filter(|action| is_wanted(&action.what));
+    wanted.map(action_word).collect()
+}
 
 /// Returns the limits on scenes that `--scene-limit` sets.
 ///

@@ -82,7 +82,7 @@ pub const TREATMENTS: [(&str, &[&str]); 5] = [
             "list_part",
         ],
     ),
-    ("kept", &["kept"]),
+    ("kept", &["kept", "sensor"]),
     ("abstract", &["kept"]),
 ];
 

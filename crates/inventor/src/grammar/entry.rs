@@ -42,7 +42,7 @@ pub enum Treatment {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Role {
-    /// No effect. Sensors, engines, information and hints to a graphics library have this role.
+    /// No effect. Clocks, engines, information and hints to a graphics library have this role.
     Kept,
     /// No effect by itself. The node that has it in a field reads it, as a VRML97 `Shape` reads its
     /// `Material`.
@@ -55,6 +55,8 @@ pub enum Role {
     Camera,
     /// VRML97's `Background` and `Fog`, of which only one is active.
     Bindable,
+    /// A sensor whose events depend on where it is and where the viewer is.
+    Sensor,
     /// A shape.
     Shape,
     /// VRML97's `Shape`, which contains an appearance and the geometry to draw with it.

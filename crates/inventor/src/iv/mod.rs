@@ -23,3 +23,4 @@ pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{FolderLoader, Loader, NoFiles};
 pub use write::Format;
+pub(crate) use write::value_text;

@@ -122,6 +122,25 @@ impl CameraPose {
         })
     }
 
+    /// Returns the view of VRML97's default `Viewpoint`, which a viewer has while none is bound
+    /// (ISO 14772-1, 4.6.10).
+    pub fn default_viewpoint() -> Self {
+        Self {
+            position: viewpoint::POSITION.default().as_dvec3(),
+            orientation: DQuat::IDENTITY,
+            projection: Projection::Perspective {
+                height_angle: f64::from(viewpoint::FIELD_OF_VIEW.default()),
+            },
+            near: f64::from(camera::NEAR_DISTANCE.default()),
+            far: f64::from(camera::FAR_DISTANCE.default()),
+            focal_distance: f64::from(camera::FOCAL_DISTANCE.default()),
+            aspect_ratio: 1.0,
+            viewport_mapping: ViewportMapping::AdjustCamera,
+            film: None,
+            source: "VRML97's default Viewpoint".into(),
+        }
+    }
+
     /// Returns the view of a box that Inventor's `viewAll` makes: it looks down −z with a height
     /// angle of π/4, and the box's circumscribed sphere touches the frustum on the narrower side.
     pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {

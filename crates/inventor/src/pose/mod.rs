@@ -11,5 +11,5 @@ mod view_direction;
 
 pub use camera_pose::{CameraPose, FilmPlane};
 pub use projection::{Projection, ViewportMapping};
-pub use rotation::{axis_angle, quat, rotation_of};
+pub use rotation::{axis_angle, quat, rotation_of, rotation_value};
 pub use view_direction::ViewDirection;

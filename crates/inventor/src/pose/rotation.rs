@@ -23,6 +23,15 @@ pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
     (v.try_normalize().unwrap_or(DVec3::Z), angle)
 }
 
+/// Converts a rotation to that of a scene.
+pub fn rotation_value(turn: DQuat) -> Rotation {
+    let (axis, angle) = axis_angle(turn);
+    Rotation {
+        axis: axis.as_vec3(),
+        angle: angle as f32,
+    }
+}
+
 /// Returns the rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which is
 /// independent of scale. If the matrix contains a reflection, the negated factor is returned; if it
 /// is singular, the identity.

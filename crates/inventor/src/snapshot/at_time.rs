@@ -1,40 +1,48 @@
-//! The snapshot; `take` creates it.
+//! The snapshot; `events` takes it.
 
 use std::borrow::Cow;
 
 use ivcam_base::diag::Diagnostic;
 
-use super::events::ScriptEngine;
+use super::bound::BoundNodes;
 use crate::iv::Document;
 
-/// The options of a snapshot.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SnapshotOptions {
-    /// Seconds since the scene was opened. Default: 0. A time that is not finite counts as 0.
+/// An event that a node sent.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SentEvent {
+    /// Seconds since the scene was opened.
     pub time: f64,
-    /// Whether the handles of draggers and manipulators are added. Default: no.
-    pub handles: bool,
-    /// The engine that runs scripts. Default: none, so that each script is reported as not run.
-    pub scripts: Option<&'static dyn ScriptEngine>,
+    /// The node's name, or its class if it has none.
+    pub node: String,
+    /// The name of the event.
+    pub event: String,
+    /// The value, as a file states it.
+    pub value: String,
 }
 
 /// A document at one time.
 #[derive(Clone, Debug)]
 pub struct Snapshot<'a> {
-    pub(super) document: Cow<'a, Document>,
+    pub(crate) document: Cow<'a, Document>,
     time: f64,
-    pub(super) has_handles: bool,
+    pub(crate) has_handles: bool,
+    /// The bindable nodes that events have bound.
+    pub(crate) bound: Option<BoundNodes>,
+    /// The events that were recorded.
+    pub(crate) sent: Vec<SentEvent>,
     /// The number of diagnostics that the document had before.
     known_diagnostics: usize,
 }
 
 impl<'a> Snapshot<'a> {
     /// Creates a snapshot of a document that is still being evaluated.
-    pub(super) fn of_part(document: &'a Document, time: f64) -> Self {
+    pub(crate) fn of_part(document: &'a Document, time: f64) -> Self {
         Self {
             document: Cow::Borrowed(document),
             time,
             has_handles: false,
+            bound: None,
+            sent: Vec::new(),
             known_diagnostics: document.sink.items().len(),
         }
     }
@@ -52,6 +60,17 @@ impl<'a> Snapshot<'a> {
     /// Returns whether the document has the handles of draggers and manipulators.
     pub fn has_handles(&self) -> bool {
         self.has_handles
+    }
+
+    /// Returns the bindable nodes that are bound, if events have changed which. Otherwise the first
+    /// of each kind is bound (ISO 14772-1, 4.6.10).
+    pub fn bound(&self) -> Option<&BoundNodes> {
+        self.bound.as_ref()
+    }
+
+    /// Returns the events that nodes have sent, if the options asked for them.
+    pub fn sent(&self) -> &[SentEvent] {
+        &self.sent
     }
 
     /// Returns the diagnostics about engines and routes.

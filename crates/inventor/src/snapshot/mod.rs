@@ -1,5 +1,5 @@
 //! A document at one time, with events delivered, engines evaluated and, on request, handles of
-//! draggers.
+//! draggers. [`events`](crate::events) takes it.
 //!
 //! All code that reads the values of nodes for a picture (traversal, compiling, the search for a
 //! camera, `check`) uses a [`Snapshot`] and not a [`Document`], so that it sees the same values.
@@ -10,11 +10,12 @@
 //! [`Document`]: crate::iv::Document
 
 mod at_time;
+mod bound;
 mod bounds;
 pub mod engines;
-pub mod events;
-mod handles;
-mod take;
+pub(crate) mod handles;
 
-pub use at_time::{Snapshot, SnapshotOptions};
+pub use at_time::{SentEvent, Snapshot};
+pub(crate) use bound::move_viewer;
+pub use bound::{BindableKind, BoundNodes};
 pub use bounds::{Bounds, Corners, NoBounds};

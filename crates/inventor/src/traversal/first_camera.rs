@@ -2,7 +2,7 @@
 
 use super::leading::Leading;
 use super::role::{Role, role};
-use super::state::State;
+use super::state::{Bindables, State};
 use super::visitor::{Instance, Visitor, WalkOptions};
 use super::walk::walk;
 use crate::grammar::Class;
@@ -22,9 +22,21 @@ pub fn first_camera(snapshot: &Snapshot<'_>, options: &WalkOptions) -> Option<Ca
     search.found
 }
 
-/// Returns whether a scene may be seen by a camera without a choice of it.
-pub fn may_be_first(camera: NodeRef<'_>, state: &State<'_>) -> bool {
-    !(state.inlined && camera.known_class().is_some_and(Class::is_vrml97))
+/// Returns the pose of a camera from which a scene may be seen without a choice of it. A
+/// `Viewpoint` must be bound, or be a candidate for the first one; the viewer may be elsewhere than
+/// at a bound one.
+pub fn first_pose(camera: NodeRef<'_>, state: &State<'_>) -> Option<CameraPose> {
+    let is_viewpoint = camera.known_class().is_some_and(Class::is_vrml97);
+    if is_viewpoint && !state.bindables.include(camera.id) {
+        return None;
+    }
+    let mut pose = CameraPose::from_node(camera, state.world_from_object)?;
+    if let Bindables::Bound(nodes) = state.bindables
+        && is_viewpoint
+    {
+        nodes.place_viewer(&mut pose);
+    }
+    Some(pose)
 }
 
 /// Finds a camera, and skips the parts of the scene without one.
@@ -41,8 +53,8 @@ impl<'a> Visitor<'a> for CameraSearch {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
-        if self.found.is_none() && may_be_first(node, state) {
-            self.found = CameraPose::from_node(node, state.world_from_object);
+        if self.found.is_none() {
+            self.found = first_pose(node, state);
         }
     }
 

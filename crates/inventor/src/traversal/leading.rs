@@ -5,6 +5,7 @@ use super::visitor::Instance;
 use crate::iv::{Document, NodeId, NodeRef, Value};
 
 /// The nodes that are of some kind, or have such a node below.
+#[derive(Debug)]
 pub struct Leading(Vec<bool>);
 
 impl Leading {

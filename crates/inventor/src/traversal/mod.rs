@@ -22,7 +22,7 @@ mod visitor;
 mod walk;
 
 pub use copies::Grid;
-pub use first_camera::{first_camera, may_be_first};
+pub use first_camera::{first_camera, first_pose};
 pub use leading::{Leading, each_child};
 pub use light_list::LightList;
 pub use state::State;

@@ -18,7 +18,7 @@ impl State<'_> {
             world_from_object: _,
             steps: _,
             switch: _,
-            inlined: _,
+            bindables: _,
             coordinates,
             normals,
             normal_binding,

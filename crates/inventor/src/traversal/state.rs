@@ -13,6 +13,7 @@ use super::steps::Step;
 use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
 use crate::iv::{Document, NodeRef};
+use crate::snapshot::BoundNodes;
 
 /// One value for a whole shape, or a list of values for its parts.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -577,9 +578,8 @@ pub struct State<'a> {
     pub casts_shadow: bool,
     /// Whether shapes are drawn over everything else (`Annotation`).
     pub on_top: bool,
-    /// Whether the node is in a file that a VRML97 `Inline` names. Its bindable nodes are no
-    /// candidates for the first one that is bound (ISO 14772-1, 4.6.10).
-    pub inlined: bool,
+    /// Which bindable nodes may be bound here.
+    pub bindables: Bindables<'a>,
     /// The highlight of the nearest enclosing `LocateHighlight` that is on.
     pub highlight: Option<Highlight>,
     /// The current `TextureUnit`. Textures of units other than 0 are not drawn.
@@ -605,6 +605,28 @@ pub struct State<'a> {
     pub unit: f64,
     /// The language whose rules apply to shapes here.
     pub language: Language,
+}
+
+/// Which bindable nodes may be bound (ISO 14772-1, 4.6.10).
+#[derive(Clone, Copy, Debug)]
+pub enum Bindables<'a> {
+    /// The first of each kind.
+    First,
+    /// None: the nodes of a file that an `Inline` names are no candidates for the first.
+    Inlined,
+    /// Those that events have bound.
+    Bound(&'a BoundNodes),
+}
+
+impl Bindables<'_> {
+    /// Returns whether a bindable node may be bound.
+    pub fn include(self, node: NodeId) -> bool {
+        match self {
+            Self::First => true,
+            Self::Inlined => false,
+            Self::Bound(nodes) => nodes.has(node),
+        }
+    }
 }
 
 /// The default of Inventor's coordinate element: one point at the origin.
@@ -645,7 +667,7 @@ impl State<'_> {
             drawing: DrawStyleElement::DEFAULT,
             casts_shadow: true,
             on_top: false,
-            inlined: false,
+            bindables: Bindables::First,
             highlight: None,
             texture_unit: 0,
             complexity: Complexity {

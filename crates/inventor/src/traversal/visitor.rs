@@ -86,7 +86,7 @@ pub trait Visitor<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
     /// Receives a light that is on.
     fn light(&mut self, _light: &LightElement, _state: &State<'a>) {}
-    /// Receives a camera. A `Viewpoint` with [`State::inlined`] is never the first one bound.
+    /// Receives a camera. [`first_pose`](super::first_pose) tells whether it may be the first.
     fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Receives every node, before the other methods.
     fn node(&mut self, _node: NodeRef<'a>, _role: Role) {}
@@ -107,6 +107,8 @@ pub trait Visitor<'a> {
     /// Receives a `Background`, a `Fog` or a `NavigationInfo` that may be bound. A scene uses the
     /// first of each.
     fn bindable(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
+    /// Receives a sensor that depends on where it is.
+    fn sensor(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Returns the area of the box around a node's children in pixels, or `None` without a camera.
     fn screen_area(&mut self, _node: NodeRef<'a>, _state: &State<'a>) -> Option<f64> {
         None

@@ -9,7 +9,7 @@ use super::kit;
 use super::lights;
 use super::property::{self, LightReach};
 use super::role::{self, Role};
-use super::state::{Language, State};
+use super::state::{Bindables, Language, State};
 use super::visitor::{Instance, Visitor, WalkOptions};
 use crate::grammar::{
     Class, class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node,
@@ -48,6 +48,7 @@ pub fn walk<'a, V: Visitor<'a>>(
 ) {
     let document = snapshot.document();
     let mut state = State::new(Language::of(document));
+    state.bindables = snapshot.bound().map_or(Bindables::First, Bindables::Bound);
     let lights = lights::scene_lights(snapshot, &document.roots, &state, options);
     state.lights = lights.into_iter().collect();
     walk_list(snapshot, &document.roots, state, options, visitor);
@@ -210,8 +211,12 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),
             Role::Camera => self.visitor.camera(node, &self.state),
-            Role::Bindable if !self.state.inlined => self.visitor.bindable(node, &self.state),
-            Role::Bindable => {}
+            Role::Bindable => {
+                if self.state.bindables.include(node.id) {
+                    self.visitor.bindable(node, &self.state);
+                }
+            }
+            Role::Sensor => self.visitor.sensor(node, &self.state),
             _ => self.enter_once(node, role),
         }
     }
@@ -257,7 +262,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 if let Some(list) = self.document.included.get(&node.id) {
                     if node.known_class().is_some_and(Class::is_vrml97) {
                         self.keep_state();
-                        self.state.inlined = true;
+                        if matches!(self.state.bindables, Bindables::First) {
+                            self.state.bindables = Bindables::Inlined;
+                        }
                     }
                     self.light_group(list);
                     self.stack.push(WalkFrame::List { list, next: 0 });

@@ -19,8 +19,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::DVec3;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_render::geometry::text::Fonts;
 use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 use serde_json::Value;

@@ -6,9 +6,9 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3, Vec3};
 use image::{Rgb, RgbImage};
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
-use ivcam_inventor::snapshot::SnapshotOptions;
 use ivcam_render::bvh::Ray;
 use ivcam_render::camera::{Camera, Pinhole};
 use ivcam_render::scene::{CompileOptions, Light, RenderScene, snapshot};

@@ -1,7 +1,8 @@
 //! Takes snapshots of documents, and measures the bounding boxes that their engines need.
 
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, NodeId};
-use ivcam_inventor::snapshot::{Bounds, Corners, Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::{Bounds, Corners, Snapshot};
 use ivcam_inventor::traversal::state::{Language, State};
 
 use super::options::CompileOptions;

@@ -11,3 +11,4 @@ mod spelling;
 mod text_values;
 
 pub use format::Format;
+pub(crate) use text_values::value_text;

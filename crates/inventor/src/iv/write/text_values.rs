@@ -6,6 +6,13 @@ use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
 
+/// Returns a value that contains no nodes as text.
+pub(crate) fn value_text(value: &Value, kind: FieldType) -> String {
+    let mut text = String::new();
+    put(&mut text, 0, value, kind, &[]);
+    text
+}
+
 /// Appends a value that contains no nodes.
 pub(super) fn put(
     out: &mut String,

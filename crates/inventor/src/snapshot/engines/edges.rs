@@ -76,7 +76,7 @@ pub(super) fn edges(document: &Document) -> Vec<(NodeId, Vec<Edge>)> {
 
 /// Returns whether the value of a route is computed on request, because it comes from an Inventor
 /// engine or from a node that moves by itself. The other routes carry events.
-pub(in crate::snapshot) fn is_computed(document: &Document, route: &Route) -> bool {
+pub(crate) fn is_computed(document: &Document, route: &Route) -> bool {
     let class = document.node(route.from).class();
     class.is_some_and(|c| {
         c.is_a("Engine") || matches!(c.id, class::ROTOR | class::PENDULUM | class::SHUTTLE)
@@ -84,7 +84,7 @@ pub(in crate::snapshot) fn is_computed(document: &Document, route: &Route) -> bo
 }
 
 /// Returns the type of a field.
-pub(in crate::snapshot) fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
+pub(crate) fn field_type(node: NodeRef<'_>, index: u16) -> Option<FieldType> {
     let index = usize::from(index);
     match node.data().class {
         ClassRef::Known(id) => id.get().fields.get(index).map(|f| f.kind),

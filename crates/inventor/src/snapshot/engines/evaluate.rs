@@ -16,11 +16,7 @@ use crate::snapshot::bounds::{Bounds, Corners};
 
 /// Returns the document with connected fields at their values at a time, or `None` if it has no
 /// connections. Warnings are added to the copy's sink.
-pub(in crate::snapshot) fn evaluate(
-    document: &Document,
-    time: f64,
-    bounds: &dyn Bounds,
-) -> Option<Document> {
+pub(crate) fn evaluate(document: &Document, time: f64, bounds: &dyn Bounds) -> Option<Document> {
     let edges = edges(document);
     if edges.is_empty() {
         return None;

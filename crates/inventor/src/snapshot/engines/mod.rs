@@ -17,10 +17,10 @@ mod lists;
 mod matrix;
 mod movers;
 mod outputs;
-pub(super) mod sensors;
+pub(crate) mod sensors;
 mod values;
 
-pub(super) use evaluate::evaluate;
+pub(crate) use evaluate::evaluate;
 
 #[cfg(test)]
 mod tests;

@@ -28,11 +28,7 @@ fn locate(keys: &[f32], fraction: f32) -> Option<(usize, f64)> {
 }
 
 /// Returns the value of an interpolator at a fraction, or `None` if it has no keys.
-pub(in crate::snapshot) fn interpolate(
-    node: NodeRef<'_>,
-    class: ClassId,
-    fraction: f32,
-) -> Option<Value> {
+pub(crate) fn interpolate(node: NodeRef<'_>, class: ClassId, fraction: f32) -> Option<Value> {
     let keys = node.get(vrml_interpolator::KEY);
     let (at, share) = locate(keys, fraction)?;
     let vectors = node.get(position_interpolator::KEY_VALUE);

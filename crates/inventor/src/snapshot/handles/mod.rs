@@ -8,4 +8,4 @@
 
 mod place;
 
-pub(super) use place::with_handles;
+pub(crate) use place::with_handles;

@@ -11,7 +11,7 @@ use crate::snapshot::at_time::Snapshot;
 use crate::snapshot::bounds::{Bounds, Corners};
 
 /// Returns the document with handles for its draggers and manipulators.
-pub(in crate::snapshot) fn with_handles(snapshot: &Snapshot<'_>, bounds: &dyn Bounds) -> Document {
+pub(crate) fn with_handles(snapshot: &Snapshot<'_>, bounds: &dyn Bounds) -> Document {
     let document = snapshot.document();
     let mut out = document.clone();
     let Some(library) = Library::add_to(&mut out) else {

@@ -5,8 +5,9 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted};
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits};
-use ivcam_inventor::snapshot::SnapshotOptions;
+use ivcam_inventor::snapshot::SentEvent;
 use serde_json::{Value as Json, json};
 
 use super::classes::classes;
@@ -47,6 +48,8 @@ pub struct Checked {
     pub document: Result<(Document, Survey)>,
     /// The files that the scene names and that cannot be read.
     pub missing: Vec<Missing>,
+    /// The events that the scene sends, if the options of the snapshot ask for them.
+    pub sent: Vec<SentEvent>,
 }
 
 impl Checked {
@@ -59,11 +62,12 @@ impl Checked {
         at: &SnapshotOptions,
         options: &CompileOptions,
     ) -> Self {
-        let mut unreadable = Vec::new();
+        let (mut unreadable, mut sent) = (Vec::new(), Vec::new());
         let document = Document::open_or_stdin(path, search, contain, limits).map(|document| {
             let mut survey = {
                 let snapshot = snapshot(&document, at, options);
                 unreadable = missing(&snapshot, options);
+                sent = snapshot.sent().to_vec();
                 RenderScene::survey(&snapshot, options)
             };
             let camera = survey.cameras.first().map(|c| c.position);
@@ -75,6 +79,7 @@ impl Checked {
             file: path.display().to_string(),
             document,
             missing: unreadable,
+            sent,
         }
     }
 
@@ -144,6 +149,7 @@ impl Checked {
             "triangles": survey.triangles,
             "shapes": survey.shapes,
             "lights": survey.lights.iter().map(|l| json::light(document, l)).collect::<Vec<_>>(),
+            "events": self.sent.iter().map(json::event).collect::<Vec<_>>(),
             "camera": survey.cameras.first().map(json::camera),
         })
     }
@@ -250,6 +256,15 @@ impl Checked {
             None => writeln!(out, "  bounds     nothing to see")?,
         }
         writeln!(out, "  triangles  {}", survey.triangles)?;
+        for event in &self.sent {
+            let SentEvent {
+                time,
+                node,
+                event,
+                value,
+            } = event;
+            writeln!(out, "  event      {time:.3} s  {node}.{event} {value}")?;
+        }
         for camera in &survey.cameras {
             writeln!(
                 out,

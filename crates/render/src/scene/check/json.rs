@@ -3,6 +3,7 @@
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_inventor::snapshot::SentEvent;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
 use serde_json::{Value as Json, json};
 
@@ -104,4 +105,14 @@ pub(super) fn short(value: &Json) -> String {
         Json::String(text) => text.clone(),
         other => other.to_string(),
     }
+}
+
+/// An event that a node sent.
+pub(super) fn event(event: &SentEvent) -> Json {
+    json!({
+        "time": event.time,
+        "node": event.node,
+        "event": event.event,
+        "value": event.value,
+    })
 }

@@ -1,7 +1,8 @@
 //! Makes models of snapshots and of documents.
 
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::Document;
-use ivcam_inventor::snapshot::{Snapshot, SnapshotOptions};
+use ivcam_inventor::snapshot::Snapshot;
 
 use super::options::ModelOptions;
 use super::recenter::recenter;

@@ -3,9 +3,9 @@
 use std::collections::HashMap;
 
 use glam::DAffine3;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::grammar::Role;
 use ivcam_inventor::iv::{Document, NodeId, NodeRef, Value};
-use ivcam_inventor::snapshot::SnapshotOptions;
 
 use super::lights::Pose;
 use super::options::ModelOptions;
@@ -89,7 +89,7 @@ impl Motion {
         for (i, time) in times.iter().enumerate() {
             let at = SnapshotOptions {
                 time: start.time + time,
-                ..*start
+                ..start.clone()
             };
             let taken = snapshot(document, &at, &options.compile);
             let skeleton = tree::skeleton(&taken, options);

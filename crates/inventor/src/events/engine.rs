@@ -6,6 +6,18 @@ use std::rc::Rc;
 
 use super::world::{Event, World};
 use crate::iv::Document;
+use crate::snapshot::{BoundNodes, SentEvent};
+
+/// A scene after it played.
+#[derive(Debug)]
+pub struct Played {
+    /// The scene.
+    pub document: Document,
+    /// The bindable nodes that are bound, if events have changed which.
+    pub bound: Option<BoundNodes>,
+    /// The events that were sent, if they were to be recorded.
+    pub sent: Vec<SentEvent>,
+}
 
 /// An engine that runs the programs of `Script` nodes. The crate `ivcam-script` has one for
 /// JavaScript.
@@ -16,8 +28,8 @@ pub trait ScriptEngine: Debug + Send + Sync {
     fn contain(
         &self,
         document: &Document,
-        play: Box<dyn FnOnce(Document) -> Document + Send>,
-    ) -> Document;
+        play: Box<dyn FnOnce(Document) -> Played + Send>,
+    ) -> Played;
 
     /// Finds the scripts of a scene and runs their programs, which define functions.
     fn find(&self, world: &Rc<RefCell<World>>) -> Box<dyn Scripts>;

@@ -1,11 +1,16 @@
 //! Plays a scene from its beginning to one time.
 
 use std::cell::RefCell;
+use std::collections::{HashMap, VecDeque};
 use std::rc::Rc;
 
-use super::engine::{ScriptEngine, Scripts};
+use super::action::Action;
+use super::engine::{Played, Scripts};
+use super::log::EventLog;
 use super::no_scripts::NoScripts;
+use super::options::SnapshotOptions;
 use super::source::{self, ProgramSource};
+use super::viewer_sensor::Output;
 use super::wires::Wires;
 use super::world::World;
 use crate::iv::{Document, NodeId};
@@ -27,41 +32,49 @@ const MAX_TIMES: usize = 10_000;
 /// two.
 const MAX_CHAIN: usize = 16;
 
-/// Returns the document at a time, after all events until then, or `None` if no event can change
-/// it. Warnings are added to the copy's sink.
-pub(in crate::snapshot) fn play(
-    document: &Document,
-    time: f64,
-    engine: Option<&'static dyn ScriptEngine>,
-) -> Option<Document> {
+/// Returns the document at the time of the options, after all events until then, or `None` if no
+/// event can change it. Warnings are added to the copy's sink.
+pub(super) fn play(document: &Document, options: &SnapshotOptions) -> Option<Played> {
     let scripts = source::scripts(document, 0);
     let has_program = |id: &NodeId| source::source(document, *id) != ProgramSource::Nothing;
     let has_scripts = scripts.iter().any(has_program);
-    if !has_scripts && Wires::of(document).is_empty() {
+    if !has_scripts && options.actions.is_empty() && Wires::of(document).is_empty() {
         return None;
     }
-    if let Some(engine) = engine.filter(|_| has_scripts) {
-        let play = move |document| play_scene(document, time, Some(engine));
+    let mut options = options.clone();
+    if !options.time.is_finite() {
+        options.time = 0.0;
+    }
+    options.actions.sort_by(|a, b| a.time.total_cmp(&b.time));
+    options.scripts = options.scripts.filter(|_| has_scripts);
+    if let Some(engine) = options.scripts {
+        let play = move |document| play_scene(document, options);
         return Some(engine.contain(document, Box::new(play)));
     }
-    Some(play_scene(document.clone(), time, None))
+    Some(play_scene(document.clone(), options))
 }
 
-/// Plays a scene to a time.
-fn play_scene(document: Document, time: f64, engine: Option<&dyn ScriptEngine>) -> Document {
-    let world = Rc::new(RefCell::new(World::new(document, time.min(0.0))));
+/// Plays a scene to the time of the options.
+fn play_scene(document: Document, options: SnapshotOptions) -> Played {
+    let mut world = World::new(document, options.time.min(0.0));
+    (world.viewer, world.aspect) = (options.viewer, options.aspect.unwrap_or(1.0));
+    world.log = options.log.then(|| EventLog::new(&world.document));
+    world.outputs = options.scripts.map(|_| HashMap::new());
+    let world = Rc::new(RefCell::new(world));
     {
         let mut player = Player {
-            scripts: match engine {
+            actions: options.actions.into(),
+            scripts: match options.scripts {
                 Some(engine) => engine.find(&world),
                 None => Box::new(NoScripts::find(&world)),
             },
             world: world.clone(),
         };
+        player.world.borrow_mut().announce_first();
         player.scripts.initialize();
         player.deliver_all();
         player.tick();
-        player.pass_time(time);
+        player.pass_time(options.time);
     }
     let world = Rc::into_inner(world)
         .expect("the scripts are gone")
@@ -71,11 +84,17 @@ fn play_scene(document: Document, time: f64, engine: Option<&dyn ScriptEngine>) 
     if world.holds_new_nodes {
         document.cut_cycles();
     }
-    document
+    Played {
+        document,
+        bound: world.binding.bound(),
+        sent: world.log.map(|log| log.sent).unwrap_or_default(),
+    }
 }
 
 /// A scene and its scripts.
 struct Player {
+    /// What a user still does, in the order of time.
+    actions: VecDeque<Action>,
     world: Rc<RefCell<World>>,
     scripts: Box<dyn Scripts>,
 }
@@ -87,7 +106,8 @@ impl Player {
     /// matter: between them a sensor sends a function of the time. A script can depend on all that
     /// it was sent, so with scripts time also passes in frames.
     fn pass_time(&mut self, time: f64) {
-        let frame = if self.scripts.any_runs() {
+        let is_watched = !self.world.borrow().viewer_sensors.is_empty();
+        let frame = if self.scripts.any_runs() || is_watched {
             FRAME.max(time / MAX_FRAMES)
         } else {
             f64::INFINITY
@@ -110,6 +130,9 @@ impl Player {
             if let Some(sensor) = self.world.borrow().next_time(shortest) {
                 next = next.min(sensor);
             }
+            if let Some(action) = self.actions.front() {
+                next = next.min(action.time.max(now));
+            }
             times += 1;
             if times >= MAX_TIMES && next < time {
                 next = time;
@@ -123,24 +146,46 @@ impl Player {
         }
     }
 
-    /// Lets the sensors send their events of this time, and then those that these events start.
+    /// Lets the user act and the sensors send their events of this time, and then those that these
+    /// events start.
     fn tick(&mut self) {
+        self.act();
         let mut sensors: Vec<NodeId> = self.world.borrow().timers.keys().copied().collect();
         for _ in 0..MAX_CHAIN {
             let mut any = false;
             for id in sensors {
                 let events = self.world.borrow_mut().tick(id);
                 any |= !events.is_empty();
-                for (output, value) in events {
-                    self.world.borrow_mut().begin_cascade();
-                    self.world.borrow_mut().send(id, output, &value);
-                    self.deliver_all();
-                }
+                self.begin_cascades(events.into_iter().map(|(name, value)| (id, name, value)));
             }
+            let seen = self.world.borrow_mut().look();
+            any |= !seen.is_empty();
+            self.begin_cascades(seen);
             if !any {
                 return;
             }
             sensors = self.world.borrow().resting_timers();
+        }
+    }
+
+    /// Does what the user does up to now.
+    fn act(&mut self) {
+        let now = self.world.borrow().now;
+        while let Some(action) = self.actions.pop_front_if(|action| action.time <= now) {
+            self.world.borrow_mut().begin_cascade();
+            self.world.borrow_mut().act(&action);
+            self.deliver_all();
+            let waiting = std::mem::take(&mut self.world.borrow_mut().cascades);
+            self.begin_cascades(waiting);
+        }
+    }
+
+    /// Begins a cascade with each of some outputs.
+    fn begin_cascades(&mut self, outputs: impl IntoIterator<Item = Output>) {
+        for (id, output, value) in outputs {
+            self.world.borrow_mut().begin_cascade();
+            self.world.borrow_mut().send(id, output, &value);
+            self.deliver_all();
         }
     }
 

@@ -11,27 +11,42 @@ pub struct Timer {
     active: bool,
     /// The number of cycles that were complete when the sensor last sent its time.
     cycle: f64,
-    /// Whether an event set the start time. Otherwise a start time of 0 is long ago, because VRML97
-    /// counts from 1970.
-    set: bool,
+    /// Whether events set the start and the stop time. A time that the file states counts from
+    /// 1970.
+    start_set: bool,
+    stop_set: bool,
 }
 
-/// The fields of a `TimeSensor`, in seconds.
+/// The seconds from 1970, from when a file counts, until the scene is opened. Every cycle counts as
+/// a part of it, so that a sensor that has always run begins one when the scene is opened. A later
+/// time of a file is not reached.
+const OPENING: f64 = 1e9;
+
+/// The fields of a `TimeSensor`, in seconds since the scene was opened.
 #[derive(Clone, Copy, Debug)]
 struct Fields {
     start: f64,
     stop: f64,
+    /// A time at which a cycle begins.
+    phase: f64,
     cycle: f64,
     loops: bool,
     enabled: bool,
 }
 
 impl Fields {
-    fn of(node: NodeRef<'_>) -> Self {
+    fn of(node: NodeRef<'_>, timer: Timer) -> Self {
         let cycle = node.get(time_sensor::CYCLE_INTERVAL);
+        let since_opening = |time: f64, is_set: bool| match is_set {
+            true => time,
+            false if time < OPENING => time - OPENING,
+            false => f64::INFINITY,
+        };
+        let start = node.get(time_sensor::START_TIME);
         Self {
-            start: node.get(time_sensor::START_TIME),
-            stop: node.get(time_sensor::STOP_TIME),
+            start: since_opening(start, timer.start_set),
+            stop: since_opening(node.get(time_sensor::STOP_TIME), timer.stop_set),
+            phase: start,
             cycle: if cycle > 0.0 { cycle } else { 1.0 },
             loops: node.get(time_sensor::LOOP),
             enabled: node.get(time_sensor::ENABLED),
@@ -40,7 +55,7 @@ impl Fields {
 
     /// Returns when the cycle with a number ends.
     fn end(self, cycle: f64) -> f64 {
-        self.start + (cycle + 1.0) * self.cycle
+        self.phase + (cycle + 1.0) * self.cycle
     }
 
     /// Returns whether the stop time has an effect and is reached.
@@ -60,7 +75,7 @@ impl Timer {
 
     /// Returns the events that the sensor sends at a time.
     pub(super) fn tick(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
-        let fields = Fields::of(node);
+        let fields = Fields::of(node, *self);
         if self.active {
             return self.run(fields, now);
         }
@@ -68,33 +83,31 @@ impl Timer {
             return Vec::new();
         }
         self.active = true;
-        self.cycle = ((now - fields.start) / fields.cycle).floor();
+        self.cycle = ((now - fields.phase) / fields.cycle).floor();
         let mut events = vec![
             ("isActive", Value::Bool(true)),
             ("cycleTime", Value::Double(now)),
         ];
-        events.extend(moment(fields, now));
+        events.extend(moment(fields, now, 0.0));
         events
     }
 
     /// Returns whether a sensor that does not run starts at a time.
     fn starts(self, fields: Fields, now: f64) -> bool {
-        let was_long_ago = !self.set && fields.start <= 0.0;
         fields.enabled
             && now >= fields.start
             && !fields.is_stopped(now)
-            && (fields.loops || (!was_long_ago && now < fields.end(0.0)))
+            && (fields.loops || now < fields.start + fields.cycle)
     }
 
     /// Returns the events of a sensor that runs.
     fn run(&mut self, fields: Fields, now: f64) -> TimerEvents {
-        if !fields.enabled {
-            self.active = false;
-            return vec![("isActive", Value::Bool(false))];
-        }
         let mut last = None;
+        if !fields.enabled {
+            last = Some(now);
+        }
         if fields.is_stopped(now) {
-            last = Some(fields.stop);
+            last = Some(last.map_or(fields.stop, |now| now.min(fields.stop)));
         }
         if !fields.loops && now >= fields.end(self.cycle) {
             let end = fields.end(self.cycle);
@@ -102,24 +115,24 @@ impl Timer {
         }
         if let Some(last) = last {
             self.active = false;
-            let mut events = moment(fields, last);
+            let mut events = moment(fields, last, 1.0);
             events.push(("isActive", Value::Bool(false)));
             return events;
         }
-        let cycle = ((now - fields.start) / fields.cycle).floor();
+        let cycle = ((now - fields.phase) / fields.cycle).floor();
         let mut events = Vec::new();
         if cycle > self.cycle {
             self.cycle = cycle;
             events.push(("cycleTime", Value::Double(now)));
         }
-        events.extend(moment(fields, now));
+        events.extend(moment(fields, now, 1.0));
         events
     }
 
     /// Returns the first time after `now` at which the sensor starts, ends or, if its cycles are
     /// at least `shortest` long, begins a cycle.
     pub(super) fn next(&self, node: NodeRef<'_>, now: f64, shortest: f64) -> Option<f64> {
-        let fields = Fields::of(node);
+        let fields = Fields::of(node, *self);
         let mut times = vec![fields.start, fields.stop];
         if self.active && (!fields.loops || fields.cycle >= shortest) {
             times.push(fields.end(self.cycle));
@@ -132,27 +145,26 @@ impl Timer {
     /// ignores changes of its start time and cycle, and a stop time before its start.
     pub(super) fn accepts(&mut self, node: NodeRef<'_>, field: &str, value: &Value) -> bool {
         let stops_early = match value {
-            Value::Double(stop) => *stop < Fields::of(node).start,
+            Value::Double(stop) => *stop < Fields::of(node, *self).start,
             _ => false,
         };
-        match field {
-            "startTime" if !self.active => {
-                self.set = true;
-                true
-            }
+        let accepts = match field {
             "startTime" | "cycleInterval" => !self.active,
             "stopTime" => !(self.active && stops_early),
             _ => true,
-        }
+        };
+        self.start_set |= accepts && field == "startTime";
+        self.stop_set |= accepts && field == "stopTime";
+        accepts
     }
 }
 
-/// Returns the fraction and time that a sensor sends at a time. At the end of a cycle the fraction
-/// is 1, and not 0.
-fn moment(fields: Fields, now: f64) -> TimerEvents {
-    let cycles = (now - fields.start) / fields.cycle;
+/// Returns the fraction and time that a sensor sends at a time. Where one cycle ends and the next
+/// begins the fraction is `between`: 0 when the sensor starts, and 1 while it runs.
+fn moment(fields: Fields, now: f64, between: f64) -> TimerEvents {
+    let cycles = (now - fields.phase) / fields.cycle;
     let fraction = match cycles - cycles.floor() {
-        0.0 if now > fields.start => 1.0,
+        0.0 => between,
         fraction => fraction,
     };
     vec![

@@ -2,10 +2,10 @@
 
 use std::borrow::Cow;
 
-use super::at_time::{Snapshot, SnapshotOptions};
-use super::bounds::{Bounds, NoBounds};
-use super::{engines, events, handles};
+use super::options::SnapshotOptions;
+use super::play::play;
 use crate::iv::Document;
+use crate::snapshot::{Bounds, NoBounds, Snapshot, engines, handles};
 
 impl<'a> Snapshot<'a> {
     /// Delivers the events up to the time, evaluates the document's engines, and adds handles if
@@ -17,8 +17,10 @@ impl<'a> Snapshot<'a> {
             0.0
         };
         let mut snapshot = Self::of_part(document, time);
-        if let Some(played) = events::play(document, time, options.scripts) {
-            snapshot.document = Cow::Owned(played);
+        if let Some(played) = play(document, options) {
+            snapshot.document = Cow::Owned(played.document);
+            snapshot.bound = played.bound;
+            snapshot.sent = played.sent;
         }
         if let Some(evaluated) = engines::evaluate(snapshot.document(), time, bounds) {
             snapshot.document = Cow::Owned(evaluated);

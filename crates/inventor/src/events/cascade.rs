@@ -30,6 +30,7 @@ impl World {
         match slot {
             Slot::Field(index, kind) => self.set_field(to, index, kind, value),
             Slot::Input("set_fraction", _) => self.interpolate(to, &value),
+            Slot::Input("set_bind", _) => self.set_bind(to, value == Value::Bool(true)),
             Slot::Input("addChildren", _) => self.change_children(to, &value, true),
             Slot::Input("removeChildren", _) => self.change_children(to, &value, false),
             Slot::Input(..) => {}

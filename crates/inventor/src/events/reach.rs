@@ -1,12 +1,16 @@
 //! What a script can reach: the fields, events and routes of nodes, also of instances of protos.
 
 use super::cascade::is_script;
+use super::log::MAX_LOGGED;
+use super::stage::Stage;
 use super::wires::output_name;
 use super::world::{Event, World};
 use crate::grammar::FieldType;
 use crate::iv::declarations::{Access, Interface};
-use crate::iv::{ClassRef, NodeId, NodeRef, Value};
+use crate::iv::{ClassRef, NodeId, NodeRef, Value, value_text};
+use crate::snapshot::SentEvent;
 use crate::snapshot::engines::edges::{Slot, slot};
+use crate::snapshot::engines::sensors::interpolate;
 
 impl World {
     /// Returns the class of a node, for messages.
@@ -36,7 +40,7 @@ impl World {
         };
         let short = end.1.strip_prefix("set_").unwrap_or(&end.1);
         let short = short.strip_suffix("_changed").unwrap_or(short);
-        [&*end.1, short].into_iter().find_map(|name| {
+        let field = [&*end.1, short].into_iter().find_map(|name| {
             let kind = match node.data().class {
                 ClassRef::Known(class) => class.get().field(name)?.1.kind,
                 ClassRef::Extension(i) => {
@@ -45,7 +49,21 @@ impl World {
                 }
             };
             Some((kind, node.value(name)?.clone()))
-        })
+        });
+        field.or_else(|| self.output(node, &end.1))
+    }
+
+    /// Returns the type and value of an output: the value that it had last, or before that an
+    /// interpolator's first value, or the default of its type (ISO 14772-1, 4.6.8).
+    fn output(&self, node: NodeRef<'_>, name: &str) -> Option<(FieldType, Value)> {
+        let name = output_name(node, name);
+        let kind = self.output_type(node.id, name)?;
+        let last = self.last_output(&(node.id, name.into()));
+        let first = || interpolate(node, node.class_id()?, f32::NEG_INFINITY);
+        Some((
+            kind,
+            last.or_else(first).unwrap_or_else(|| Value::empty(kind)),
+        ))
     }
 
     /// Returns the type of an event that a node receives.
@@ -65,6 +83,30 @@ impl World {
             let (Slot::Field(_, kind) | Slot::Input(_, kind)) = slot(node, &name)?;
             Some(kind)
         })
+    }
+
+    /// Records an event, if the events are recorded.
+    pub(super) fn log(&mut self, from: NodeId, event: &str, value: &Value) {
+        let Some(log) = &mut self.log else { return };
+        if log.sent.len() >= MAX_LOGGED {
+            if !std::mem::replace(&mut log.is_full, true) {
+                self.limit(format!(
+                    "more than {MAX_LOGGED} events are sent; the rest is not listed"
+                ));
+            }
+            return;
+        }
+        let kind = self.field(from, event);
+        let kind = kind.map_or(FieldType::SFTrigger, |(kind, _)| kind);
+        let class = self.class_name(from);
+        let Some(log) = &mut self.log else { return };
+        let name = log.names.get(&from);
+        log.sent.push(SentEvent {
+            time: self.now,
+            node: name.map_or(class, |name| name.to_string()),
+            event: event.to_owned(),
+            value: value_text(value, kind),
+        });
     }
 
     /// Sends an event to a node. A node of the catalogue has it at once, so that a script sees what
@@ -114,6 +156,8 @@ impl World {
         self.wires.extend(&self.document, &created);
         self.document.routes.extend(created);
         self.find_timers(first);
+        self.find_viewer_sensors(first);
+        self.leading = Stage::leading(&self.document);
         self.holds_new_nodes = true;
     }
 }

@@ -1,13 +1,19 @@
 //! A scene that plays: its document, routes, timers and the events that wait.
 
-use std::collections::{BTreeMap, HashSet, VecDeque};
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use ivcam_base::diag::{Diagnostic, Severity, Span};
 
+use super::binding::BindingStacks;
+use super::log::EventLog;
+use super::stage::Stage;
 use super::timer::{Timer, TimerEvents};
+use super::viewer_sensor::{Output, ViewerSensor};
 use super::wires::{End, Wires};
 use crate::grammar::class;
 use crate::iv::{Document, NodeId, NodeRef, Value};
+use crate::pose::CameraPose;
+use crate::traversal::Leading;
 
 /// The largest number of events that are delivered. It bounds the time for hostile files: 2 million
 /// events take about 2 seconds. docs/decisions/0018-how-a-scene-plays.md states it.
@@ -40,6 +46,22 @@ pub struct World {
     sent: HashSet<End>,
     /// The state of each `TimeSensor`.
     pub timers: BTreeMap<NodeId, Timer>,
+    /// The state of each sensor that depends on the viewer.
+    pub(super) viewer_sensors: BTreeMap<NodeId, ViewerSensor>,
+    /// The bindable nodes that were bound.
+    pub(super) binding: BindingStacks,
+    /// The viewer, if it is not at the bound `Viewpoint`.
+    pub(super) viewer: Option<CameraPose>,
+    /// The width of the viewer's picture over its height.
+    pub(super) aspect: f64,
+    /// The nodes that lead to sensors and bindable nodes.
+    pub(super) leading: Leading,
+    /// The outputs that wait to begin a cascade each.
+    pub(super) cascades: VecDeque<Output>,
+    /// The last value of each output, if there are scripts, which can read them.
+    pub(super) outputs: Option<HashMap<End, Value>>,
+    /// The events that were sent, if they are recorded.
+    pub(super) log: Option<EventLog>,
     /// The number of events that were delivered.
     delivered: usize,
     /// Whether an event changed which nodes a field holds.
@@ -49,10 +71,20 @@ pub struct World {
 impl World {
     /// Creates a scene that is about to play.
     pub(super) fn new(document: Document, now: f64) -> Self {
+        let leading = Stage::leading(&document);
+        let stage = Stage::of(&document, now, None, &leading);
         let mut world = Self {
             wires: Wires::of(&document),
+            log: None,
+            outputs: None,
             document,
             now,
+            viewer_sensors: BTreeMap::new(),
+            binding: BindingStacks::new(stage.first),
+            viewer: None,
+            aspect: 1.0,
+            leading,
+            cascades: VecDeque::new(),
             queue: VecDeque::new(),
             sent: HashSet::new(),
             timers: BTreeMap::new(),
@@ -60,6 +92,7 @@ impl World {
             holds_new_nodes: false,
         };
         world.find_timers(0);
+        world.find_viewer_sensors(0);
         world
     }
 
@@ -81,6 +114,10 @@ impl World {
     /// nothing happens. `output` is the name that `output_name` returns.
     pub fn send(&mut self, from: NodeId, output: &str, value: &Value) {
         let end = (from, Box::<str>::from(output));
+        if let Some(outputs) = &mut self.outputs {
+            outputs.insert(end.clone(), value.clone());
+        }
+        self.log(from, output, value);
         let targets = self.wires.targets(&end);
         if targets.is_empty() || !self.sent.insert(end.clone()) {
             return;
@@ -92,6 +129,11 @@ impl World {
                 value: value.clone(),
             });
         }
+    }
+
+    /// Returns the value that an output had last, if scripts may ask for it.
+    pub(super) fn last_output(&self, end: &End) -> Option<Value> {
+        self.outputs.as_ref()?.get(end).cloned()
     }
 
     /// Adds an event that waits.

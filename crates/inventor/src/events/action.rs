@@ -1,0 +1,252 @@
+//! What a user does with a scene: sends an event to a node, or touches it.
+
+use std::sync::Arc;
+
+use ivcam_base::diag::{Diagnostic, Result, nearest};
+
+use super::wires::output_name;
+use super::world::{Event, World};
+use crate::grammar::{FieldType, anchor, class, vrml_sensor};
+use crate::iv::{Document, Limits, NoFiles, NodeId, NodeRef, Value};
+use crate::snapshot::BindableKind;
+use crate::traversal::each_child;
+
+/// Something that a user does at a time, or that stands for it in a still picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Action {
+    /// Seconds since the scene was opened.
+    pub time: f64,
+    /// The name of the node in the main file.
+    pub node: String,
+    /// What is done with it.
+    pub what: ActionKind,
+}
+
+/// The kinds of actions.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum ActionKind {
+    /// Sends an event to a field or an `eventIn`, or from an `eventOut`.
+    Send {
+        /// The name of the event.
+        event: String,
+        /// Its value, as a file states it. For a node it is the node's name.
+        value: String,
+    },
+    /// Moves the pointer over the node, presses and releases it. A sensor or an `Anchor` that is
+    /// named acts; for another node those do that act for the shapes below it.
+    Touch,
+}
+
+impl World {
+    /// Does what a user does. The events wait.
+    pub(super) fn act(&mut self, action: &Action) {
+        self.document.sink.set_source(None);
+        let done = match &action.what {
+            ActionKind::Send { event, value } => self.send_from_user(&action.node, event, value),
+            ActionKind::Touch => self.touch(&action.node),
+        };
+        if let Err(problem) = done {
+            self.document.sink.add(*problem);
+        }
+    }
+
+    /// Returns the node of a name.
+    ///
+    /// # Errors
+    /// Returns a warning if the main file has no such name.
+    fn named(&self, name: &str) -> Result<NodeId> {
+        let names = &self.document.names;
+        names.get(name).copied().ok_or_else(|| {
+            let warning = Diagnostic::warning(format!("no node is called `{name}`"));
+            match nearest(name, names.keys().map(|name| &**name)) {
+                Some(other) => warning.with_help(format!("there is `{other}`")),
+                None => warning.with_help("`DEF NAME` gives a node a name"),
+            }
+        })
+    }
+
+    /// Sends an event to a node, or from an output of a node.
+    fn send_from_user(&mut self, name: &str, event: &str, text: &str) -> Result<()> {
+        let id = self.named(name)?;
+        let input = self.input_type(id, event);
+        let output = self.output_type(id, event);
+        let Some(kind) = input.or(output) else {
+            let class = self.class_name(id);
+            let message = format!("`{name}`, a `{class}`, has no event `{event}`");
+            return Err(Diagnostic::warning(message)
+                .with_help(format!("`ivcam nodes {class}` lists its fields and events")));
+        };
+        let value = self.read_value(kind, text)?;
+        if input.is_some() {
+            for (to, input) in self.document.event_ends(id, event) {
+                let value = value.clone();
+                self.post(Event { to, input, value });
+            }
+        } else {
+            for (from, output) in self.document.event_ends(id, event) {
+                self.send(from, &output, &value);
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the type of an output of a node's class.
+    pub(super) fn output_type(&self, id: NodeId, name: &str) -> Option<FieldType> {
+        let node = self.document.node(id);
+        let name = output_name(node, name);
+        let outputs = node.class()?.outputs.iter();
+        outputs.copied().find(|(n, _)| *n == name).map(|(_, k)| k)
+    }
+
+    /// Reads a value as a file states it, or finds the node of a name.
+    fn read_value(&self, kind: FieldType, text: &str) -> Result<Value> {
+        if matches!(kind, FieldType::SFNode | FieldType::MFNode) {
+            let node = match text {
+                "NULL" => None,
+                name => Some(self.named(name)?),
+            };
+            return Ok(match kind {
+                FieldType::SFNode => Value::Node(node),
+                _ => Value::Nodes(node.into_iter().collect()),
+            });
+        }
+        let kind = kind.name();
+        let node =
+            format!("#Inventor V2.1 ascii\nValue {{ fields [ {kind} value ] value {text}\n}}");
+        let limits = Limits::default();
+        let read = Document::read("the value", node.into_bytes(), Arc::new(NoFiles), &limits)?;
+        let value = read.roots().next().and_then(|node| node.value("value"));
+        match value {
+            Some(value) if read.sink.items().is_empty() => Ok(value.clone()),
+            _ => Err(Diagnostic::warning(format!(
+                "`{text}` is not a value of type {kind}"
+            ))),
+        }
+    }
+
+    /// Touches a node.
+    fn touch(&mut self, name: &str) -> Result<()> {
+        let id = self.named(name)?;
+        let targets = self.touched_with(id);
+        if targets.is_empty() {
+            let message = format!("nothing happens when `{name}` is touched");
+            return Err(Diagnostic::warning(message)
+                .with_help("neither a sensor nor an `Anchor` is beside it or above it"));
+        }
+        for target in targets {
+            match self.document.node(target).class_id() {
+                Some(class::ANCHOR) => self.follow_anchor(target),
+                _ => self.press(target),
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the sensors and anchors that act when a node is touched: the node itself, or those
+    /// of the lowest group above it that has any (ISO 14772-1, 4.6.7.3).
+    fn touched_with(&self, id: NodeId) -> Vec<NodeId> {
+        let document = &self.document;
+        let id = document.node(id).id;
+        if is_touched(document.node(id)) {
+            return vec![id];
+        }
+        let mut level = vec![id];
+        let mut known = level.clone();
+        while !level.is_empty() {
+            let mut parents = Vec::new();
+            let mut sensors = Vec::new();
+            for parent in (0..document.nodes.len() as u32).map(NodeId) {
+                let mut children = Vec::new();
+                each_child(document, parent, |child| {
+                    children.push(document.node(child).id);
+                });
+                if !children.iter().any(|child| level.contains(child)) {
+                    continue;
+                }
+                if document.node(parent).class_id() == Some(class::ANCHOR) {
+                    sensors.push(parent);
+                }
+                sensors.extend(children.into_iter().filter(|child| {
+                    let node = document.node(*child);
+                    is_touched(node) && node.class_id() != Some(class::ANCHOR)
+                }));
+                if !known.contains(&parent) {
+                    known.push(parent);
+                    parents.push(parent);
+                }
+            }
+            if level.iter().any(|id| document.roots.contains(id)) {
+                let roots = document.roots.iter().map(|id| document.node(*id));
+                sensors.extend(roots.filter(|node| is_sensor(*node)).map(|node| node.id));
+            }
+            if !sensors.is_empty() {
+                sensors.sort_unstable_by_key(|id| id.0);
+                sensors.dedup();
+                return sensors;
+            }
+            level = parents;
+        }
+        Vec::new()
+    }
+
+    /// Sends what a pointing-device sensor sends when the pointer comes, presses and releases.
+    fn press(&mut self, id: NodeId) {
+        let node = self.document.node(id);
+        if !node.get(vrml_sensor::ENABLED) {
+            self.note(id, "this sensor was touched while it is not enabled".into());
+            return;
+        }
+        let is_touch_sensor = node.class_id() == Some(class::TOUCH_SENSOR);
+        let (on, off) = (Value::Bool(true), Value::Bool(false));
+        let mut events = vec![("isActive", on.clone()), ("isActive", off.clone())];
+        if is_touch_sensor {
+            events.insert(0, ("isOver", on));
+            events.push(("touchTime", Value::Double(self.now)));
+            events.push(("isOver", off));
+        }
+        self.cascades.extend(
+            events
+                .into_iter()
+                .map(|(output, value)| (id, output, value)),
+        );
+    }
+
+    /// Follows an `Anchor` to a `Viewpoint` of the scene, or reports where it leads.
+    fn follow_anchor(&mut self, id: NodeId) {
+        let url = self.document.node(id).get(anchor::URL);
+        let Some(url) = url.first().cloned() else {
+            return;
+        };
+        let name = url.strip_prefix('#').unwrap_or_default();
+        let view = self.document.names.get(name).copied();
+        let kind = view.and_then(|view| BindableKind::of(self.document.node(view)));
+        match view {
+            Some(view) if kind == Some(BindableKind::Viewpoint) => {
+                self.send_directly(view, "set_bind", &Value::Bool(true));
+            }
+            _ => self.note(
+                id,
+                format!("this `Anchor` leads to `{url}`, which is not opened"),
+            ),
+        }
+    }
+}
+
+/// Returns whether a node acts when it is touched.
+fn is_touched(node: NodeRef<'_>) -> bool {
+    is_sensor(node) || node.class_id() == Some(class::ANCHOR)
+}
+
+/// Returns whether a node is a pointing-device sensor.
+fn is_sensor(node: NodeRef<'_>) -> bool {
+    matches!(
+        node.class_id(),
+        Some(
+            class::TOUCH_SENSOR
+                | class::PLANE_SENSOR
+                | class::CYLINDER_SENSOR
+                | class::SPHERE_SENSOR
+        )
+    )
+}

@@ -1,0 +1,397 @@
+use std::sync::Arc;
+
+use glam::Vec3;
+
+use super::*;
+use crate::iv::{Document, Limits, NoFiles, Value};
+use crate::snapshot::{BindableKind, NoBounds, Snapshot};
+use crate::traversal::{WalkOptions, first_camera};
+
+fn read(text: &str) -> Document {
+    let bytes = text.as_bytes().to_vec();
+    Document::read("test.wrl", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads")
+}
+
+fn field(document: &Document, name: &str, field: &str) -> Value {
+    let node = document.node(document.names[name]);
+    node.value(field).expect("has the field").clone()
+}
+
+/// Returns a document after its events up to a time, or `None` if it has none.
+fn play(document: &Document, time: f64, actions: &[Action]) -> Option<Document> {
+    let options = SnapshotOptions {
+        time,
+        actions: actions.to_vec(),
+        ..SnapshotOptions::default()
+    };
+    play::play(document, &options).map(|played| played.document)
+}
+
+/// Returns the field of a node of a VRML97 scene at a time.
+fn at(scene: &str, time: f64, name: &str, of: &str) -> Value {
+    after(scene, &[], time, name, of)
+}
+
+/// Returns the field of a node of a VRML97 scene at a time, after what a user did.
+fn after(scene: &str, actions: &[Action], time: f64, name: &str, of: &str) -> Value {
+    let document = read(&format!("#VRML V2.0 utf8\n{scene}"));
+    let played = play(&document, time, actions).unwrap_or(document);
+    field(&played, name, of)
+}
+
+/// Returns a user's event.
+fn event(time: f64, node: &str, event: &str, value: &str) -> Action {
+    Action {
+        time,
+        node: node.into(),
+        what: ActionKind::Send {
+            event: event.into(),
+            value: value.into(),
+        },
+    }
+}
+
+/// Returns a touch.
+fn touch(time: f64, node: &str) -> Action {
+    Action {
+        time,
+        node: node.into(),
+        what: ActionKind::Touch,
+    }
+}
+
+const ROUTED: &str = "#VRML V2.0 utf8
+DEF T TimeSensor { loop TRUE cycleInterval 4 }
+DEF P PositionInterpolator { key [ 0 0.5 1 ] keyValue [ 0 0 0, 2 0 0, 2 4 0 ] }
+DEF O OrientationInterpolator { key [ 0 1 ] keyValue [ 0 0 1 0, 0 0 1 3 ] }
+DEF C ColorInterpolator { key [ 0 1 ] keyValue [ 1 0 0, 0 1 0 ] }
+DEF X Transform { translation 9 9 9 }
+DEF M Material { }
+ROUTE T.fraction_changed TO P.set_fraction
+ROUTE T.fraction_changed TO O.set_fraction
+ROUTE T.fraction_changed TO C.set_fraction
+ROUTE P.value_changed TO X.set_translation
+ROUTE O.value_changed TO X.rotation
+ROUTE C.value_changed TO M.diffuseColor
+";
+
+#[test]
+fn routes_carry_a_sensors_time_through_interpolators() {
+    let document = play(&read(ROUTED), 7.0, &[]).expect("has routes");
+    let place = field(&document, "X", "translation");
+    assert_eq!(place, Value::Vec3(Vec3::new(2.0, 2.0, 0.0)));
+    let Value::Rotation(turn) = field(&document, "X", "rotation") else {
+        panic!()
+    };
+    assert!((turn.angle - 2.25).abs() < 1e-6 && (turn.axis - Vec3::Z).length() < 1e-6);
+    let half = play(&read(ROUTED), 2.0, &[]).expect("has routes");
+    assert_eq!(
+        field(&half, "M", "diffuseColor"),
+        Value::Vec3(Vec3::new(1.0, 1.0, 0.0))
+    );
+}
+
+#[test]
+fn a_sensor_that_has_not_started_sends_nothing() {
+    let waiting = ROUTED.replace("loop TRUE", "loop FALSE");
+    let document = play(&read(&waiting), 2.0, &[]).expect("has routes");
+    assert_eq!(
+        field(&document, "X", "translation"),
+        Value::Vec3(Vec3::splat(9.0))
+    );
+}
+
+#[test]
+fn a_route_from_a_field_sends_nothing_until_the_field_changes() {
+    let scene = "DEF G Group { } DEF B Group { children [ Group { }, Group { } ] }
+        DEF M Material { diffuseColor 1 0 0 } DEF N Material { diffuseColor 0 1 0 }
+        ROUTE G.children_changed TO B.set_children
+        ROUTE M.diffuseColor_changed TO N.set_diffuseColor";
+    let Value::Nodes(children) = at(scene, 0.0, "B", "children") else {
+        panic!()
+    };
+    assert_eq!(children.len(), 2);
+    let green = Value::Vec3(Vec3::Y);
+    assert_eq!(at(scene, 9.0, "N", "diffuseColor"), green);
+}
+
+#[test]
+fn an_interpolator_that_receives_no_event_sends_nothing() {
+    let scene = "DEF P PositionInterpolator { key [ 0 1 ] keyValue [ 1 1 1, 2 2 2 ] }
+        DEF X Transform { translation 9 9 9 }
+        ROUTE P.value_changed TO X.set_translation";
+    let nine = Value::Vec3(Vec3::splat(9.0));
+    assert_eq!(at(scene, 3.0, "X", "translation"), nine);
+}
+
+/// Returns the fraction of a sensor, or 0.125 if it sends none.
+fn fraction(sensor: &str, time: f64) -> Value {
+    fraction_after(sensor, &[], time)
+}
+
+/// Returns the fraction of a sensor after what a user did.
+fn fraction_after(sensor: &str, actions: &[Action], time: f64) -> Value {
+    let scene = format!(
+        "DEF T TimeSensor {{ {sensor} }} DEF X Material {{ transparency 0.125 }}
+         ROUTE T.fraction_changed TO X.set_transparency"
+    );
+    after(&scene, actions, time, "X", "transparency")
+}
+
+#[test]
+fn the_fraction_of_a_sensor_follows_the_standards_formula() {
+    // VRML97, 6.50: f = fmod(now - startTime, cycleInterval), and 1 where that is 0 after the
+    // start.
+    let looping = "loop TRUE cycleInterval 4";
+    for (time, f) in [(0.0, 0.0), (1.0, 0.25), (4.0, 1.0), (5.0, 0.25), (8.0, 1.0)] {
+        assert_eq!(fraction(looping, time), Value::Float(f), "at {time}");
+    }
+    let starts = [event(0.0, "T", "startTime", "2")];
+    for (time, f) in [
+        (1.9, 0.125),
+        (2.0, 0.0),
+        (3.0, 0.25),
+        (6.0, 1.0),
+        (60.0, 1.0),
+    ] {
+        let once = fraction_after("cycleInterval 4", &starts, time);
+        assert_eq!(once, Value::Float(f), "at {time}");
+    }
+}
+
+#[test]
+fn a_sensor_stops_at_its_stop_time_if_that_is_after_its_start() {
+    let looping = "loop TRUE cycleInterval 4";
+    let starts = |stop: &str| {
+        [
+            event(0.0, "T", "startTime", "1"),
+            event(0.0, "T", "stopTime", stop),
+        ]
+    };
+    let stopped = |time| fraction_after(looping, &starts("4"), time);
+    assert_eq!(stopped(3.0), Value::Float(0.5));
+    assert_eq!(stopped(100.0), Value::Float(0.75));
+    let ignored = fraction_after(looping, &starts("0.5"), 4.0);
+    assert_eq!(ignored, Value::Float(0.75));
+    let disabled = "loop TRUE enabled FALSE";
+    assert_eq!(fraction(disabled, 4.5), Value::Float(0.125));
+    let long_ago = "cycleInterval 4";
+    assert_eq!(fraction(long_ago, 1.0), Value::Float(0.125));
+}
+
+#[test]
+fn a_sensor_starts_another_when_it_begins_a_cycle_or_ends() {
+    // The second sensor starts at the cycles of the first, at 0, 3, 6, …, and takes 2 seconds.
+    let scene =
+        "DEF A TimeSensor { loop TRUE cycleInterval 3 } DEF B TimeSensor { cycleInterval 2 }
+        DEF X Material { transparency 0.125 }
+        ROUTE A.cycleTime TO B.set_startTime
+        ROUTE B.fraction_changed TO X.set_transparency";
+    for (time, f) in [(0.0, 0.0), (1.0, 0.5), (2.5, 1.0), (3.0, 0.0), (7.0, 0.5)] {
+        let value = at(scene, time, "X", "transparency");
+        assert_eq!(value, Value::Float(f), "at {time}");
+    }
+}
+
+#[test]
+fn a_loop_of_routes_ends_and_every_node_has_the_value() {
+    let scene = "DEF T TimeSensor { loop TRUE cycleInterval 4 }
+        DEF A Material { } DEF B Material { } DEF C Material { }
+        ROUTE T.fraction_changed TO A.set_transparency
+        ROUTE A.transparency_changed TO B.set_transparency
+        ROUTE B.transparency_changed TO C.set_transparency
+        ROUTE C.transparency_changed TO A.set_transparency";
+    for name in ["A", "B", "C"] {
+        let value = at(scene, 1.0, name, "transparency");
+        assert_eq!(value, Value::Float(0.25), "{name}");
+    }
+}
+
+#[test]
+fn a_group_that_is_sent_to_itself_is_cut() {
+    let scene = "DEF T TimeSensor { loop TRUE } DEF A Group { children DEF B Group { } }
+        DEF S Switch { }
+        ROUTE T.isActive TO S.whichChoice
+        ROUTE A.children_changed TO B.set_children";
+    // Nothing changes A's children, so B stays as it is.
+    assert_eq!(at(scene, 1.0, "B", "children"), Value::Nodes(Vec::new()));
+}
+
+#[test]
+fn a_sensor_of_tiny_cycles_costs_no_time() {
+    let scene = "DEF T TimeSensor { loop TRUE cycleInterval 1e-12 } DEF X Material { }
+        ROUTE T.fraction_changed TO X.set_transparency";
+    let document = read(&format!("#VRML V2.0 utf8\n{scene}"));
+    let played = play(&document, 1e9, &[]).expect("has routes");
+    assert!(played.sink.items().is_empty());
+}
+
+#[test]
+fn a_script_that_does_not_run_is_reported_with_the_feature_that_runs_it() {
+    let scene = "#VRML V2.0 utf8
+        Script { url \"javascript: function initialize() { }\" } Script { }
+        Script { url \"Rotate.class\" }";
+    let played = play(&read(scene), 0.0, &[]).expect("has scripts");
+    let said: Vec<&str> = played.sink.items().iter().map(|d| &*d.message).collect();
+    assert_eq!(said.len(), 2, "{said:?}");
+    assert!(
+        said[0].contains("without the feature `scripts`"),
+        "{said:?}"
+    );
+    assert!(said[1].contains("Java"), "{said:?}");
+    let help = played.sink.items()[0].help.as_deref().unwrap_or_default();
+    assert!(help.contains("--features viewer,scripts"), "{help}");
+}
+
+/// Times that a file states count from 1970 (VRML97, 4.11.1), which is long ago.
+#[test]
+fn times_of_a_file_were_before_the_scene_was_opened() {
+    let rests = Value::Float(0.125);
+    for past in [
+        "loop TRUE stopTime 1",
+        "cycleInterval 5 startTime 5 stopTime 1",
+        "cycleInterval 5 startTime 1 stopTime 3",
+        "loop TRUE startTime 1e12",
+    ] {
+        for time in [0.0, 0.5, 6.0] {
+            assert_eq!(fraction(past, time), rests, "{past} at {time}");
+        }
+    }
+    let always = "loop TRUE cycleInterval 4 startTime 5 stopTime 1";
+    assert_eq!(fraction(always, 0.0), Value::Float(0.75));
+    assert_eq!(fraction(always, 2.0), Value::Float(0.25));
+    // An event starts a sensor whose stop time is past.
+    let starts = [event(1.0, "T", "startTime", "1")];
+    let started = fraction_after("loop TRUE stopTime 1 cycleInterval 4", &starts, 2.0);
+    assert_eq!(started, Value::Float(0.25));
+}
+
+#[test]
+fn a_sensor_that_is_disabled_sends_its_outputs_first() {
+    let off = [event(1.0, "T", "enabled", "FALSE")];
+    let fraction = fraction_after("loop TRUE cycleInterval 4", &off, 3.0);
+    assert_eq!(fraction, Value::Float(0.25));
+}
+
+const VIEWS: &str = "DEF V Viewpoint { } DEF W Viewpoint { position 10 0 0 }
+    DEF S Viewpoint { position 0 5 0 jump FALSE }
+    DEF B Background { } DEF C Background { }
+    DEF L DirectionalLight { on FALSE } DEF M DirectionalLight { on TRUE }
+    ROUTE V.isBound TO L.on ROUTE W.isBound TO M.on ";
+
+/// Returns the names of the bound `Viewpoint` and `Background` after some events, and the viewer's
+/// position.
+fn bound(actions: &[Action]) -> (Option<String>, Option<String>, Vec3) {
+    let document = read(&format!("#VRML V2.0 utf8\n{VIEWS}"));
+    let options = SnapshotOptions {
+        actions: actions.to_vec(),
+        time: 9.0,
+        ..SnapshotOptions::default()
+    };
+    let snapshot = Snapshot::take(&document, &options, &NoBounds);
+    let name = |kind| {
+        let node = snapshot.bound()?.get(kind)?;
+        let found = document.names.iter().find(|(_, id)| **id == node);
+        found.map(|(name, _)| name.to_string())
+    };
+    let camera = first_camera(&snapshot, &WalkOptions::default());
+    (
+        name(BindableKind::Viewpoint),
+        name(BindableKind::Background),
+        camera.map_or(Vec3::NAN, |pose| pose.position.as_vec3()),
+    )
+}
+
+/// ISO 14772-1, 4.6.10.
+#[test]
+fn a_bound_node_is_the_last_of_its_stack() {
+    let bind = |time, node| event(time, node, "set_bind", "TRUE");
+    let unbind = |time, node| event(time, node, "set_bind", "FALSE");
+    let first = (None, None, Vec3::new(0.0, 0.0, 10.0));
+    assert_eq!(bound(&[]), first);
+    let second = bound(&[bind(1.0, "W"), bind(1.0, "C")]);
+    let w = Vec3::new(10.0, 0.0, 0.0);
+    assert_eq!(second, (Some("W".into()), Some("C".into()), w));
+    let (view, back, _) = bound(&[bind(1.0, "W"), bind(2.0, "C"), unbind(3.0, "C")]);
+    assert_eq!((view.as_deref(), back.as_deref()), (Some("W"), Some("B")));
+    let (view, ..) = bound(&[bind(1.0, "W"), bind(2.0, "V"), unbind(3.0, "V")]);
+    assert_eq!(view.as_deref(), Some("W"));
+    // A viewpoint that does not jump leaves the viewer where it is.
+    let (view, _, place) = bound(&[bind(1.0, "W"), bind(2.0, "S")]);
+    assert_eq!((view.as_deref(), place), (Some("S"), w));
+}
+
+#[test]
+fn bindable_nodes_say_whether_they_are_bound() {
+    let bind = [event(1.0, "W", "set_bind", "TRUE")];
+    let on = |actions: &[Action], light| after(VIEWS, actions, 2.0, light, "on");
+    assert_eq!(on(&[], "L"), Value::Bool(true));
+    assert_eq!(on(&bind, "L"), Value::Bool(false));
+    assert_eq!(on(&bind, "M"), Value::Bool(true));
+}
+
+#[test]
+fn sensors_know_where_the_viewer_is() {
+    let scene = "DEF V Viewpoint { } DEF A Transform { children [
+          DEF P ProximitySensor { size 4 4 4 } DEF E VisibilitySensor { size 1 1 1 } ] }
+        DEF L DirectionalLight { on FALSE } DEF M DirectionalLight { on FALSE }
+        DEF X Transform { } DEF T TimeSensor { }
+        ROUTE P.isActive TO L.on ROUTE E.isActive TO M.on
+        ROUTE P.position_changed TO X.translation ROUTE P.enterTime TO T.startTime";
+    let moved = |z| [event(1.0, "A", "translation", z)];
+    let on = |actions: &[Action], light| after(scene, actions, 2.0, light, "on");
+    assert_eq!(
+        (on(&[], "L"), on(&[], "M")),
+        (Value::Bool(false), Value::Bool(true))
+    );
+    // The viewer is at 0 0 10, one meter in front of the sensors.
+    let near = moved("0 0 9");
+    assert_eq!(
+        (on(&near, "L"), on(&near, "M")),
+        (Value::Bool(true), Value::Bool(true))
+    );
+    let place = after(scene, &near, 2.0, "X", "translation");
+    assert_eq!(place, Value::Vec3(Vec3::Z));
+    assert_eq!(
+        after(scene, &near, 2.0, "T", "startTime"),
+        Value::Double(1.0)
+    );
+    let behind = moved("0 0 13");
+    assert_eq!(
+        (on(&behind, "L"), on(&behind, "M")),
+        (Value::Bool(false), Value::Bool(false))
+    );
+}
+
+#[test]
+fn a_touch_reaches_the_sensor_beside_the_shape() {
+    let scene = "DEF V Viewpoint { } DEF W Viewpoint { position 10 0 0 }
+        DEF G Group { children [ DEF S TouchSensor { } DEF X Transform { children DEF Q Shape { } } ] }
+        DEF A Anchor { url \"#W\" children DEF Z Shape { } }
+        DEF T TimeSensor { } DEF L DirectionalLight { on FALSE }
+        ROUTE S.touchTime TO T.startTime ROUTE W.isBound TO L.on";
+    for node in ["S", "Q", "X"] {
+        let start = after(scene, &[touch(3.0, node)], 4.0, "T", "startTime");
+        assert_eq!(start, Value::Double(3.0), "{node}");
+    }
+    for node in ["A", "Z"] {
+        let on = after(scene, &[touch(3.0, node)], 4.0, "L", "on");
+        assert_eq!(on, Value::Bool(true), "{node}");
+    }
+}
+
+#[test]
+fn what_a_user_cannot_do_is_reported() {
+    let scene = "#VRML V2.0 utf8\nDEF M Material { } DEF A Anchor { url \"b.wrl\" }";
+    let messages = |action| {
+        let played = play(&read(scene), 1.0, &[action]).expect("an action");
+        let items = played.sink.items().iter();
+        items.map(|item| item.message.clone()).collect::<String>()
+    };
+    assert!(messages(event(0.0, "N", "on", "TRUE")).contains("no node is called `N`"));
+    assert!(messages(event(0.0, "M", "on", "TRUE")).contains("has no event `on`"));
+    let message = messages(event(0.0, "M", "transparency", "TRUE"));
+    assert!(message.contains("not a value of type SFFloat"), "{message}");
+    assert!(messages(touch(0.0, "M")).contains("nothing happens"));
+    assert!(messages(touch(0.0, "A")).contains("leads to `b.wrl`"));
+}

@@ -1,0 +1,76 @@
+//! Where the viewer is, and what the sensors that depend on it send.
+
+use glam::DMat4;
+
+use super::stage::{Stage, is_viewer_sensor};
+use super::viewer_sensor::{Output, ViewerSensor};
+use super::world::World;
+use crate::iv::{NodeId, NodeRef};
+use crate::pose::CameraPose;
+use crate::snapshot::{BindableKind, move_viewer};
+
+impl World {
+    /// Finds the sensors that depend on the viewer among the nodes of the arena from an index on.
+    pub(super) fn find_viewer_sensors(&mut self, first: usize) {
+        for index in first..self.document.nodes.len() {
+            let id = NodeId(index as u32);
+            let document = &self.document;
+            if is_viewer_sensor(NodeRef { document, id }) && !document.is_template(id) {
+                self.viewer_sensors.insert(id, ViewerSensor::default());
+            }
+        }
+    }
+
+    /// Returns the transform from the viewer to the world.
+    pub(super) fn viewer_pose(&self) -> DMat4 {
+        self.viewer_on(&self.stage()).world_from_camera()
+    }
+
+    /// Looks where sensors and viewpoints are now.
+    pub(super) fn stage(&self) -> Stage {
+        Stage::of(
+            &self.document,
+            self.now,
+            self.viewer.as_ref(),
+            &self.leading,
+        )
+    }
+
+    /// Returns the viewer: the one that was given, or the one at the bound `Viewpoint`.
+    fn viewer_on(&self, stage: &Stage) -> CameraPose {
+        if let Some(viewer) = &self.viewer {
+            return viewer.clone();
+        }
+        let bound = self.binding.top(BindableKind::Viewpoint);
+        let found = stage
+            .viewpoints
+            .iter()
+            .find(|(node, _)| Some(*node) == bound);
+        let mut pose = found.map_or_else(CameraPose::default_viewpoint, |(_, pose)| pose.clone());
+        move_viewer(&mut pose, self.binding.viewpoint_from_viewer);
+        pose
+    }
+
+    /// Returns what the sensors that depend on the viewer send now.
+    pub(super) fn look(&mut self) -> Vec<Output> {
+        if self.viewer_sensors.is_empty() {
+            return Vec::new();
+        }
+        let stage = self.stage();
+        let viewer = self.viewer_on(&stage);
+        let mut outputs = Vec::new();
+        let mut sensors = std::mem::take(&mut self.viewer_sensors);
+        for (id, sensor) in &mut sensors {
+            let node = NodeRef {
+                document: &self.document,
+                id: *id,
+            };
+            let places = stage.sensors.iter().filter(|(other, _)| other == id);
+            let places: Vec<DMat4> = places.map(|(_, place)| *place).collect();
+            let events = sensor.look(node, &places, (&viewer, self.aspect), self.now);
+            outputs.extend(events.into_iter().map(|(name, value)| (*id, name, value)));
+        }
+        self.viewer_sensors = sensors;
+        outputs
+    }
+}
