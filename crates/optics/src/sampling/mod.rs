@@ -6,6 +6,7 @@
 pub mod disc;
 mod filter;
 mod hash;
+mod path_points;
 mod sampler;
 mod sobol;
 
@@ -13,5 +14,6 @@ pub use disc::DiscMap;
 pub use filter::Filter;
 pub use filter::FilterTable;
 pub use hash::{mix, unit};
+pub use path_points::PathPoints;
 pub use sampler::{PixelSampler, Samples};
 pub use sampler::{Sampler, SamplerKind};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::hash::{mix, unit};
+use super::path_points::PathPoints;
 use super::sobol::{PendingPoints, Sobol};
 
 /// A sample of film and pupil.
@@ -144,6 +145,14 @@ impl PixelSampler {
         let sobol = Sobol::new(mix(self.key ^ 0x7761_7665));
         for (index, out) in (first..).zip(out) {
             *out = sobol.shuffled(index);
+        }
+    }
+
+    /// The random numbers of the light path of the sample with an index.
+    pub fn path(&self, index: u32) -> PathPoints {
+        match self.layout {
+            SampleLayout::Random => PathPoints::independent(mix(self.key ^ !u64::from(index))),
+            _ => PathPoints::of_sample(self.key, index),
         }
     }
 

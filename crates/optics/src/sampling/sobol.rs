@@ -132,6 +132,17 @@ impl Sobol {
         let shuffled = scramble(index.reverse_bits(), self.seeds[1]).reverse_bits();
         coordinate(shuffled, self.seeds[0])
     }
+
+    /// The first two dimensions of the point with a shuffled index (see [`Sobol::shuffled`]).
+    #[inline]
+    pub(super) fn shuffled_pair(&self, index: u32) -> [f64; 2] {
+        let shuffled = scramble(index.reverse_bits(), self.seeds[2]).reverse_bits();
+        let second = before(1, shuffled);
+        [
+            coordinate(shuffled, self.seeds[0]),
+            coordinate(second, self.seeds[1]),
+        ]
+    }
 }
 
 /// Requested points of several sequences, to be drawn together.
