@@ -16,6 +16,7 @@ mod mesh;
 pub(crate) mod normals;
 pub(crate) mod nurbs;
 pub(crate) mod quadric;
+mod quadric_area;
 mod stroke;
 mod tessellate;
 pub mod text;

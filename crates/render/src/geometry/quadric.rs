@@ -292,7 +292,7 @@ pub(crate) fn exact_bounds(kind: QuadricKind, matrix: &DAffine3) -> (DVec3, DVec
 }
 
 /// Returns the height of a sphere above its vertex, at a distance from the axis within its radius.
-fn sag(curvature: f64, off: f64) -> f64 {
+pub(super) fn sag(curvature: f64, off: f64) -> f64 {
     let square = (1.0 - (curvature * off) * (curvature * off)).max(0.0);
     curvature * off * off / (1.0 + square.sqrt())
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use ivcam_base::math::lanes::{LANES, SimdKernel, Vec3Lanes, bits, dispatch};
 use ivcam_optics::film::{Exposed, Resolution};
 use ivcam_optics::lens::Bundle;
-use ivcam_optics::sampling::{Sampler, Samples};
+use ivcam_optics::sampling::{PathPoints, Sampler, Samples};
 
 use super::exposure::Counts;
 use super::passes::Render;
@@ -52,6 +52,8 @@ pub(super) struct Batch<'a> {
     weights: Vec<f64>,
     /// The index of the sum that each sample adds to.
     slots: Vec<usize>,
+    /// The random numbers of each sample's path, if the shader follows paths.
+    paths: Vec<PathPoints>,
     /// The number of samples in a full batch.
     size: usize,
     /// Whether samples have wavelengths.
@@ -83,6 +85,7 @@ impl<'a> Batch<'a> {
             pixels: Default::default(),
             weights: Vec::new(),
             slots: Vec::new(),
+            paths: Vec::new(),
             size: render.camera.batch(),
             is_spectral: render.camera.is_spectral(),
             bundle: Bundle::default(),
@@ -154,6 +157,10 @@ impl<'a> Batch<'a> {
             if self.is_spectral {
                 self.samples.wavelength.resize(filled + count, 0.0);
                 pixel.wavelengths(now.start, &mut self.samples.wavelength[filled..]);
+            }
+            if self.render.shader.follows_paths() {
+                self.paths
+                    .extend(now.clone().map(|index| pixel.path(index)));
             }
             self.samples.request(&pixel, now);
             self.pixels[0].resize(filled + count, f64::from(at.0));
@@ -237,6 +244,7 @@ impl<'a> Batch<'a> {
         self.samples.clear();
         self.pixels.iter_mut().for_each(Vec::clear);
         self.slots.clear();
+        self.paths.clear();
     }
 
     /// Distributes the samples by the pixel filter and converts them to positions on the film.
@@ -272,7 +280,12 @@ impl<'a> Batch<'a> {
         for (number, packet) in packets.iter().enumerate() {
             let hits = &mut hits[if keeps_hits { number } else { 0 }];
             let radiances = &mut self.radiances[number];
-            shader.radiances(&packet.rays, hits, radiances, &mut self.work);
+            if shader.follows_paths() {
+                let points = packet.samples.map(|sample| path_of(&self.paths, sample));
+                shader.radiances_of_samples(&packet.rays, &points, hits, radiances, &mut self.work);
+            } else {
+                shader.radiances(&packet.rays, hits, radiances, &mut self.work);
+            }
         }
     }
 
@@ -303,9 +316,20 @@ impl<'a> Batch<'a> {
         let packets = accepted.packets();
         self.light.resize(packets.len(), [[0.0; LANES]; 3]);
         for (packet, light) in packets.iter().zip(&mut self.light) {
-            shader.radiances(&packet.rays, &mut others[0], light, &mut self.work);
+            let hits = &mut others[0];
+            if shader.follows_paths() {
+                let points = packet.samples.map(|sample| path_of(&self.paths, sample));
+                shader.radiances_of_samples(&packet.rays, &points, hits, light, &mut self.work);
+            } else {
+                shader.radiances(&packet.rays, hits, light, &mut self.work);
+            }
         }
         let camera = self.render.camera;
         camera.expose(accepted, &self.light, &mut self.exposures);
     }
+}
+
+/// The random numbers of a sample's path; those of no sample for a lane without a ray.
+fn path_of(paths: &[PathPoints], sample: u32) -> PathPoints {
+    paths.get(sample as usize).copied().unwrap_or_default()
 }

@@ -90,7 +90,7 @@ impl RenderScene {
 
     /// Returns the nearest hit that `is_visible` accepts.
     #[inline(always)]
-    fn nearest(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
+    pub(super) fn nearest(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
         match self.instances {
             None => self.nearest_in::<false>(ray, is_visible),
             Some(_) => self.nearest_in::<true>(ray, is_visible),
@@ -217,7 +217,7 @@ impl RenderScene {
     }
 
     /// Whether a hit is neither clipped nor on a culled back face.
-    pub(super) fn is_visible(&self, ray: &Ray, hit: &Hit) -> bool {
+    pub(crate) fn is_visible(&self, ray: &Ray, hit: &Hit) -> bool {
         let surface = self.surface(hit);
         if surface.clip.is_empty() && !surface.culls {
             return true;

@@ -4,10 +4,13 @@
 //! The scene is moved in f64 so that the compile origin (the camera) is at zero, then stored in
 //! f32. Anything that the picture does not need is left out and counted in the census.
 
+mod alias;
 mod canvas;
 mod census;
 pub mod check;
 mod compile;
+mod emitter_list;
+mod emitters;
 mod hit;
 mod instances;
 mod instancing;
@@ -24,23 +27,28 @@ mod point;
 mod precision;
 mod render_scene;
 mod shapes;
+mod sight;
 mod small_lights;
 mod snapshot;
+mod studio;
 mod survey;
 mod surveyed_prototypes;
 mod texel_footprint;
 mod unapplied;
 
+pub(crate) use alias::AliasTable;
 pub use census::{Census, InstanceCounts};
+pub(crate) use emitters::sound_emission;
 pub use left_out::Unneeded;
 pub use looks::components as texture_components;
 pub use looks::{IncidentLight, Light, SHADOW_END, Surface};
 pub use options::CompileOptions;
-pub use options::{Instancing, Needs, TextureFilter};
+pub use options::{ColorCoding, Instancing, Needs, TextureFilter};
 pub(crate) use point::{Point, TrianglePoint, clear_of};
 pub use precision::precision_warning;
 pub use render_scene::OracleTriangle;
 pub use render_scene::RenderScene;
 pub(crate) use small_lights::SmallLight;
 pub use snapshot::snapshot;
+pub use studio::Studio;
 pub use survey::{Survey, draws_nothing};

@@ -9,6 +9,7 @@ use ivcam_inventor::iv::Limits;
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::traversal::WalkOptions;
 
+use super::studio::Studio;
 use crate::geometry::text::Fonts;
 
 /// How a texture is filtered, which depends on the `textureQuality` of `Complexity`. The limits are
@@ -81,6 +82,17 @@ pub enum Instancing {
     Everywhere,
 }
 
+/// What the numbers of a file's colors mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum ColorCoding {
+    /// Amounts of light.
+    #[default]
+    Linear,
+    /// Levels of a display, by the sRGB curve. Intensities of lights are amounts of light.
+    Display,
+}
+
 /// The options of compiling and surveying a scene.
 #[derive(Clone, Debug)]
 pub struct CompileOptions {
@@ -108,6 +120,11 @@ pub struct CompileOptions {
     /// Whether faces that are culled as seen from a light cast shadows all the same. Default: no, a
     /// light passes what it does not see. The 1999 program: yes (a guess).
     pub culled_faces_cast_shadows: bool,
+    /// What the numbers of colors mean: those of materials, lights, fog, textures and backgrounds.
+    /// Default: amounts of light.
+    pub colors: ColorCoding,
+    /// What is added to light and surround the scene. Default: nothing.
+    pub studio: Option<Studio>,
     /// Whether to ignore `DrawStyle`, so that hidden shapes and shapes in lines are compiled like
     /// all others. Default: no.
     pub ignore_draw_style: bool,
@@ -132,6 +149,8 @@ impl Default for CompileOptions {
             instancing: Instancing::WhereItPays,
             background: None,
             culled_faces_cast_shadows: false,
+            colors: ColorCoding::Linear,
+            studio: None,
             ignore_draw_style: false,
             texture_filter: None,
             texture_folders: Vec::new(),

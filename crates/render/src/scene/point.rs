@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::TextureModel;
 
-use super::looks::{Mapping, Surface, TextureUse};
+use super::looks::{Mapping, Surface, TextureUse, decoded_texel};
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
@@ -73,9 +73,12 @@ impl Point<'_> {
     /// Adds the texture at its stored coordinates, where a pixel covers `texels` texels across.
     fn add_texture(&mut self, texture: &TextureUse, ray: &Ray, stored: Vec3, texels: f32) {
         let at = texture.at(self, ray, stored);
-        let texel = texture
+        let mut texel = texture
             .texture
             .sample_deep(at, texels, texture.filter, texture.repeat);
+        if texture.is_coded {
+            texel = decoded_texel(texel);
+        }
         self.transparency = match texture.model {
             TextureModel::Decal => self.transparency,
             TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,

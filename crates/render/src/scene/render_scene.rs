@@ -6,6 +6,7 @@ use glam::{DVec3, Vec3};
 use ivcam_base::diag::{Diagnostic, Result};
 
 use super::census::Census;
+use super::emitter_list::Emitters;
 use super::instances::Instances;
 use super::looks::{Background, Light, LightSets, Surface};
 use crate::bvh::{Bvh, Hit};
@@ -32,6 +33,8 @@ pub struct RenderScene {
     pub(super) instances: Option<Box<Instances>>,
     /// The tree, which is built for the first ray. Its last boxes are those of instances.
     pub(super) tree: OnceLock<Bvh>,
+    /// The luminous shapes as lights, which are found for the first light path.
+    pub(super) emitters: OnceLock<Emitters>,
     /// Whether any surface is clipped, culled or drawn over everything else.
     pub(super) special: bool,
     /// Whether any surface is drawn over everything else.

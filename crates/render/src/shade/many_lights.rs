@@ -16,8 +16,9 @@ use ivcam_base::math::lanes::{
 };
 use ivcam_optics::sampling::{mix, unit};
 
+use super::counts::RayCounts;
 use super::lanes::{Gathered, LightLanes};
-use super::shader::{RayCounts, Shader, Work};
+use super::shader::{Shader, Work};
 use crate::bvh::RayPacket;
 use crate::scene::{Light, SHADOW_END};
 

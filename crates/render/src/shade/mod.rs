@@ -14,15 +14,23 @@
 //! ambient part of a VRML 97 light, a the attenuation and s the spot factor. H lies halfway between
 //! L and the camera's backward direction. This is OpenGL's viewer at infinity, which Inventor does
 //! not change.
+//!
+//! Model `i` is another one: see `path`.
 
+mod counts;
 #[cfg(test)]
 mod instance_tests;
 mod lanes;
+mod light_paths;
 mod lighting;
 mod many_lights;
 mod packet;
+mod path;
+#[cfg(test)]
+mod path_tests;
 mod shader;
 mod shading;
 
+pub use path::{ClearSky, EnvironmentLight, PathOptions};
 pub use shader::{ShadeOptions, Shader, Work};
 pub use shading::Shading;

@@ -192,7 +192,11 @@ impl Shader<'_> {
                 work.points.show(self.shading, lanes, radiances);
                 return lanes;
             }
-            Shading::Diffuse | Shading::Phong | Shading::Gl | Shading::Recursive => {}
+            Shading::Diffuse
+            | Shading::Phong
+            | Shading::Gl
+            | Shading::Recursive
+            | Shading::Path => {}
         }
         work.points.face_viewer(&self.options);
         let (mut left, mut known) = (lanes, 0);

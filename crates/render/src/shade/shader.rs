@@ -5,9 +5,11 @@ use std::sync::OnceLock;
 use glam::Vec3;
 use ivcam_base::math::lanes::{Vec3Lanes, bits, set_lane};
 
+use super::counts::RayCounts;
 use super::lanes::{PointLanes, SurfaceValues};
 use super::lighting;
 use super::many_lights::LightChoice;
+use super::path::{PathLights, PathOptions, PathWork};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END, Surface};
@@ -34,6 +36,8 @@ pub struct ShadeOptions {
     /// A ray ends if it contributes at most this fraction of its radiance to the picture. Default:
     /// 1/1024.
     pub least_share: f32,
+    /// The options of model `i`.
+    pub path: PathOptions,
 }
 
 impl Default for ShadeOptions {
@@ -46,6 +50,7 @@ impl Default for ShadeOptions {
             shadows_at_eye: false,
             mirrors: None,
             least_share: 1.0 / 1024.0,
+            path: PathOptions::default(),
         }
     }
 }
@@ -76,15 +81,8 @@ pub struct Shader<'a> {
     pub(super) options: ShadeOptions,
     /// The values of surfaces that packets need, computed for the first packet.
     surfaces: OnceLock<Vec<SurfaceValues>>,
-}
-
-/// The numbers of rays that were traced.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct RayCounts {
-    /// Rays from the camera, mirrored rays and refracted rays.
-    pub scene: u64,
-    /// Rays toward a light.
-    pub shadow: u64,
+    /// What lights the scene of model `i`, found for the first path.
+    pub(super) path_lights: OnceLock<PathLights>,
 }
 
 /// The state that a thread keeps between rays: counts, and buffers for reuse.
@@ -97,6 +95,8 @@ pub struct Work {
     pub(super) points: Box<PointLanes>,
     /// The choice among many lights.
     pub(super) choice: LightChoice,
+    /// The paths of model `i`.
+    pub(super) paths: PathWork,
 }
 
 /// A ray still to be traced, and how much of its radiance reaches the film.
@@ -139,6 +139,7 @@ impl<'a> Shader<'a> {
             shading,
             options,
             surfaces: OnceLock::new(),
+            path_lights: OnceLock::new(),
         }
     }
 
@@ -168,6 +169,9 @@ impl<'a> Shader<'a> {
 
     /// Returns the radiance along a ray from the camera whose hit is already known.
     pub fn radiance_of(&self, ray: &Ray, hit: Option<Hit>, work: &mut Work) -> Vec3 {
+        if self.shading == Shading::Path {
+            return self.path_radiance(ray, hit, work);
+        }
         let Some(hit) = hit else {
             return self.scene.background().color(ray.direction);
         };
@@ -189,6 +193,9 @@ impl<'a> Shader<'a> {
         work: &mut Work,
     ) {
         self.hits(rays, hits, work);
+        if self.shading == Shading::Path {
+            return self.path_radiances(rays, hits, None, radiances, work);
+        }
         let done = self.shade_packet(rays, hits, radiances, work);
         for lane in bits(rays.mask & !done) {
             let color = self.radiance_of(&rays.ray(lane), hits.hit(lane), work);

@@ -22,11 +22,13 @@ pub enum Shading {
     Gl,
     /// Letter `r`: the light of `p` with shadows, reflection and refraction.
     Recursive,
+    /// Letter `i`: light on all its ways, also from surface to surface, by path tracing.
+    Path,
 }
 
 impl Shading {
     /// All models, in the order of the help text.
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Flat,
         Self::Normal,
         Self::Ambient,
@@ -34,6 +36,7 @@ impl Shading {
         Self::Phong,
         Self::Gl,
         Self::Recursive,
+        Self::Path,
     ];
 
     /// The letter that Ivray gives to the model.
@@ -46,6 +49,7 @@ impl Shading {
             Self::Phong => 'p',
             Self::Gl => 'g',
             Self::Recursive => 'r',
+            Self::Path => 'i',
         }
     }
 
@@ -59,6 +63,7 @@ impl Shading {
             Self::Phong => "phong",
             Self::Gl => "gl",
             Self::Recursive => "recursive",
+            Self::Path => "path",
         }
     }
 
@@ -73,14 +78,14 @@ impl Shading {
     pub fn needs(self) -> Needs {
         let lit = match self {
             Self::Flat | Self::Normal | Self::Ambient => false,
-            Self::Diffuse | Self::Phong | Self::Gl | Self::Recursive => true,
+            Self::Diffuse | Self::Phong | Self::Gl | Self::Recursive | Self::Path => true,
         };
         Needs {
             normals: lit || self == Self::Normal,
             materials: self != Self::Normal,
             lights: lit,
             textures: self != Self::Normal,
-            secondary: self == Self::Recursive,
+            secondary: matches!(self, Self::Recursive | Self::Path),
             facets: self == Self::Gl,
         }
     }

@@ -16,7 +16,7 @@ use crate::scene::looks::{
     CornerNormals, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
     TextureFiles, TextureUse,
 };
-use crate::scene::options::TextureFilter;
+use crate::scene::options::{ColorCoding, TextureFilter};
 
 /// The lights and textures that shapes share.
 #[derive(Debug, Default)]
@@ -41,9 +41,15 @@ impl SceneBuilder {
             transparency,
             emissive,
         } = MaterialColors::of(state);
+        let colors = self.options.colors;
+        let mut environment = state.environment;
+        environment.fog_color = colors.light(environment.fog_color);
         let texture = self.texture_use(state);
         let origin = self.scene.origin;
-        let compile = |light: &LightElement| Light::new(light, origin);
+        let compile = |light: &LightElement| {
+            let color = colors.light(light.color);
+            Light::new(&LightElement { color, ..*light }, origin)
+        };
         let before = self.shared.lights.bytes();
         let lights = self.shared.lights.set(&state.lights, compile);
         self.memory.count(self.shared.lights.bytes() - before);
@@ -51,11 +57,11 @@ impl SceneBuilder {
             || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
         Surface {
             class: node.known_class().map_or("", |c| c.name),
-            ambient: m.ambient,
+            ambient: colors.light(m.ambient),
             ambient_intensity: m.ambient_intensity,
-            diffuse,
-            specular: m.specular,
-            emissive,
+            diffuse: diffuse.into_iter().map(|c| colors.light(c)).collect(),
+            specular: colors.light(m.specular),
+            emissive: colors.light(emissive),
             shininess: m.shininess,
             transparency,
             refraction: m.refraction,
@@ -67,7 +73,7 @@ impl SceneBuilder {
             layer: layer(&state.drawing),
             casts_shadow: state.casts_shadow,
             on_top: state.on_top,
-            environment: state.environment,
+            environment,
             lights,
             texture,
             clip: state
@@ -107,7 +113,8 @@ impl SceneBuilder {
         let texture = self.shared.decoded.get(&id)?.clone()?;
         Some(TextureUse {
             model: element.model,
-            blend_color: element.blend_color,
+            blend_color: self.options.colors.light(element.blend_color),
+            is_coded: self.options.colors == ColorCoding::Display,
             repeat: Repeat {
                 s: element.repeat_s,
                 t: element.repeat_t,
@@ -183,6 +190,7 @@ impl SceneBuilder {
             filter: TextureFilter::Nearest,
             matrix: glam::Mat4::IDENTITY,
             mapping: Mapping::Stored,
+            is_coded: false,
         });
         self.shape.uses.coordinates = true;
         self.scene.census.transparent = true;

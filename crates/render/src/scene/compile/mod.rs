@@ -7,5 +7,6 @@ mod instances;
 mod numbers;
 mod scene_builder;
 mod strokes;
+mod studio;
 mod triangles;
 mod walk;

@@ -262,7 +262,7 @@ impl SceneBuilder {
     }
 
     /// Adds a surface, which is that of the following primitives.
-    fn add_surface(&mut self, surface: Surface) {
+    pub(super) fn add_surface(&mut self, surface: Surface) {
         self.memory.count(size_of::<Surface>() as u64);
         self.scene.surfaces.push(surface);
     }

@@ -59,7 +59,7 @@ impl RenderScene {
             fog: None,
         };
         if let Some((color, _)) = options.background {
-            compiler.builder.scene.background = Background::plain(color);
+            compiler.builder.scene.background = Background::plain(color).as_light(options.colors);
         }
         let prototypes = compiler.instances.prototypes.as_ref();
         compiler.builder.deferred = prototypes.map(|_| DeferredText::new());
@@ -114,7 +114,8 @@ impl Compiler<'_> {
     }
 
     /// Assembles the scene after the walk.
-    fn finish(self) -> Result<RenderScene> {
+    fn finish(mut self) -> Result<RenderScene> {
+        self.add_studio();
         let (lights_seen, shapes_unreached) = (self.lights.len(), self.unreached_shapes());
         let mut builder = self.builder;
         builder.assign_surface();
@@ -185,14 +186,21 @@ impl<'a> Visitor<'a> for Compiler<'a> {
     fn bindable(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let name = node.known_class().map_or("", |class| class.name);
         if name.ends_with("Fog") {
-            self.fog.get_or_insert_with(|| fog97(node, state));
+            let colors = self.builder.options.colors;
+            self.fog.get_or_insert_with(|| {
+                fog97(node, state).map(|fog| EnvironmentElement {
+                    fog_color: colors.light(fog.fog_color),
+                    ..fog
+                })
+            });
         } else if name.ends_with("Background") && !self.background_set {
             self.background_set = true;
             let builder = &mut self.builder;
             let files = (&mut builder.shared.files, &mut builder.memory);
             let files = builder.options.needs.textures.then_some(files);
             let (background, diagnostics) = Background::of(node, state, files);
-            self.builder.scene.background = background;
+            let colors = self.builder.options.colors;
+            self.builder.scene.background = background.as_light(colors);
             diagnostics
                 .into_iter()
                 .for_each(|d| self.builder.reports.add(*d));

@@ -13,9 +13,10 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::rotation_of;
 use ivcam_inventor::traversal::state::State;
 
+use super::decode::decoded_texel;
 use super::texture::{Repeat, Texture};
 use super::texture_files::{PANORAMA, TextureFiles};
-use crate::scene::options::TextureFilter;
+use crate::scene::options::{ColorCoding, TextureFilter};
 
 /// The background of a scene. Without a `Background` node it is black.
 #[derive(Clone, Debug, Default)]
@@ -28,6 +29,8 @@ pub struct Background {
     pictures: [Option<Arc<Texture>>; 6],
     /// The rotation from world space to the background's space.
     turn: Quat,
+    /// Whether the colors of the pictures are levels of a display, to be decoded.
+    is_coded: bool,
 }
 
 /// The directions to the center, the right and the top of each picture, in the order of
@@ -85,6 +88,14 @@ impl Background {
         }
     }
 
+    /// Returns the background as light, where its colors have a meaning.
+    pub(in crate::scene) fn as_light(mut self, colors: ColorCoding) -> Self {
+        let bands = self.sky.iter_mut().chain(&mut self.ground);
+        bands.for_each(|(_, color)| *color = colors.light(*color));
+        self.is_coded = colors == ColorCoding::Display;
+        self
+    }
+
     /// Returns whether the color is black in every direction.
     pub fn is_black(&self) -> bool {
         let mut colors = self.sky.iter().chain(&self.ground);
@@ -126,7 +137,11 @@ impl Background {
             }
             if let Some(picture) = picture {
                 let across = Vec2::new(direction.dot(right), direction.dot(top)) / depth;
-                let texel = picture.sample(0.5 * across + 0.5, TextureFilter::Linear, Repeat::NONE);
+                let mut texel =
+                    picture.sample(0.5 * across + 0.5, TextureFilter::Linear, Repeat::NONE);
+                if self.is_coded {
+                    texel = decoded_texel(texel);
+                }
                 return plain.lerp(texel.truncate(), texel.w);
             }
         }

@@ -126,6 +126,18 @@ impl LightTree {
         set
     }
 
+    /// Returns the number of the set with the most lights.
+    pub(in crate::scene) fn largest_set(&self) -> u32 {
+        let mut depths = Vec::with_capacity(self.lights.len());
+        for light in &self.lights {
+            depths.push(1 + depths.get(light.before as usize).copied().unwrap_or(0u32));
+        }
+        let count = |end: &u32| depths.get(*end as usize).copied().unwrap_or(0);
+        let sets = self.sets.iter().enumerate();
+        sets.max_by_key(|(_, end)| count(end))
+            .map_or(0, |(set, _)| set as u32)
+    }
+
     /// Returns the memory of the lights and sets in bytes, with that of their maps and of the lists
     /// that they were made of.
     pub(in crate::scene) fn bytes(&self) -> u64 {

@@ -2,6 +2,7 @@
 
 mod background;
 mod colors;
+mod decode;
 mod light;
 mod light_sets;
 mod surface;
@@ -10,6 +11,7 @@ mod texture_files;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
+pub(in crate::scene) use decode::decoded_texel;
 pub use light::{IncidentLight, Light, SHADOW_END};
 pub(crate) use light_sets::LightSets;
 pub(in crate::scene) use light_sets::LightTree;

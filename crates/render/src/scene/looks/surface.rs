@@ -37,6 +37,8 @@ pub struct TextureUse {
     pub matrix: Mat4,
     /// The source of texture coordinates.
     pub mapping: Mapping,
+    /// Whether its colors are levels of a display, to be decoded.
+    pub is_coded: bool,
 }
 
 /// The normals of triangles' corners. Corners share normals, so each triangle has three indices, or

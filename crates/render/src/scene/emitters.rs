@@ -1,0 +1,341 @@
+//! The luminous shapes of a scene as lights: triangles and round surfaces with an emissive color,
+//! and those that show their color unlit.
+//!
+//! One is chosen in proportion to its area times the brightness of its surface, and a point on it
+//! evenly. What is in no list (lines, and the shapes of prototypes that are drawn more than
+//! [`MOST_INSTANCED`] times) lights the scene only where a ray meets it by chance.
+
+use std::collections::HashSet;
+
+use glam::{DMat3, DVec3, Vec3};
+
+use super::RenderScene;
+use super::alias::AliasTable;
+use super::emitter_list::Emitters;
+use super::looks::Surface;
+use super::placed::Primitive;
+use crate::bvh::Hit;
+use crate::geometry::{Quadric, QuadricKind};
+
+/// The largest number of luminous shapes of prototypes that are listed, each as often as it is
+/// drawn.
+const MOST_INSTANCED: usize = 1 << 16;
+
+/// The largest emission that is used; what is brighter is shown as this.
+pub(crate) const MAX_EMISSION: f32 = 1e9;
+
+/// A point on a luminous primitive.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct EmitterPoint {
+    pub(crate) position: Vec3,
+    /// The hit of a ray that meets it, at a distance of 1.
+    pub(crate) hit: Hit,
+    /// The density of the point over the area.
+    pub(crate) density: f32,
+}
+
+/// Returns a color with NaN and negative values as 0, and none above [`MAX_EMISSION`].
+pub(crate) fn sound_emission(color: Vec3) -> Vec3 {
+    color.map(|x| if x > 0.0 { x.min(MAX_EMISSION) } else { 0.0 })
+}
+
+impl Emitters {
+    /// Finds the luminous primitives of a scene.
+    pub(crate) fn of(scene: &RenderScene) -> Self {
+        let mut brightness: Vec<f32> = scene.surfaces.iter().map(brightness_of).collect();
+        if brightness.iter().all(|b| *b == 0.0) {
+            return Self::default();
+        }
+        let mut list = Vec::new();
+        let faces = scene.triangles.len() + scene.quadrics.len();
+        for (number, owner) in scene.owners[..faces].iter().enumerate() {
+            if brightness[*owner as usize] > 0.0 && !scene.is_in_prototype(*owner) {
+                list.push((number as u32, 0));
+            }
+        }
+        if let Some(instances) = &scene.instances {
+            let is_luminous = |surface: u32| brightness[surface as usize] > 0.0;
+            let shapes = instances.shapes_with(&is_luminous, MOST_INSTANCED);
+            if shapes.len() < MOST_INSTANCED {
+                for (surface, place) in shapes {
+                    let numbers = scene.lists().numbers(&instances.shapes[surface as usize]);
+                    list.extend(numbers.map(|number| (number, place)));
+                }
+            } else {
+                for (surface, bright) in brightness.iter_mut().enumerate() {
+                    if scene.is_in_prototype(surface as u32) {
+                        *bright = 0.0;
+                    }
+                }
+            }
+        }
+        let weights: Vec<f32> = list
+            .iter()
+            .map(|&(primitive, place)| {
+                let bright = brightness[scene.owner(primitive) as usize];
+                bright * scene.mean_area(primitive, place)
+            })
+            .collect();
+        Self {
+            list,
+            table: AliasTable::new(&weights),
+            brightness,
+        }
+    }
+
+    /// Whether no luminous primitive is listed.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.table.is_empty()
+    }
+
+    /// Draws a point on a primitive, for light toward a point `seen_from`. Returns `None` if the
+    /// primitive has no area there.
+    pub(crate) fn sample(
+        &self,
+        scene: &RenderScene,
+        seen_from: Vec3,
+        choice: f32,
+        u: [f32; 2],
+    ) -> Option<EmitterPoint> {
+        let (number, _) = self.table.choose(choice);
+        let (primitive, place) = self.list[number as usize];
+        let mut hit = Hit {
+            t: 1.0,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
+        };
+        let position = match scene.primitive(&hit) {
+            Primitive::Triangle([a, b, c]) => {
+                // Even over the area (Heitz, "A low-distortion map between triangle and square").
+                (hit.u, hit.v) = match u[0] < u[1] {
+                    true => (0.5 * u[0], u[1] - 0.5 * u[0]),
+                    false => (u[0] - 0.5 * u[1], 0.5 * u[1]),
+                };
+                a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v
+            }
+            Primitive::Quadric(quadric) => {
+                let mut at = quadric.point_at(u);
+                if let (QuadricKind::Sphere { .. }, eye) =
+                    (quadric.kind, object(&quadric, seen_from))
+                    && faces_outside(&quadric, eye)
+                    && at.dot(eye) < 0.0
+                {
+                    at = -at;
+                }
+                quadric.scene_from_object.transform_point3(at).as_vec3()
+            }
+            Primitive::Stroke(_) => return None,
+        };
+        let density = self.density(scene, seen_from, position, &hit);
+        (density > 0.0).then_some(EmitterPoint {
+            position,
+            hit,
+            density,
+        })
+    }
+
+    /// The density over the area with which [`Emitters::sample`] draws a point on a primitive that
+    /// is seen from another point; 0 if the primitive is in no list.
+    pub(crate) fn density(
+        &self,
+        scene: &RenderScene,
+        seen_from: Vec3,
+        position: Vec3,
+        hit: &Hit,
+    ) -> f32 {
+        if self.is_empty() {
+            return 0.0;
+        }
+        let bright = self.brightness[scene.owner(hit.primitive) as usize];
+        let share = bright / self.table.total as f32;
+        match scene.primitive(hit) {
+            Primitive::Triangle(_) => share,
+            Primitive::Stroke(_) => 0.0,
+            Primitive::Quadric(quadric) => {
+                let (_, normal) = quadric.project_to_surface(position.as_dvec3());
+                let here = stretch(&quadric, normal);
+                let half = matches!(quadric.kind, QuadricKind::Sphere { .. })
+                    && faces_outside(&quadric, object(&quadric, seen_from));
+                let ratio = mean_stretch(&quadric) / here * if half { 2.0 } else { 1.0 };
+                share * ratio as f32
+            }
+        }
+    }
+}
+
+/// The brightness by which the primitives of a surface are chosen.
+fn brightness_of(surface: &Surface) -> f32 {
+    let color = match surface.base_color {
+        true => {
+            let sum: Vec3 = surface.diffuse.iter().copied().map(sound_emission).sum();
+            sum / surface.diffuse.len() as f32
+        }
+        false => sound_emission(surface.emissive),
+    };
+    color.element_sum() / 3.0
+}
+
+fn object(quadric: &Quadric, point: Vec3) -> DVec3 {
+    quadric.object_from_scene.transform_point3(point.as_dvec3())
+}
+
+/// Whether a point in object space is outside a sphere and not on it, so that it sees less than half
+/// of it.
+fn faces_outside(quadric: &Quadric, eye: DVec3) -> bool {
+    let outside = |radius: f64| eye.length_squared() > 1.0002 * radius * radius;
+    matches!(quadric.kind, QuadricKind::Sphere { radius } if outside(radius))
+}
+
+/// The area in the scene of a unit of area in object space, where the normal is `normal` there.
+fn stretch(quadric: &Quadric, normal: DVec3) -> f64 {
+    let matrix: DMat3 = quadric.scene_from_object.matrix3;
+    let inverse = quadric.object_from_scene.matrix3;
+    (inverse.transpose() * normal).length() * matrix.determinant().abs()
+}
+
+/// A mean of [`stretch`] over all normals, exact for a matrix that keeps angles.
+fn mean_stretch(quadric: &Quadric) -> f64 {
+    let volume = quadric.scene_from_object.matrix3.determinant().abs();
+    let side = libm::cbrt(volume);
+    side * side
+}
+
+impl RenderScene {
+    /// The area of a primitive in square meters; that of a stretched round surface is about right.
+    fn mean_area(&self, primitive: u32, place: u64) -> f32 {
+        let hit = Hit {
+            t: 0.0,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
+        };
+        match self.primitive(&hit) {
+            Primitive::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
+            Primitive::Quadric(quadric) => (quadric.area() * mean_stretch(&quadric)) as f32,
+            Primitive::Stroke(_) => 0.0,
+        }
+    }
+
+    /// The luminous shapes as lights, which are found at the first call.
+    pub(crate) fn emitters(&self) -> &Emitters {
+        self.emitters.get_or_init(|| Emitters::of(self))
+    }
+
+    /// The radiance of an even sky that shows the level of the file's ambient light on open matte
+    /// shapes: the sum of the materials' ambient terms over that of their diffuse colors. Each
+    /// material counts once, however often it is drawn.
+    pub(crate) fn ambient_radiance(&self) -> Vec3 {
+        let (mut shown, mut full) = (DVec3::ZERO, DVec3::ZERO);
+        let mut seen = HashSet::new();
+        for surface in self.surfaces.iter().filter(|s| !s.base_color) {
+            let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
+            let lights: Vec3 = self.lights_of(surface).map(|light| light.ambient).sum();
+            let ambient = surface.ambient_at(diffuse) * (surface.environment.ambient + lights);
+            let ambient = sound_emission(ambient);
+            if seen.insert([diffuse, ambient].map(|v| v.to_array().map(f32::to_bits))) {
+                shown += ambient.as_dvec3();
+                full += diffuse.as_dvec3();
+            }
+        }
+        let ratio = |shown: f64, full: f64| if full > 0.0 { shown / full } else { 0.0 };
+        let [r, g, b] = [0, 1, 2].map(|i| ratio(shown[i], full[i]) as f32);
+        sound_emission(Vec3::new(r, g, b))
+    }
+
+    /// The number of materials whose diffuse and specular colors exceed 1 in sum.
+    pub fn excess_materials(&self) -> usize {
+        let exceeds = |s: &&Surface| {
+            let sum = |d: &Vec3| (d.clamp(Vec3::ZERO, Vec3::ONE) + s.specular).max_element() > 1.0;
+            !s.base_color && s.diffuse.iter().any(sum)
+        };
+        self.surfaces.iter().filter(exceeds).count()
+    }
+
+    /// The number of materials whose emission is not a number, negative, or too bright.
+    pub fn unsound_emitters(&self) -> usize {
+        let unsound = |s: &&Surface| sound_emission(s.emissive) != s.emissive;
+        self.surfaces.iter().filter(unsound).count()
+    }
+
+    /// Whether any lit shape is meant as a lamp: its emission, times a factor, is at least half of
+    /// white.
+    pub fn has_lamps(&self, emission: f32) -> bool {
+        let glows = |s: &Surface| emission * sound_emission(s.emissive).max_element() >= 0.5;
+        self.surfaces.iter().any(|s| !s.base_color && glows(s))
+    }
+
+    /// Whether any shape is luminous as a light.
+    pub fn has_emitters(&self) -> bool {
+        !self.emitters().is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{CompileOptions, Instancing};
+    use ivcam_inventor::iv::Document;
+    use ivcam_inventor::snapshot::Snapshot;
+
+    fn compile(text: &str, instancing: Instancing) -> RenderScene {
+        let text = format!("#Inventor V2.1 ascii\n{text}");
+        let document = Document::read_headerless("e.iv", text.into_bytes()).unwrap();
+        let options = CompileOptions {
+            instancing,
+            ..CompileOptions::default()
+        };
+        RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap()
+    }
+
+    /// The mean of 1/density over points on all lights is their area (of the half that is seen).
+    #[test]
+    fn points_on_lights_have_the_density_of_the_area() {
+        let pi = std::f64::consts::PI;
+        let glow = "Material { emissiveColor 2 1 1 }";
+        for (shape, area) in [
+            ("Cube { width 3 }", 32.0),
+            ("Sphere { radius 2 }", 8.0 * pi),
+            ("Cylinder { height 3 }", 6.0 * pi + 2.0 * pi),
+            ("Cone { }", pi + pi * 5f64.sqrt()),
+            (
+                "Separator { Cube { } } Material { emissiveColor 9 9 9 } Sphere { }",
+                24.0 + 2.0 * pi,
+            ),
+        ] {
+            for way in [Instancing::WhereItPays, Instancing::Everywhere] {
+                let scene = compile(&format!("{glow} {shape}"), way);
+                let emitters = scene.emitters();
+                let eye = Vec3::new(1.0, 2.0, 100.0);
+                let n = 200u16;
+                let (mut sum, mut square) = (0.0f64, 0.0f64);
+                for i in 0..n * n {
+                    let u = [i / n, i % n].map(|k| (f32::from(k) + 0.5) / f32::from(n));
+                    let choice = (f32::from(i) * 0.618_034).fract();
+                    let point = emitters.sample(&scene, eye, choice, u).unwrap();
+                    let inverse = 1.0 / f64::from(point.density);
+                    (sum, square) = (sum + inverse, square + inverse * inverse);
+                }
+                let count = f64::from(n) * f64::from(n);
+                let mean = sum / count;
+                let sigma = ((square / count - mean * mean).max(0.0) / count).sqrt();
+                assert!(
+                    (mean - area).abs() < 4.0 * sigma + 1e-3 * area,
+                    "{shape}: {mean} {area}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_sky_shows_the_level_of_the_ambient_light() {
+        let scene = compile(
+            "Environment { ambientIntensity .5 } Cube { }",
+            Instancing::WhereItPays,
+        );
+        let expected = 0.5 * 0.2 / 0.8;
+        assert!((scene.ambient_radiance() - expected).abs().max_element() < 1e-6);
+    }
+}

@@ -1,0 +1,205 @@
+//! The light of one lamp at a turn of a path: a light of the file, a luminous shape, or the
+//! environment.
+//!
+//! A light of the file shows ρ·I·cos θ on a matte color ρ, by the old equation. With the BRDF ρ/π it
+//! brings the irradiance π·I·cos θ. Its size only moves the point that it is seen at: attenuation
+//! and spot stay those of its center.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use ivcam_inventor::traversal::state::LightKind;
+
+use super::frame::{Frame, cone_direction};
+use super::material::Material;
+use super::sky::SUN_ANGLE;
+use super::tracer::PathTracer;
+use super::vertex::Vertex;
+use crate::bvh::Ray;
+use crate::scene::{Light, Point, SHADOW_END};
+
+/// The largest number of lights of which each is considered; of more, as many are drawn.
+const CONSIDERED: usize = 16;
+
+/// A ray toward a lamp, with the light that comes along it if nothing is in the way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LampRay {
+    pub ray: Ray,
+    pub light: Vec3,
+    /// Whether the lamp is a thing that other rays may meet.
+    pub is_seen: bool,
+    /// Whether anything may be in the way.
+    pub has_shadow: bool,
+}
+
+/// The part of a light that was found in one of two ways, by the power heuristic.
+pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
+    if own == f32::INFINITY {
+        return 1.0;
+    }
+    let ratio = other / own;
+    1.0 / (1.0 + ratio * ratio)
+}
+
+impl PathTracer<'_> {
+    /// Draws one light of the file in proportion to its light at a point without shadows.
+    pub(super) fn file_light(
+        &self,
+        point: &Point<'_>,
+        vertex: &Vertex,
+        choice: [f32; 2],
+        u: [f32; 2],
+    ) -> Option<LampRay> {
+        let settings = &self.settings;
+        let set = self.scene.lights_of(point.surface);
+        let count = self.scene.light_count(point.surface.lights)
+            + usize::from(settings.headlight.is_some())
+            + usize::from(settings.own.sun.is_some());
+        let lights = set.chain(settings.headlight).chain(&settings.own.sun);
+        let own = settings.own;
+        let is_sized = own.light_radius > 0.0 || own.sun_angle > 0.0 || own.sun.is_some();
+        let (mut pick, mut chosen, mut total) = (choice[0], None, 0.0f32);
+        let mut next = 0;
+        for (number, light) in lights.enumerate() {
+            if count > CONSIDERED && number != stratum(next, count, choice[1]) {
+                continue;
+            }
+            next += 1;
+            let incident = light.reach(point.position);
+            // A large lamp may shine on a point that its center does not shine on.
+            let value = match is_sized {
+                true => incident.color.abs(),
+                false => vertex.eval(incident.toward).0 * incident.color.abs(),
+            };
+            let weight = value.element_sum();
+            if !(weight > 0.0 && weight.is_finite()) {
+                continue;
+            }
+            total += weight;
+            let share = weight / total;
+            if pick < share {
+                (chosen, pick) = (Some((light, weight)), pick / share);
+            } else {
+                pick = (pick - share) / (1.0 - share);
+            }
+        }
+        let (light, weight) = chosen?;
+        let considered = next.max(1) as f32 / count.max(1) as f32;
+        self.light_at(light, point, vertex, u, total / (weight * considered))
+    }
+
+    /// The light of a light of the file at a point, times a factor.
+    fn light_at(
+        &self,
+        light: &Light,
+        point: &Point<'_>,
+        vertex: &Vertex,
+        u: [f32; 2],
+        factor: f32,
+    ) -> Option<LampRay> {
+        let incident = light.reach(point.position);
+        let own = self.settings.own;
+        let is_sun = own.sun.as_ref().is_some_and(|sun| std::ptr::eq(sun, light));
+        let sun_angle = own.sun_angle.max(if is_sun { SUN_ANGLE } else { 0.0 });
+        let (toward, distance) = match light.kind {
+            LightKind::Directional if sun_angle > 0.0 => {
+                let edge = libm::cosf(0.5 * sun_angle.min(PI));
+                (cone_direction(incident.toward, edge, u), f32::INFINITY)
+            }
+            LightKind::Directional => (incident.toward, f32::INFINITY),
+            _ if own.light_radius > 0.0 => {
+                // A disc that faces the point, as large as the sphere looks from far away.
+                let radius = own.light_radius.min(0.9 * incident.distance);
+                let (r, turn) = (radius * u[0].sqrt(), std::f32::consts::TAU * u[1]);
+                let across = Vec3::new(r * libm::cosf(turn), r * libm::sinf(turn), 0.0);
+                let to = incident.distance * incident.toward
+                    + Frame::around(incident.toward).world(across);
+                (to.normalize_or(incident.toward), to.length())
+            }
+            _ => (incident.toward, incident.distance),
+        };
+        let light_here = vertex.eval(toward).0 * incident.color * (PI * factor);
+        if light_here == Vec3::ZERO {
+            return None;
+        }
+        let mut ray = point.leave_anywhere(toward);
+        ray.t_max = distance * SHADOW_END;
+        Some(LampRay {
+            ray,
+            light: light_here,
+            is_seen: false,
+            has_shadow: self.settings.shadows_at_eye || !light.at_eye,
+        })
+    }
+
+    /// Draws a point on a luminous shape.
+    pub(super) fn luminous_shape(
+        &self,
+        point: &Point<'_>,
+        vertex: &Vertex,
+        choice: f32,
+        u: [f32; 2],
+    ) -> Option<LampRay> {
+        let emitters = self.scene.emitters();
+        let lamp = emitters.sample(self.scene, point.position, choice, u)?;
+        let to = lamp.position - point.position;
+        let distance = to.length();
+        let toward = to / distance;
+        let (scattered, pdf) = vertex.eval(toward);
+        if scattered == Vec3::ZERO || !(distance > 0.0) {
+            return None;
+        }
+        let mut ray = point.leave_anywhere(toward);
+        let mut hit = lamp.hit;
+        hit.t = distance;
+        if !self.scene.is_visible(&ray, &hit) {
+            return None;
+        }
+        let there = self.scene.point(&ray, &hit);
+        let emission = Material::of(&there, &self.settings).emission;
+        let density = lamp.density * distance * distance / there.geometric.dot(toward).abs();
+        let weight = power_heuristic(density, pdf) / density;
+        let light = scattered * emission * ((1.0 - there.transparency) * weight);
+        ray.t_max = distance * (1.0 - 1e-4);
+        (light != Vec3::ZERO && light.is_finite()).then_some(LampRay {
+            ray,
+            light,
+            is_seen: true,
+            has_shadow: true,
+        })
+    }
+
+    /// Draws a direction of the environment picture.
+    pub(super) fn environment_light(
+        &self,
+        point: &Point<'_>,
+        vertex: &Vertex,
+        choice: f32,
+        u: [f32; 2],
+    ) -> Option<LampRay> {
+        let environment = self.settings.own.environment.as_ref()?;
+        if environment.is_black() {
+            return None;
+        }
+        let toward = environment.sample(choice, u);
+        let (scattered, pdf) = vertex.eval(toward);
+        let (radiance, density) = environment.radiance(toward);
+        let weight = power_heuristic(density, pdf) / density;
+        let light = scattered * radiance * weight;
+        (light != Vec3::ZERO && light.is_finite()).then(|| LampRay {
+            ray: point.leave_anywhere(toward),
+            light,
+            is_seen: true,
+            has_shadow: true,
+        })
+    }
+}
+
+/// The number of the light in one of [`CONSIDERED`] equal parts of a list.
+fn stratum(part: usize, count: usize, u: f32) -> usize {
+    let at = (part as f32 + u) / CONSIDERED as f32 * count as f32;
+    match part < CONSIDERED {
+        true => (at as usize).min(count - 1),
+        false => usize::MAX,
+    }
+}

@@ -1,0 +1,57 @@
+//! The material at a point: Inventor's values as emission and scattering.
+
+use glam::Vec3;
+
+use super::bsdf::{Reflectance, conserving};
+use super::microfacets::Microfacets;
+use super::options::PathSettings;
+use crate::scene::{Point, sound_emission};
+
+/// The material at a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Material {
+    /// The radiance of the opaque part.
+    pub emission: Vec3,
+    /// The scattering of the opaque part; `None` if the shape is unlit.
+    pub reflectance: Option<Reflectance>,
+    /// Whether the layer is a mirror, whatever its microfacets.
+    pub is_mirror: bool,
+}
+
+impl Material {
+    /// The material of a point. A texture replaces or changes the diffuse color, the specular color
+    /// and the emission by OpenGL's rules; what it paints over a surface is lit as the surface is.
+    pub(super) fn of(point: &Point<'_>, settings: &PathSettings<'_>) -> Self {
+        let surface = point.surface;
+        if surface.base_color {
+            return Self {
+                emission: sound_emission(point.textured(point.diffuse)),
+                reflectance: None,
+                is_mirror: false,
+            };
+        }
+        let black = point.textured(Vec3::ZERO);
+        let linear = |color: Vec3| point.textured(color) - black;
+        let mirror = surface.mirror();
+        let is_mirror = settings
+            .mirrors
+            .is_some_and(|least| mirror.max_element() >= least && mirror != Vec3::ZERO);
+        let specular = if is_mirror { mirror } else { surface.specular };
+        let (diffuse, specular) = conserving(
+            point.textured(point.diffuse).min(Vec3::ONE),
+            linear(specular),
+        );
+        Self {
+            emission: sound_emission(linear(surface.emissive) * settings.own.emission),
+            reflectance: Some(Reflectance {
+                diffuse,
+                specular,
+                facets: match is_mirror {
+                    true => Microfacets { alpha: 0.0 },
+                    false => Microfacets::of_exponent(surface.exponent()),
+                },
+            }),
+            is_mirror,
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! Follows paths from the camera, those of a packet side by side.
+
+use glam::Vec3;
+use ivcam_base::math::lanes::LANES;
+use ivcam_optics::sampling::PathPoints;
+
+use super::lamps::{LampRay, power_heuristic};
+use super::material::Material;
+use super::options::PathSettings;
+use super::vertex::{Vertex, refract};
+use crate::bvh::{Hit, Ray, RayPacket};
+use crate::scene::{Point, RenderScene, sound_emission};
+use crate::shade::counts::RayCounts;
+use crate::shade::lighting::clearness;
+
+/// The pairs of random numbers of a turn.
+const PAIRS: u32 = 8;
+/// The number of turns after which a path may end at random.
+const CERTAIN_TURNS: u32 = 3;
+/// The largest probability to go on after that. It bounds the length of paths between surfaces that
+/// absorb nothing.
+const MOST_SURVIVORS: f32 = 0.99;
+/// The largest number of surfaces that a path meets.
+const MOST_STEPS: u32 = 100_000;
+/// The number of rays toward lamps from which a packet is faster than single rays.
+const PACKET_FROM: usize = 8;
+
+/// What lights a scene as a whole.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::shade) struct PathLights {
+    /// The radiance of the even sky that stands for the file's ambient light.
+    sky: Vec3,
+    /// Whether the background lights the scene.
+    background: bool,
+    /// Whether there are luminous shapes.
+    emitters: bool,
+    /// Whether light from what is seen is stopped as light from the file's lights is.
+    plain: bool,
+}
+
+impl PathLights {
+    pub(in crate::shade) fn of(scene: &RenderScene, settings: &PathSettings<'_>) -> Self {
+        let environment = settings.own.environment.as_ref();
+        let sky = match environment {
+            Some(_) => Vec3::ZERO,
+            None => scene.ambient_radiance(),
+        };
+        let emitters = !scene.emitters().is_empty();
+        let is_lit = emitters
+            || sky != Vec3::ZERO
+            || scene.has_lights()
+            || settings.headlight.is_some()
+            || settings.own.sun.is_some()
+            || environment.is_some();
+        Self {
+            sky,
+            background: settings.own.background_lights || !is_lit,
+            emitters,
+            plain: scene.sees_what_casts_shadows(),
+        }
+    }
+}
+
+/// A ray from the camera with its hit and the random numbers of its sample.
+pub(in crate::shade) struct CameraPath {
+    pub lane: usize,
+    pub ray: Ray,
+    pub hit: Option<Hit>,
+    pub points: PathPoints,
+}
+
+/// A path that is followed.
+struct Walk {
+    lane: usize,
+    ray: Ray,
+    hit: Option<Hit>,
+    points: PathPoints,
+    /// The fraction of the light at the ray's end that reaches the camera.
+    share: Vec3,
+    /// The light found so far: seen directly or scattered once, and the rest.
+    light: [Vec3; 2],
+    /// The surfaces met so far.
+    steps: u32,
+    /// The surfaces that scattered the path.
+    turns: u32,
+    /// The density with which the ray was drawn; infinite for one from the camera or a mirror.
+    pdf: f32,
+    /// Whether only mirrors and glass have turned the path, which then shows what the camera sees.
+    is_straight: bool,
+    /// Whether the ray is the camera's own.
+    is_first: bool,
+}
+
+impl Walk {
+    fn new(path: CameraPath) -> Self {
+        Self {
+            lane: path.lane,
+            ray: path.ray,
+            hit: path.hit,
+            points: path.points,
+            share: Vec3::ONE,
+            light: [Vec3::ZERO; 2],
+            steps: 0,
+            turns: 0,
+            pdf: f32::INFINITY,
+            is_straight: true,
+            is_first: true,
+        }
+    }
+
+    /// Adds light that surfaces have scattered a number of times.
+    fn add(&mut self, light: Vec3, scattered: u32) {
+        let value = self.share * light;
+        if value.is_finite() {
+            self.light[usize::from(scattered > 1)] += value;
+        }
+    }
+}
+
+/// The buffers of a thread.
+#[derive(Default)]
+pub(in crate::shade) struct PathWork {
+    walks: Vec<Walk>,
+    /// Rays toward lamps, each with the number of its path and of the surfaces that scatter its
+    /// light.
+    lamps: Vec<(usize, u32, LampRay)>,
+}
+
+impl std::fmt::Debug for PathWork {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("PathWork").finish_non_exhaustive()
+    }
+}
+
+/// Computes radiances by following paths.
+pub(in crate::shade) struct PathTracer<'a> {
+    pub scene: &'a RenderScene,
+    pub settings: PathSettings<'a>,
+    pub lights: PathLights,
+}
+
+impl PathTracer<'_> {
+    /// Follows paths to their ends and passes the radiance of each with its lane.
+    pub(in crate::shade) fn follow(
+        &self,
+        paths: impl Iterator<Item = CameraPath>,
+        work: &mut PathWork,
+        counts: &mut RayCounts,
+        mut found: impl FnMut(usize, Vec3),
+    ) {
+        let PathWork { walks, lamps } = work;
+        walks.clear();
+        walks.extend(paths.map(Walk::new));
+        let mut live: Vec<usize> = (0..walks.len()).collect();
+        while !live.is_empty() {
+            lamps.clear();
+            live.retain(|&i| self.step(i, &mut walks[i], lamps));
+            self.light_up(walks, lamps, counts);
+            counts.scene += live.len() as u64;
+            for &i in &live {
+                let walk = &mut walks[i];
+                walk.hit = match walk.is_first {
+                    true => self.scene.hit(&walk.ray),
+                    false => self.scene.hit_seen(&walk.ray),
+                };
+            }
+        }
+        for walk in walks.iter() {
+            let [direct, indirect] = walk.light;
+            let most = indirect.max_element();
+            let limited = match self.settings.own.clamp {
+                Some(limit) if most > limit => indirect * (limit / most),
+                _ => indirect,
+            };
+            found(walk.lane, direct + limited);
+        }
+    }
+
+    /// Adds the light of lamps to their paths, where nothing is in the way.
+    fn light_up(
+        &self,
+        walks: &mut [Walk],
+        lamps: &mut [(usize, u32, LampRay)],
+        counts: &mut RayCounts,
+    ) {
+        let is_simple = |lamp: &LampRay| !lamp.is_seen || self.lights.plain;
+        for some in lamps.chunks(LANES) {
+            let mut through = [1.0; LANES];
+            let mut rays = RayPacket::default();
+            for (slot, (_, _, lamp)) in some.iter().enumerate() {
+                if !lamp.has_shadow {
+                    continue;
+                }
+                counts.shadow += 1;
+                if !is_simple(lamp) {
+                    through[slot] = self.scene.clear_share(&lamp.ray);
+                } else if some.len() < PACKET_FROM {
+                    through[slot] = self.scene.transmittance(&lamp.ray, lamp.ray.t_max);
+                } else {
+                    rays.set(slot, &lamp.ray);
+                }
+            }
+            if rays.mask != 0 {
+                let mut clear = [1.0; LANES];
+                self.scene.transmittances(&rays, &mut clear);
+                for slot in ivcam_base::math::lanes::bits(rays.mask) {
+                    through[slot] = clear[slot];
+                }
+            }
+            for (slot, (walk, scattered, lamp)) in some.iter().enumerate() {
+                let walk = &mut walks[*walk];
+                let value = lamp.light * through[slot];
+                if value.is_finite() {
+                    walk.light[usize::from(*scattered > 1)] += value;
+                }
+            }
+        }
+    }
+
+    /// Takes a path from the end of its ray to its next ray. Returns whether it goes on.
+    fn step(&self, number: usize, walk: &mut Walk, lamps: &mut Vec<(usize, u32, LampRay)>) -> bool {
+        let Some(hit) = walk.hit else {
+            self.leave_scene(walk);
+            return false;
+        };
+        let point = self.scene.point(&walk.ray, &hit);
+        let first = walk.steps * PAIRS;
+        let pair = |points: &PathPoints, of: u32| points.pair(first + of);
+        walk.steps += 1;
+        let [lobe, passing] = pair(&walk.points, 0);
+        if point.transparency > 0.0 && passing < point.transparency {
+            return self.pass(walk, &hit, &point, lobe);
+        }
+        if walk.is_straight {
+            let clear = clearness(&point, walk.ray.origin, self.settings.backward);
+            if clear < 1.0 {
+                walk.add(
+                    (1.0 - clear) * point.surface.environment.fog_color,
+                    walk.turns,
+                );
+                walk.share *= clear;
+            }
+        }
+        let material = Material::of(&point, &self.settings);
+        self.add_emission(walk, &hit, &point, material.emission);
+        let most = self.settings.own.max_depth.unwrap_or(u32::MAX);
+        let Some(reflectance) = material.reflectance.filter(|_| walk.turns < most) else {
+            return false;
+        };
+        let direction = walk.ray.direction.normalize_or(Vec3::NEG_Z);
+        let vertex = Vertex::new(&point, direction, reflectance, material.is_mirror);
+        let points = &walk.points;
+        let found = [
+            self.file_light(&point, &vertex, pair(points, 2), pair(points, 3)),
+            match self.lights.emitters {
+                true => {
+                    let [choice, _] = pair(points, 6);
+                    self.luminous_shape(&point, &vertex, choice, pair(points, 4))
+                }
+                false => None,
+            },
+            match self.settings.own.environment.is_some() {
+                true => {
+                    let [_, choice] = pair(points, 6);
+                    self.environment_light(&point, &vertex, choice, pair(points, 5))
+                }
+                false => None,
+            },
+        ];
+        for mut lamp in found.into_iter().flatten() {
+            lamp.light *= walk.share;
+            lamps.push((number, walk.turns + 1, lamp));
+        }
+        let Some((toward, drawn)) = vertex.sample(lobe, pair(points, 1)) else {
+            return false;
+        };
+        let [survival, _] = pair(points, 7);
+        let ray = point.leave_anywhere(toward);
+        self.turn(walk, ray, drawn.weight, drawn.pdf, survival)
+    }
+
+    /// Adds the emission of a surface to a path that meets it.
+    fn add_emission(&self, walk: &mut Walk, hit: &Hit, point: &Point<'_>, emission: Vec3) {
+        if emission == Vec3::ZERO {
+            return;
+        }
+        let mut weight = 1.0;
+        if walk.pdf < f32::INFINITY && self.lights.emitters {
+            let from = walk.ray.origin;
+            let emitters = self.scene.emitters();
+            let density = emitters.density(self.scene, from, point.position, hit);
+            let square = (point.position - from).length_squared();
+            let cosine = point.geometric.dot(walk.ray.direction.normalize_or_zero());
+            weight = power_heuristic(walk.pdf, density * square / cosine.abs());
+        }
+        walk.add(emission * weight, walk.turns);
+    }
+
+    /// Adds the light from outside of the scene to a path that leaves it.
+    fn leave_scene(&self, walk: &mut Walk) {
+        let background = self.scene.background();
+        let direction = walk.ray.direction;
+        let own = self.settings.own;
+        let environment = own.environment.as_ref().filter(|e| !e.is_black());
+        let light = if walk.is_straight {
+            match environment {
+                Some(light) if background.is_black() => light.radiance(direction).0,
+                _ => background.color(direction),
+            }
+        } else {
+            let mut light = self.lights.sky;
+            if self.lights.background {
+                light += sound_emission(background.color(direction));
+            }
+            if let Some(environment) = environment {
+                let (radiance, density) = environment.radiance(direction);
+                light += radiance * power_heuristic(walk.pdf, density);
+            }
+            light
+        };
+        walk.add(light, walk.turns);
+    }
+
+    /// Takes a path through a transparent surface, straight on or bent by its index of refraction.
+    fn pass(&self, walk: &mut Walk, hit: &Hit, point: &Point<'_>, choice: f32) -> bool {
+        let index = point.surface.refraction;
+        if index == 1.0 || !(index > 0.0) {
+            walk.ray = self.scene.continue_behind(&walk.ray, hit);
+            return walk.steps < MOST_STEPS;
+        }
+        let d = walk.ray.direction.normalize_or(Vec3::NEG_Z);
+        let own = point.normal.normalize_or(point.geometric);
+        let normal = if own.dot(d) > 0.0 { -own } else { own };
+        let ratio = if point.front { 1.0 / index } else { index };
+        let mirrored = || d - 2.0 * d.dot(normal) * normal;
+        let direction = match refract(d, normal, ratio) {
+            Some((share, ahead)) if choice >= share => ahead,
+            _ => mirrored(),
+        };
+        let most = self.settings.own.max_depth.unwrap_or(u32::MAX);
+        let [survival, _] = walk.points.pair(walk.steps * PAIRS - 1);
+        walk.turns < most
+            && self.turn(
+                walk,
+                point.leave_anywhere(direction),
+                Vec3::ONE,
+                f32::INFINITY,
+                survival,
+            )
+    }
+
+    /// Sends a path on along a ray. Returns false if it ends here.
+    fn turn(&self, walk: &mut Walk, ray: Ray, weight: Vec3, pdf: f32, survival: f32) -> bool {
+        walk.ray = ray;
+        walk.share *= weight;
+        walk.turns += 1;
+        walk.is_straight &= pdf == f32::INFINITY;
+        walk.is_first = false;
+        walk.pdf = pdf;
+        if walk.turns > CERTAIN_TURNS {
+            let goes_on = walk.share.max_element().min(MOST_SURVIVORS);
+            if !(survival < goes_on) {
+                return false;
+            }
+            walk.share /= goes_on;
+        }
+        walk.share.is_finite() && walk.share != Vec3::ZERO && walk.steps < MOST_STEPS
+    }
+}

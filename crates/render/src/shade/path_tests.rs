@@ -1,0 +1,324 @@
+//! Tests of model `i` on scenes whose light is known.
+
+use glam::Vec3;
+use ivcam_base::math::lanes::{LANES, Vec3Lanes, of_lane};
+use ivcam_inventor::iv::Document;
+use ivcam_inventor::snapshot::Snapshot;
+use ivcam_optics::sampling::PathPoints;
+
+use super::{EnvironmentLight, PathOptions, ShadeOptions, Shader, Shading, Work};
+use crate::bvh::{PacketHits, Ray, RayPacket};
+use crate::scene::{CompileOptions, Light, RenderScene};
+
+fn compile(text: &str) -> RenderScene {
+    let text = format!("#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }}\n{text}");
+    let document = Document::read_headerless("path.iv", text.into_bytes()).unwrap();
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default()).unwrap()
+}
+
+fn with(path: PathOptions) -> ShadeOptions {
+    ShadeOptions {
+        path,
+        ..ShadeOptions::default()
+    }
+}
+
+fn at_depth(depth: u32) -> ShadeOptions {
+    with(PathOptions {
+        max_depth: Some(depth),
+        ..PathOptions::default()
+    })
+}
+
+/// The mean radiance along a ray over a number of samples, and its standard error.
+fn mean(scene: &RenderScene, options: &ShadeOptions, ray: &Ray, count: u64) -> (f64, f64) {
+    let shader = Shader::new(scene, Shading::Path, options.clone());
+    let (mut work, mut hits) = (Work::default(), PacketHits::default());
+    let mut rays = RayPacket::default();
+    (0..LANES).for_each(|lane| rays.set(lane, ray));
+    let (mut sum, mut square) = (0.0, 0.0);
+    for first in 0..count / LANES as u64 {
+        let points = std::array::from_fn(|lane| {
+            PathPoints::independent(first * LANES as u64 + lane as u64 + 1)
+        });
+        let mut radiances = Vec3Lanes::default();
+        shader.radiances_of_samples(&rays, &points, &mut hits, &mut radiances, &mut work);
+        for lane in 0..LANES {
+            let value = f64::from(of_lane(&radiances, lane).x);
+            (sum, square) = (sum + value, square + value * value);
+        }
+    }
+    let n = (count / LANES as u64 * LANES as u64) as f64;
+    let mean = sum / n;
+    (mean, ((square / n - mean * mean).max(0.0) / n).sqrt())
+}
+
+/// Asserts that a mean is as expected: |z| above 4.4 has a probability of 1e-5.
+fn expect(name: &str, (mean, sigma): (f64, f64), expected: f64) {
+    let z = (mean - expected).abs() / sigma.max(1e-6 * expected.max(1e-3));
+    assert!(z < 4.4, "{name}: {mean} ± {sigma}, not {expected}");
+}
+
+/// Light that is reflected n times has the share aⁿ of the emission: e/(1 − a) in sum.
+#[test]
+fn a_closed_room_of_one_material_shows_its_emission_over_what_it_absorbs() {
+    for shape in [
+        "Sphere { radius 2 }",
+        "Cube { width 3 }",
+        "Scale { scaleFactor 3 2 2 } Sphere { }",
+    ] {
+        for albedo in [0.1, 0.5, 0.9, 0.99] {
+            let text =
+                format!("Material {{ diffuseColor {albedo} 0 0 emissiveColor .5 0 0 }} {shape}");
+            let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.5, 0.3, -0.8));
+            let found = mean(&compile(&text), &ShadeOptions::default(), &ray, 20_000);
+            expect(&format!("{shape} {albedo}"), found, 0.5 / (1.0 - albedo));
+        }
+    }
+}
+
+/// Rays from above onto a floor with a box.
+fn rays() -> impl Iterator<Item = Ray> {
+    (0..400u16).map(|i| {
+        let at = |k: u16| (f32::from(k) + 0.37) / 20.0 - 0.5;
+        let aim = Vec3::new(5.0 * at(i % 20), -1.7, 5.0 * at(i / 20));
+        let eye = Vec3::new(0.3, 6.0, 4.0);
+        Ray::new(eye, aim - eye)
+    })
+}
+
+const FLOOR: &str = "Translation { translation 0 -1.7 0 } Material { diffuseColor .7 .4 .2 } \
+    Separator { Translation { translation 0 -.5 0 } Cube { width 9 height 1 depth 9 } } \
+    Translation { translation 0 .5 0 } Cube { height 1 width 1 depth 1 }";
+
+#[test]
+fn a_matte_scene_with_one_turn_of_light_is_that_of_model_r() {
+    let point = "Environment { attenuation .1 .2 1 ambientIntensity 0 } \
+        PointLight { location 2 3 1 intensity .8 color 1 .8 .6 }";
+    let sun = "DirectionalLight { direction -1 -2 -.5 intensity .6 }";
+    let spot = "SpotLight { location -2 4 1 direction 2 -4 -1 cutOffAngle .5 dropOffRate .3 }";
+    for lights in [point, sun, spot] {
+        let scene = compile(&format!("{lights} {FLOOR}"));
+        let r = Shader::new(&scene, Shading::Recursive, ShadeOptions::default());
+        let i = Shader::new(&scene, Shading::Path, at_depth(1));
+        let (mut work, mut lit) = (Work::default(), 0);
+        for ray in rays() {
+            let (known, found) = (r.radiance(&ray, &mut work), i.radiance(&ray, &mut work));
+            lit += usize::from(known.x > 0.05);
+            let off = (known - found).abs().max_element();
+            assert!(off < 2e-5, "{lights}: {known} {found}");
+        }
+        assert!(lit > 100, "{lights}: {lit}");
+    }
+    // Of several lights each sample shows one, in the mean all of them.
+    let scene = compile(&format!("{point} {sun} {spot} {FLOOR}"));
+    let r = Shader::new(&scene, Shading::Recursive, ShadeOptions::default());
+    for ray in rays().step_by(37) {
+        let known = f64::from(r.radiance(&ray, &mut Work::default()).x);
+        expect(
+            "three lights",
+            mean(&scene, &at_depth(1), &ray, 4_000),
+            known,
+        );
+    }
+    let many: String = (0..90)
+        .map(|i| {
+            format!(
+                "PointLight {{ location {} 3 {} intensity .02 }}\n",
+                i % 9 - 4,
+                i / 9 - 5
+            )
+        })
+        .collect();
+    let scene = compile(&format!("{many} {FLOOR}"));
+    let r = Shader::new(&scene, Shading::Diffuse, ShadeOptions::default());
+    let open = Ray::new(Vec3::new(3.0, 6.0, 3.0), Vec3::NEG_Y);
+    let known = f64::from(r.radiance(&open, &mut Work::default()).x);
+    expect(
+        "ninety lights",
+        mean(&scene, &at_depth(1), &open, 4_000),
+        known,
+    );
+}
+
+#[test]
+fn a_large_lamp_far_away_brings_the_irradiance_of_a_point() {
+    let light = "PointLight { location 1 20 2 } DirectionalLight { direction .2 -1 .1 }";
+    let scene = compile(&format!("{light} {FLOOR}"));
+    let ray = Ray::new(Vec3::new(3.0, 5.0, 3.0), Vec3::NEG_Y);
+    let small = mean(&scene, &at_depth(1), &ray, 20_000);
+    let large = with(PathOptions {
+        max_depth: Some(1),
+        light_radius: 0.5,
+        sun_angle: 0.05,
+        ..PathOptions::default()
+    });
+    let (found, sigma) = mean(&scene, &large, &ray, 20_000);
+    expect("large lamps", (found, sigma + small.1), small.0);
+    // Half of a large lamp that is half hidden by the edge of a wall.
+    let wall = "Separator { Translation { translation -10 5 0 } \
+        Cube { width 20 height .1 depth 20 } }";
+    let scene = compile(&format!("PointLight {{ location 0 10 0 }} {wall} {FLOOR}"));
+    let ray = Ray::new(Vec3::new(0.0, 4.0, 3.0), Vec3::NEG_Y);
+    let open = compile(&format!("PointLight {{ location 0 10 0 }} {FLOOR}"));
+    let whole = mean(&open, &at_depth(1), &ray, 64).0;
+    expect(
+        "half of a lamp",
+        mean(&scene, &large, &ray, 20_000),
+        0.5 * whole,
+    );
+}
+
+/// A sphere of radiance L and radius r, straight above at a distance d, brings the irradiance
+/// π L r²/d²; a disc below it of albedo ρ shows ρ/π of that.
+#[test]
+fn luminous_shapes_light_the_scene() {
+    let floor = "Material { diffuseColor .8 0 0 } Separator { Translation { translation 0 -.5 0 } \
+        Cube { width 90 height 1 depth 90 } }";
+    let ray = Ray::new(Vec3::new(1.0, 1.0, 0.0), Vec3::new(-1.0, -1.0, 0.0));
+    for (shape, share) in [
+        (
+            "Translation { translation 0 3 0 } Sphere { radius .5 }",
+            0.25 / 9.0,
+        ),
+        // A disc: r²/(r² + d²).
+        (
+            "Translation { translation 0 3 0 } Cylinder { parts BOTTOM radius 1 height 2 }",
+            1.0 / 5.0,
+        ),
+        // The same disc as a polygon with 400 corners.
+        ("DISC", 1.0 / 5.0),
+    ] {
+        let polygon: String = (0..400)
+            .map(|i| {
+                let turn = f64::from(i) * std::f64::consts::TAU / 400.0;
+                format!("{} 2 {}, ", libm::cos(turn), libm::sin(turn))
+            })
+            .collect();
+        let disc = format!("Coordinate3 {{ point [ {polygon} ] }} FaceSet {{ numVertices 400 }}");
+        let shape = shape.replace("DISC", &disc);
+        let text = format!("{floor} Material {{ diffuseColor 0 0 0 emissiveColor 4 0 0 }} {shape}");
+        let scene = compile(&text);
+        let (found, sigma) = mean(&scene, &at_depth(1), &ray, 40_000);
+        // The polygon's area is 4e-5 less than the circle's.
+        expect(
+            &shape[..40],
+            (found, sigma.max(1e-4 * found)),
+            0.8 * 4.0 * share,
+        );
+        assert!(sigma < 0.01 * found, "{sigma} of {found}");
+    }
+}
+
+#[test]
+fn an_even_sky_shows_a_matte_floor_in_its_color() {
+    let scene = compile(FLOOR);
+    let ray = Ray::new(Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Y);
+    for pixels in [vec![Vec3::splat(2.0); 8], vec![Vec3::splat(2.0); 1]] {
+        let (width, height) = if pixels.len() == 8 { (4, 2) } else { (1, 1) };
+        let light = EnvironmentLight::new(width, height, pixels).unwrap();
+        let options = with(PathOptions {
+            max_depth: Some(1),
+            environment: Some(light.into()),
+            ..PathOptions::default()
+        });
+        expect("sky", mean(&scene, &options, &ray, 20_000), 2.0 * 0.7);
+    }
+}
+
+/// The corners of the box have normals of a sphere, which are seen by rays from inside its walls.
+#[test]
+fn no_light_leaks_into_a_closed_box() {
+    let corners = "-1 -1 -1, 1 -1 -1, 1 1 -1, -1 1 -1, -1 -1 1, 1 -1 1, 1 1 1, -1 1 1";
+    let faces = "3 2 1 0 -1 4 5 6 7 -1 0 1 5 4 -1 1 2 6 5 -1 2 3 7 6 -1 3 0 4 7 -1";
+    for normals in [
+        "",
+        "NormalBinding { value PER_VERTEX_INDEXED } Normal { vector [ NORMALS ] }",
+    ] {
+        let normals = normals.replace("NORMALS", corners);
+        let scene = compile(&format!(
+            "PointLight {{ location 3 4 5 intensity 100 }} Material {{ diffuseColor .9 .9 .9 \
+             specularColor .1 .1 .1 }} Coordinate3 {{ point [ {corners} ] }} {normals} \
+             IndexedFaceSet {{ coordIndex [ {faces} ] }} \
+             Material {{ emissiveColor 99 99 99 }} Translation {{ translation 0 1.2 0 }} \
+             Sphere {{ radius .15 }}"
+        ));
+        for i in 0..200u16 {
+            let turn = f32::from(i) * 0.618_034;
+            let toward = Vec3::new(libm::cosf(turn), libm::sinf(3.1 * turn), libm::sinf(turn));
+            let ray = Ray::new(Vec3::new(0.1, 0.2, 0.1), toward);
+            let found = mean(&scene, &ShadeOptions::default(), &ray, 64);
+            assert!(found.0 == 0.0, "{toward}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn hostile_emission_and_dark_and_white_rooms_end_with_a_number() {
+    let ray = Ray::new(Vec3::new(0.1, 0.2, 0.3), Vec3::new(0.5, 0.3, -0.8));
+    for (material, most) in [
+        ("emissiveColor 1e30 -1e30 1e38 diffuseColor .5 .5 .5", 1e11),
+        (
+            "emissiveColor NaN 1 1 diffuseColor NaN 2 -3 specularColor 1e30 0 0",
+            10.0,
+        ),
+        ("emissiveColor 0 0 0 diffuseColor 0 0 0", 0.0),
+        // Nothing is absorbed and nothing shines.
+        ("diffuseColor 1 1 1", 0.0),
+    ] {
+        let scene = compile(&format!("Material {{ {material} }} Cube {{ }}"));
+        let (found, sigma) = mean(&scene, &ShadeOptions::default(), &ray, 320);
+        assert!(
+            (0.0..=most).contains(&found) && sigma.is_finite(),
+            "{material}: {found}"
+        );
+    }
+}
+
+/// With probability t a ray goes straight on: a pane shows (1 − t) of itself and t of the wall.
+#[test]
+fn a_transparent_pane_shows_what_is_behind_it_and_dims_what_shines_through() {
+    let pane = "Separator { Translation { translation 0 0 -2 } \
+        Material { diffuseColor 0 0 0 emissiveColor 1 0 0 transparency .75 } \
+        Cube { width 9 height 9 depth .001 } }";
+    let wall = "Translation { translation 0 0 -5 } \
+        Material { diffuseColor 0 0 0 emissiveColor 3 0 0 } Cube { width 99 height 99 depth .1 }";
+    let scene = compile(&format!("{pane} {wall}"));
+    let ray = Ray::new(Vec3::new(0.1, 0.3, 0.0), Vec3::NEG_Z);
+    // The pane has two faces.
+    let expected = 0.25 + 0.75 * 0.25 + 0.5625 * 3.0;
+    expect(
+        "pane",
+        mean(&scene, &ShadeOptions::default(), &ray, 20_000),
+        expected,
+    );
+}
+
+/// Glass that is lit from everywhere vanishes: what it reflects and what it lets through add up.
+#[test]
+fn clear_glass_and_mirrors_vanish_in_an_even_light() {
+    let room = "Material { diffuseColor 0 0 0 emissiveColor .5 0 0 } Sphere { radius 9 }";
+    let glass = "Material { transparency 1 } RefractiveIndex Separator { Sphere { radius 2 } }"
+        .replace("RefractiveIndex ", "");
+    let mirror = "Material { diffuseColor 0 0 0 specularColor 1 1 1 shininess 1 } Cube { }";
+    for (shape, mirrors) in [(glass.as_str(), None), (mirror, Some(0.5))] {
+        let scene = compile(&format!("{room} {shape}"));
+        let options = ShadeOptions {
+            mirrors,
+            ..ShadeOptions::default()
+        };
+        let ray = Ray::new(Vec3::new(0.3, 0.2, 5.0), Vec3::NEG_Z);
+        expect(shape, mean(&scene, &options, &ray, 20_000), 0.5);
+    }
+}
+
+#[test]
+fn a_headlight_lights_what_the_camera_sees_without_shadows() {
+    let scene = compile(FLOOR);
+    let options = ShadeOptions {
+        headlight: Some(Light::headlight(Vec3::NEG_Y)),
+        ..at_depth(1)
+    };
+    let ray = Ray::new(Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Y);
+    expect("headlight", mean(&scene, &options, &ray, 64), 0.7);
+}
