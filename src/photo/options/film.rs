@@ -202,23 +202,25 @@ pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new(
         "response",
         Takes::One("FILM"),
-        "how exposure becomes levels: linear, srgb, reversal, negative,paper, or files of density curves [linear]",
+        "how exposure becomes levels: linear, srgb, filmic, reversal, negative,paper, or files of density curves [linear; srgb for model i]",
     )
     .plan(
         |plan, words, _| {
-            if let Some(films) = words.text("response") {
-                plan.response = Response::open(films)?;
-            }
+            plan.response = match words.text("response") {
+                Some(films) => Response::open(films)?,
+                None => plan.usual_response(),
+            };
             Ok(())
         },
-        |plan, usual| {
-            unless_default(&plan.response, &usual.response, |response| response.name())
+        |plan, _| {
+            unless_default(&plan.response, &plan.usual_response(), |response| response.name())
         },
     )
     .describe(|plan| Some(plan.response.name()))
     .examples(&[
         "--response linear",
         "--response srgb",
+        "--response filmic",
         "--response reversal",
         "--response negative,paper",
         "--response films/negative.txt",

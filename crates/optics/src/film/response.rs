@@ -21,6 +21,8 @@ pub enum Response {
     Linear,
     /// The sRGB transfer curve over linear light.
     Srgb,
+    /// The sRGB transfer curve over linear light whose highlights are compressed: see [`shoulder`].
+    Filmic,
     /// One emulsion, or several that are exposed through each other in turn.
     Film(Arc<[Emulsion]>),
 }
@@ -45,7 +47,7 @@ const SHIPPED: [(&str, &str); 3] = [
 ];
 
 impl Response {
-    /// Returns the response that `words` names: `linear`, `srgb`, or emulsions separated by commas,
+    /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated by commas,
     /// each the name of a shipped one or the path of a file.
     ///
     /// # Errors
@@ -54,6 +56,7 @@ impl Response {
         match words {
             "linear" => return Ok(Self::Linear),
             "srgb" => return Ok(Self::Srgb),
+            "filmic" => return Ok(Self::Filmic),
             _ => {}
         }
         let films = words.split(',').map(|word| Emulsion::open(word.trim()));
@@ -65,6 +68,7 @@ impl Response {
         match self {
             Self::Linear => "linear".into(),
             Self::Srgb => "srgb".into(),
+            Self::Filmic => "filmic".into(),
             Self::Film(films) => {
                 let names: Vec<&str> = films.iter().map(|f| f.name.as_str()).collect();
                 names.join(",")
@@ -77,6 +81,7 @@ impl Response {
         match self {
             Self::Linear => clipped(exposure),
             Self::Srgb => encoded(clipped(exposure)),
+            Self::Filmic => encoded(clipped(shoulder(exposure))),
             Self::Film(_) if exposure.is_nan() => 0.0,
             Self::Film(films) => {
                 let through = |x, film: &Emulsion| film.light_through(x, channel);
@@ -92,6 +97,17 @@ fn clipped(x: f64) -> f64 {
         x.clamp(0.0, 1.0)
     } else {
         0.0
+    }
+}
+
+/// Compresses what is brighter than 60% of white, so that no highlight is clipped: there the level
+/// is 1 − 0.4·e^(−(x − 0.6)/0.4), which continues the line with its slope. White has 85%, and twice
+/// as much light 99%.
+fn shoulder(x: f64) -> f64 {
+    const START: f64 = 0.6;
+    match x > START {
+        true => 1.0 - (1.0 - START) * libm::exp((START - x) / (1.0 - START)),
+        false => x,
     }
 }
 
@@ -266,6 +282,18 @@ mod tests {
         for x in [f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e300] {
             assert!((0.0..=1.0).contains(&slide.level(x, 2)));
         }
+    }
+
+    #[test]
+    fn a_filmic_response_keeps_what_is_below_sixty_percent_and_clips_nothing() {
+        for x in [0.0, 0.18, 0.6] {
+            assert_eq!(Response::Filmic.level(x, 0), Response::Srgb.level(x, 0));
+        }
+        let levels = [0.6, 0.600_1, 0.8, 1.0, 2.0, 4.0].map(|x| Response::Filmic.level(x, 1));
+        assert!(levels.is_sorted_by(|a, b| a < b) && levels[5] < 1.0, "{levels:?}");
+        let slope = (shoulder(0.600_01) - 0.6) / 1e-5;
+        assert!((slope - 1.0).abs() < 1e-4);
+        assert_eq!(Response::Filmic.level(f64::NAN, 2), 0.0);
     }
 
     /// A positive whose density falls by 1 for a tenfold exposure reproduces light unchanged.
