@@ -236,8 +236,7 @@ fn lit(scratch: &Scratch, line: &str) -> (u8, String) {
     (levels.iter().copied().max().unwrap(), stderr(&run))
 }
 
-const HEADLIGHT_ON: &str =
-    "headlight: on, because the scene has no light; --headlight=off turns it off";
+const HEADLIGHT_ON: &str = "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly";
 
 #[test]
 fn a_scene_without_light_is_lit_from_the_camera_with_a_notice() {

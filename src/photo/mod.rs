@@ -8,10 +8,12 @@ mod actions;
 mod camera_choice;
 pub mod checkpoint;
 mod denoise;
+mod environment_picture;
 mod facts;
 pub(crate) mod headlight;
 mod layers;
 mod lens_settings;
+mod light_plan;
 mod memory;
 pub(crate) mod merge;
 pub mod options;
@@ -22,6 +24,7 @@ mod pose;
 mod session;
 mod snapshot_options;
 mod strips;
+mod studio;
 #[cfg(test)]
 mod tests;
 mod view;
@@ -33,6 +36,7 @@ pub use camera_choice::{CameraChoice, CameraNode};
 pub(crate) use checkpoint::Facts;
 pub(crate) use denoise::Denoiser;
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
+pub use light_plan::{Backdrop, LightPlan, Surroundings};
 pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 #[cfg(feature = "panels")]

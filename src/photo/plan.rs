@@ -20,11 +20,12 @@ use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 use ivcam_render::camera::Aim;
 use ivcam_render::geometry::text::Fonts;
 use ivcam_render::render::Stop;
-use ivcam_render::scene::TextureFilter;
+use ivcam_render::scene::{ColorCoding, TextureFilter};
 use ivcam_render::shade::Shading;
 
 use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
+use super::light_plan::LightPlan;
 use super::view::{Override, WholeView};
 
 /// The set of defaults that a plan starts from.
@@ -240,6 +241,8 @@ pub struct Plan {
     pub mirrors: Option<f32>,
     /// How textures are filtered. Default: as the scene asks.
     pub texture_filter: Option<TextureFilter>,
+    /// The choices of model `i`.
+    pub light: LightPlan,
     /// Whether what is not seen casts shadows: culled faces, and everything in the light of the
     /// headlight. The 1999 program: yes (a guess). Default: no.
     pub unseen_shadows: bool,
@@ -311,6 +314,15 @@ pub struct Plan {
 }
 
 impl Plan {
+    /// Returns the response of a film unless the plan states another. Model `i` computes with light,
+    /// so colors of a display show as themselves by the display's curve.
+    pub(crate) fn usual_response(&self) -> Response {
+        match self.shading == Shading::Path && self.light.colors == ColorCoding::Display {
+            true => Response::Srgb,
+            false => Response::Linear,
+        }
+    }
+
     /// Returns the lens, if it has a prescription.
     pub(crate) fn lens(&self) -> Option<&LensChoice> {
         match &self.optics {
@@ -352,6 +364,7 @@ impl Plan {
             headlight,
             mirrors: (era == Era::Vintage).then_some(0.0),
             texture_filter: None,
+            light: LightPlan::default(),
             unseen_shadows: era == Era::Vintage,
             sampler,
             seed: 0,

@@ -30,20 +30,24 @@ use ivcam_render::render::{
 #[cfg(test)]
 use ivcam_render::scene::Unneeded;
 use ivcam_render::scene::{
-    CompileOptions, Light, Needs, RenderScene, draws_nothing, precision_warning, snapshot,
+    ColorCoding, CompileOptions, Light, Needs, RenderScene, Studio, draws_nothing,
+    precision_warning, snapshot,
 };
-use ivcam_render::shade::{ShadeOptions, Shader, Shading};
+use ivcam_render::shade::{EnvironmentLight, PathOptions, ShadeOptions, Shader, Shading};
 use ivcam_render::team::Team;
 
 use super::camera_choice::camera_file;
 use super::checkpoint::Label;
+use super::environment_picture::environment_picture;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
+use super::light_plan::Surroundings;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose, view_of_everything};
 use super::snapshot_options::snapshot_for;
+use super::studio::{stopped_down, studio_of};
 use super::view::{Override, better_side};
 
 /// The options that two runs of one picture may have different values of.
@@ -92,6 +96,12 @@ pub struct Session {
     pub(crate) headlight_sources: HeadlightSources,
     /// The headlight of the environment file, in camera space.
     environment_headlight: Option<Light>,
+    /// What is added to the scene.
+    studio: Option<Studio>,
+    /// The factor of the exposure that a studio is metered for.
+    pub(super) metered: f64,
+    /// The light of the surroundings, with a sun.
+    surroundings: Option<(Arc<EnvironmentLight>, Option<Light>)>,
     /// The processes that share the work of rendering; `None` if this one does it alone.
     pub(crate) team: Option<Arc<Team>>,
     /// The seconds that each step took.
@@ -112,6 +122,8 @@ fn usual_rays(plan: &Plan, scene: &RenderScene) -> u64 {
     let pixels = u64::from(plan.resolution.width) * u64::from(plan.resolution.height);
     let lights = match plan.shading {
         Shading::Recursive => scene.lights().len() as u64,
+        // The rays of three turns, each with its rays toward lamps.
+        Shading::Path => 8,
         _ => 0,
     };
     pixels.saturating_mul(16 * (1 + lights))
@@ -208,14 +220,15 @@ impl Session {
         }
         let mut snapshot = snapshot_of(&document, &plan, None);
         let overview = Overview::of(&snapshot, &plan.limits);
-        let headlight_sources = HeadlightSources {
+        let lights_itself = plan.light.shines() && plan.shading == Shading::Path;
+        let mut headlight_sources = HeadlightSources {
             environment: plan
                 .environment
                 .is_some()
                 .then_some(environment.headlight.is_some()),
             navigation_info: overview.navigation_info,
-            is_vrml97: Language::of(&document) == Language::Vrml97,
-            scene_has_light: overview.has_light,
+            is_vrml97: Language::of(&document) == Language::Vrml97 && !lights_itself,
+            scene_has_light: overview.has_light || lights_itself,
         };
         let is_stated =
             framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
@@ -236,12 +249,16 @@ impl Session {
         seconds.compile = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let (mut camera, settings) = camera(&plan, &pose, &mut sink)?;
+        let studio = studio_of(&plan, &snapshot);
+        let stopped = stopped_down(&plan, &pose, studio.as_ref());
+        let (mut camera, settings) = camera(stopped.as_ref().unwrap_or(&plan), &pose, &mut sink)?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let options_at =
-            |pose: &CameraPose, projection| options(&plan, plan.shading.needs(), pose, projection);
+        let options_at = |pose: &CameraPose, projection| CompileOptions {
+            studio,
+            ..options(&plan, plan.shading.needs(), pose, projection)
+        };
         let mut projection = camera.projection(&pose);
         let mut scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
         let mut turned = None;
@@ -279,6 +296,9 @@ impl Session {
         }
         seconds.compile += clock.elapsed().as_secs_f64();
 
+        let surroundings = surroundings(&plan)?;
+        headlight_sources.scene_has_light |=
+            plan.shading == Shading::Path && scene.has_lamps(plan.light.emission);
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
         described.extend(settings);
@@ -290,13 +310,16 @@ impl Session {
             let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
             sink.add(*Diagnostic::warning(dark).with_help(help));
         }
-        Ok(Self {
+        let mut session = Self {
             headlight: headlight_in_world(lit.on, environment.headlight, &pose),
             draws_nothing,
             turned,
             follows_scene,
             headlight_sources,
             environment_headlight: environment.headlight,
+            surroundings,
+            metered: 1.0,
+            studio,
             plan,
             document: Arc::new(document),
             scene: Arc::new(scene),
@@ -308,7 +331,9 @@ impl Session {
             sink,
             memory,
             described,
-        })
+        };
+        session.meter_studio();
+        Ok(session)
     }
 
     /// Changes the plan and the pose for the same scene file. Only the parts that differ are
@@ -320,6 +345,7 @@ impl Session {
         let stands = pose.orientation == self.pose.orientation
             && plan.time == self.plan.time
             && plan.shading == self.plan.shading
+            && plan.light == self.plan.light
             && plan.resolution == self.plan.resolution;
         self.aim(plan, pose)?;
         if stands && self.is_compiled_from_here() {
@@ -376,6 +402,11 @@ impl Session {
             .then_some(&self.pose)
             .filter(|pose| self.scene_pose(&self.plan).as_ref() != Some(pose));
         let snapshot = snapshot_of(&self.document, &self.plan, viewer);
+        let options = CompileOptions {
+            studio: studio_of(&self.plan, &snapshot),
+            ..options
+        };
+        self.studio = options.studio;
         let scene = RenderScene::compile(&snapshot, &options)?;
         for diagnostic in snapshot.diagnostics() {
             let is_known = |known: &Diagnostic| known.message == diagnostic.message;
@@ -408,7 +439,9 @@ impl Session {
         let fresh = if same_lens {
             self.camera.clone()
         } else {
-            let (fresh, settings) = camera(&plan, &pose, &mut self.sink)?;
+            let stopped = stopped_down(&plan, &pose, self.studio.as_ref());
+            let choices = stopped.as_ref().unwrap_or(&plan);
+            let (fresh, settings) = camera(choices, &pose, &mut self.sink)?;
             self.described.extend(settings);
             fresh
         };
@@ -455,7 +488,7 @@ impl Session {
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
         let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
         (automatic && can_be_lit).then_some(
-            "headlight: on, because the scene has no light; --headlight=off turns it off",
+            "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly",
         )
     }
 
@@ -606,9 +639,25 @@ impl Session {
             max_depth: self.max_depth(),
             mirrors: self.plan.mirrors,
             shadows_at_eye: self.plan.unseen_shadows,
+            path: self.path_options(),
             ..ShadeOptions::default()
         };
         Shader::new(&self.scene, shading, options)
+    }
+
+    /// Returns the options of model `i`.
+    fn path_options(&self) -> PathOptions {
+        let light = &self.plan.light;
+        PathOptions {
+            max_depth: self.plan.max_depth,
+            clamp: light.clamp,
+            emission: light.emission,
+            light_radius: 0.5 * light.light_size.0 as f32,
+            sun_angle: light.sun_size as f32,
+            environment: self.surroundings.as_ref().map(|(light, _)| light.clone()),
+            sun: self.surroundings.as_ref().and_then(|(_, sun)| *sun),
+            background_lights: light.surroundings == Some(Surroundings::Background),
+        }
     }
 
     /// Returns the ghosts of the scene's lights; none if `proceed` returns false meanwhile.
@@ -638,7 +687,7 @@ impl Session {
             (Some(metering), Camera::Ideal(lens)) => metering.level_of_white(lens.axial_irradiance),
             _ => 1.0,
         };
-        metered * self.plan.exposure
+        metered * self.metered * self.plan.exposure
     }
 
     /// Returns the largest number of successive reflections and refractions. Through a lens of
@@ -785,6 +834,30 @@ impl Session {
         report
     }
 
+    /// Lists what model `i` leaves out of the scene.
+    fn leave_of_paths(&self, leave: &mut dyn FnMut(&str, &str)) {
+        if !self.scene.has_emitters() {
+            leave("luminous shapes", "none");
+        }
+        if !self.scene.is_transparent() {
+            leave("refracted rays", "nothing transparent");
+        }
+        match self.scene.excess_materials() {
+            0 => {}
+            count => leave(
+                &format!("excess light of {count} materials"),
+                "diffuse and specular color exceed 1 in sum and are scaled",
+            ),
+        }
+        match self.scene.unsound_emitters() {
+            0 => {}
+            count => leave(
+                &format!("part of the emission of {count} materials"),
+                "it is negative, not a number, or above 1e9",
+            ),
+        }
+    }
+
     /// Lists the features that the picture did not need, with the reasons.
     fn left_out(&self) -> Vec<String> {
         let mut out = self.scene.left_out();
@@ -805,7 +878,9 @@ impl Session {
                 },
             );
         }
-        if self.plan.shading.needs().secondary {
+        if self.plan.shading == Shading::Path {
+            self.leave_of_paths(&mut leave);
+        } else if self.plan.shading.needs().secondary {
             if !self.scene.has_lights() {
                 match self.headlight {
                     None => leave("shadow rays", "no lights"),
@@ -849,6 +924,17 @@ fn check_region(plan: &Plan) -> Result<()> {
     region.check(plan.resolution)
 }
 
+/// Returns the light of the plan's surroundings, of which it reads the picture, and their sun.
+fn surroundings(plan: &Plan) -> Result<Option<(Arc<EnvironmentLight>, Option<Light>)>> {
+    Ok(match &plan.light.surroundings {
+        Some(Surroundings::Picture(path)) => {
+            Some((Arc::new(environment_picture(path, plan)?), None))
+        }
+        Some(Surroundings::Sky(sky)) => sky.light().map(|(light, sun)| (light.into(), Some(sun))),
+        Some(Surroundings::Background) | None => None,
+    })
+}
+
 /// Returns whether nothing lights the scene although no option turned the headlight off.
 pub(super) fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bool {
     !lit.on && !sources.scene_has_light && lit.cause != HeadlightCause::Option
@@ -871,6 +957,10 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
         memory: memory_of_scene(plan),
         texture_filter: plan.texture_filter,
         culled_faces_cast_shadows: plan.unseen_shadows,
+        colors: match plan.shading {
+            Shading::Path => plan.light.colors,
+            _ => ColorCoding::Linear,
+        },
         background: plan.background.map(|choice| match choice {
             Override::Always(color) => (color, true),
             Override::IfUnstated(color) => (color, false),

@@ -178,7 +178,10 @@ impl Live {
         let before = self.request.setup.clone();
         self.session
             .aim(as_shown(plan), request.setup.pose.clone())?;
-        let compiled = |plan: &Plan| (plan.time, plan.resolution, compiled_for(plan.shading));
+        let compiled = |plan: &Plan| {
+            let shading = compiled_for(plan.shading);
+            (plan.time, plan.resolution, shading, plan.light.clone())
+        };
         if compiled(plan) != compiled(&before.plan)
             && let Err(fault) = self.session.compile(compiled_for(plan.shading))
         {
@@ -335,9 +338,9 @@ fn fill_lost(pixels: &mut [[f32; 3]], width: usize) {
 }
 
 /// Returns the shading that a scene is compiled for: one with the needs of all models, except for
-/// those that need other shapes.
+/// those that need other shapes or decoded colors.
 fn compiled_for(shading: Shading) -> Shading {
-    if shading.needs().facets {
+    if shading.needs().facets || shading == Shading::Path {
         shading
     } else {
         Shading::Recursive

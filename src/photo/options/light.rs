@@ -11,7 +11,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "shading",
         Takes::One("MODEL"),
-        "f flat, n normal, a ambient, d diffuse, p Phong, g as OpenGL draws (gl), r recursive [r]",
+        "f flat, n normal, a ambient, d diffuse, p Phong, g as OpenGL draws (gl), r recursive, i indirect light by path tracing (path) [r]",
     )
     .vintage("s")
     .plan(
@@ -23,7 +23,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
         |plan, _| vec![plan.shading.letter().to_string()],
     )
     .describe(|plan| Some(plan.shading.name().to_owned()))
-    .examples(&["-s f", "-s n", "--shading ambient", "-s d", "-s p", "-s gl", "-s r"]),
+    .examples(&["-s f", "-s n", "--shading ambient", "-s d", "-s p", "-s gl", "-s r", "-s i"]),
     Opt::new(
         "headlight",
         Takes::Maybe("on|off|viewer", "flip"),
@@ -90,7 +90,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "max-depth",
         Takes::One("N"),
-        "largest number of successive reflections and refractions, for model r [5; with --solids: 64]",
+        "largest number of successive reflections and refractions, for model r [5; with --solids: 64]; for model i, of surfaces that scatter light on its way [no limit]",
     )
     .plan(
         |plan, words, _| {

@@ -13,6 +13,7 @@ mod lens;
 mod light;
 mod option;
 mod output;
+mod path;
 mod sampling;
 mod scene;
 mod shutter;

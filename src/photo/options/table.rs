@@ -1,7 +1,7 @@
 //! The table of all options, grouped under the headings of the help.
 
 use super::option::Opt;
-use super::{film, lens, light, output, sampling, scene};
+use super::{film, lens, light, output, path, sampling, scene};
 
 /// The options under one heading of the help.
 pub(crate) struct Group {
@@ -13,7 +13,7 @@ pub(crate) struct Group {
 
 /// The groups. An option may depend on an earlier one: `--zoom` changes the lens that `--lens`
 /// sets.
-static GROUPS: [Group; 6] = [
+static GROUPS: [Group; 7] = [
     Group {
         heading: "Lens",
         options: &lens::OPTIONS,
@@ -25,6 +25,10 @@ static GROUPS: [Group; 6] = [
     Group {
         heading: "Light and shading",
         options: &light::OPTIONS,
+    },
+    Group {
+        heading: "Light from surface to surface",
+        options: &path::OPTIONS,
     },
     Group {
         heading: "Sampling",

@@ -43,8 +43,12 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
         egui::ComboBox::from_label("Shading")
             .selected_text(plan.shading.name())
             .show_ui(ui, |ui| {
+                let before = plan.usual_response();
                 for model in Shading::ALL {
                     ui.selectable_value(&mut plan.shading, model, model.name());
+                }
+                if plan.response == before {
+                    plan.response = plan.usual_response();
                 }
             });
     });

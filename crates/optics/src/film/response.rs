@@ -290,7 +290,10 @@ mod tests {
             assert_eq!(Response::Filmic.level(x, 0), Response::Srgb.level(x, 0));
         }
         let levels = [0.6, 0.600_1, 0.8, 1.0, 2.0, 4.0].map(|x| Response::Filmic.level(x, 1));
-        assert!(levels.is_sorted_by(|a, b| a < b) && levels[5] < 1.0, "{levels:?}");
+        assert!(
+            levels.is_sorted_by(|a, b| a < b) && levels[5] < 1.0,
+            "{levels:?}"
+        );
         let slope = (shoulder(0.600_01) - 0.6) / 1e-5;
         assert!((slope - 1.0).abs() < 1e-4);
         assert_eq!(Response::Filmic.level(f64::NAN, 2), 0.0);
