@@ -7,7 +7,10 @@ use std::path::{Path, PathBuf};
 /// The source folders of the workspace, and in each the folders from the ground up: a folder
 /// imports only from those before it. The order of the crates is held by the compiler.
 const ORDER: [(&str, &[&str]); 6] = [
-    ("crates/base/src", &["diag", "memory", "files", "math"]),
+    (
+        "crates/base/src",
+        &["diag", "memory", "work", "files", "math"],
+    ),
     (
         "crates/inventor/src",
         &["grammar", "iv", "pose", "snapshot", "traversal", "events"],

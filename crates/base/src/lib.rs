@@ -8,6 +8,7 @@ pub mod diag;
 pub mod files;
 pub mod math;
 pub mod memory;
+pub mod work;
 
 #[cfg(test)]
 #[path = "../../../tests/common/folder.rs"]
