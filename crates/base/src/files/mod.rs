@@ -8,8 +8,11 @@ mod inputs;
 mod markup;
 #[cfg(feature = "mpi")]
 pub mod passed_on;
+#[cfg(unix)]
+mod pipes;
 mod read;
 mod space;
+mod standard_output;
 mod whole;
 
 pub use claim::{Claims, Held, host_name};
@@ -18,4 +21,5 @@ pub use inputs::{HASH_START, InputRecord, Inputs, hash};
 pub use markup::escaped;
 pub use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
 pub use space::{SizeEstimate, check_space};
+pub use standard_output::is_output_closed;
 pub use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};

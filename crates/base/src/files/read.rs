@@ -7,6 +7,8 @@ use std::path::Path;
 use super::inputs::record;
 #[cfg(feature = "mpi")]
 use super::passed_on;
+#[cfg(unix)]
+use super::pipes;
 use crate::diag::{Diagnostic, Result};
 
 /// The largest text file other than a scene, in bytes: a lens, a camera, a glass catalogue, an
@@ -35,6 +37,11 @@ pub fn read_file_named(path: &Path, name: &str, limit: usize) -> Result<Vec<u8>>
     #[cfg(feature = "mpi")]
     if let Some(bytes) = passed_on::taken(path) {
         return Ok(bytes);
+    }
+    #[cfg(unix)]
+    if pipes::is_pipe(path) {
+        let pipe = pipes::open_to_read(path).map_err(|e| Diagnostic::io(name, &e))?;
+        return read_stream(pipe, name, limit.min(MAX_STREAM));
     }
     let open = || File::open(path).and_then(|file| Ok((file.metadata()?, file)));
     let (about, file) = open().map_err(|e| Diagnostic::io(name, &e))?;

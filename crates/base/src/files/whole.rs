@@ -10,6 +10,8 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{BufWriter, Cursor, Error, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
+#[cfg(unix)]
+use super::pipes;
 use crate::diag::{Diagnostic, Result};
 
 /// Temporary names that are tried in turn. A second one is needed only if two processes chose the
@@ -42,8 +44,7 @@ impl Writable {
         let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
         let target = linked.flatten().unwrap_or_else(|| path.to_path_buf());
         let kind = if is_stream(&target) {
-            let stream = OpenOptions::new().write(true).open(&target);
-            stream.map(TargetKind::Stream)
+            open_stream(&target).map(TargetKind::Stream)
         } else {
             remove_leftovers(&target);
             Temporary::beside(&target).map(TargetKind::Temporary)
@@ -181,6 +182,15 @@ impl Drop for Temporary {
 /// Returns whether a path is a pipe or a device.
 fn is_stream(path: &Path) -> bool {
     path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir())
+}
+
+/// Opens a pipe, when a program reads it, or a device.
+fn open_stream(path: &Path) -> std::io::Result<File> {
+    #[cfg(unix)]
+    if pipes::is_pipe(path) {
+        return pipes::open_to_write(path);
+    }
+    OpenOptions::new().write(true).open(path)
 }
 
 /// Returns the beginning of the names of temporary files for a target.
