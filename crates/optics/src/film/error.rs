@@ -60,6 +60,11 @@ pub enum ErrorUnknown {
         /// The level of the light over the mean of the picture.
         brightness: f64,
     },
+    /// Rays were cut, because they took more steps than the limit of work allows.
+    CutRays {
+        /// The number of rays.
+        rays: u64,
+    },
 }
 
 impl fmt::Display for ErrorUnknown {
@@ -84,6 +89,7 @@ impl fmt::Display for ErrorUnknown {
                 let percent = 100.0 * relative;
                 write!(f, "the picture's mean is uncertain by {percent:.0}%")
             }
+            Self::CutRays { rays } => write!(f, "{rays} rays were cut"),
             Self::MissedLight { pixels, brightness } => write!(
                 f,
                 "a light of {pixels:.1e} pixels, {brightness:.0} times as bright as the picture, \

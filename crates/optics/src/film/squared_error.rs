@@ -73,6 +73,8 @@ pub struct SquaredError {
     heaviest: (usize, f64),
     /// The light with the largest squared error that may have been missed.
     pub missed: Option<MissedLight>,
+    /// The number of rays that were cut, whose light is not sure.
+    pub cut_rays: u64,
 }
 
 /// The expected number of draws from which a pixel is a stratum of its own. Four exposures are the
@@ -230,6 +232,7 @@ impl SquaredError {
             pairs: self.pairs + other.pairs,
             heaviest: if more { other.heaviest } else { self.heaviest },
             missed: self.missed.or(other.missed),
+            cut_rays: self.cut_rays.max(other.cut_rays),
         }
     }
 
@@ -255,6 +258,7 @@ impl SquaredError {
             pairs: self.pairs + other.pairs,
             heaviest: (pixels, if share.is_finite() { share } else { 1.0 }),
             missed: self.missed.or(other.missed),
+            cut_rays: self.cut_rays.max(other.cut_rays),
         }
     }
 
@@ -276,6 +280,10 @@ impl SquaredError {
     pub fn relative(&self, pixels: usize, mean: f64) -> Result<ErrorEstimate, ErrorUnknown> {
         if *self == Self::none() {
             return Ok(ErrorEstimate::EXACT);
+        }
+        if self.cut_rays > 0 {
+            let rays = self.cut_rays;
+            return Err(ErrorUnknown::CutRays { rays });
         }
         if !(mean > 0.0) {
             return Err(ErrorUnknown::Black);

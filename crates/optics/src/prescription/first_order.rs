@@ -183,18 +183,38 @@ fn stop_of(surfaces: &[Surface], indices: &[f64], plane: Plane) -> Option<usize>
     }
     let mut best = None;
     let mut fill = 0.0;
+    let mut ray = [(Dd::new(1.0), Dd::new(0.0))];
     for (i, surface) in surfaces.iter().enumerate() {
-        let y = Matrix::through(surfaces, indices, plane, 0, i).a.value();
+        let y = ray[0].0.value();
         if y.abs() / surface.semi_diameter > fill {
             fill = y.abs() / surface.semi_diameter;
             best = Some(i);
         }
+        cross(surfaces, indices, plane, i, &mut ray);
     }
     best
 }
 
 fn sum(terms: impl Iterator<Item = f64>) -> f64 {
     terms.fold(Dd::new(0.0), |s, t| s.add(Dd::new(t))).value()
+}
+
+/// Traces (y, n u) of paraxial rays from the vertex of a surface, in front of it, to that of the next
+/// one, or behind the last surface.
+fn cross(surfaces: &[Surface], indices: &[f64], plane: Plane, i: usize, rays: &mut [(Dd, Dd)]) {
+    let surface = &surfaces[i];
+    let step = Dd::new(indices[i + 1]).sub(Dd::new(indices[i]));
+    let power = step.mul(curvature(surface, plane));
+    let gap = if i + 1 < surfaces.len() {
+        surface.thickness
+    } else {
+        0.0
+    };
+    let reduced = Dd::new(gap).div(Dd::new(indices[i + 1]));
+    for (y, nu) in rays {
+        *nu = nu.sub(y.mul(power));
+        *y = y.add(nu.mul(reduced));
+    }
 }
 
 /// The transfer of (y, n u) between two planes.
@@ -219,19 +239,7 @@ impl Matrix {
         let (one, zero) = (Dd::new(1.0), Dd::new(0.0));
         let mut rays = [(one, zero), (zero, one)];
         for i in from..to {
-            let surface = &surfaces[i];
-            let step = Dd::new(indices[i + 1]).sub(Dd::new(indices[i]));
-            let power = step.mul(curvature(surface, plane));
-            let gap = if i + 1 < surfaces.len() {
-                surface.thickness
-            } else {
-                0.0
-            };
-            let reduced = Dd::new(gap).div(Dd::new(indices[i + 1]));
-            for (y, nu) in &mut rays {
-                *nu = nu.sub(y.mul(power));
-                *y = y.add(nu.mul(reduced));
-            }
+            cross(surfaces, indices, plane, i, &mut rays);
         }
         Self {
             a: rays[0].0,

@@ -41,6 +41,14 @@ pub(crate) struct Fills {
     pub limit: [u64; LANES],
 }
 
+impl Fills {
+    /// The fills of rays that are all lost.
+    pub(super) const LOST: Self = Self {
+        fill: [f64::INFINITY; LANES],
+        limit: [0; LANES],
+    };
+}
+
 impl Default for Bundle {
     /// A bundle whose lanes are all empty: they count as lost rays.
     fn default() -> Self {

@@ -3,6 +3,7 @@
 
 use glam::{DVec2, DVec3};
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, dispatch};
+use ivcam_base::work;
 
 use crate::lens::lanes::bundle::{Bundle, EMPTY, Fills};
 use crate::lens::lanes::follow::{Follow, follow, stretch};
@@ -10,11 +11,18 @@ use crate::lens::lens::Lens;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
 
+/// The steps of work that a bundle of rays takes at a surface.
+const SURFACE_STEPS: u64 = 16;
+
 impl Lens {
-    /// The fills of rays from a film point through points of the rear vertex plane.
+    /// The fills of rays from a film point through points of the rear vertex plane. If the account
+    /// of the scene is used up, all rays are lost; whoever searches a pupil asks for that at the end.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();
+        if work::spend(SURFACE_STEPS * tracer.elements.len() as u64).is_err() {
+            return Fills::LOST;
+        }
         dispatch(FromFilm {
             tracer,
             film,
@@ -34,6 +42,10 @@ impl Lens {
         // This number of rays stays in the processor's first-level cache.
         const CHUNK: usize = 16 * LANES;
         for (aims, fills) in aims.chunks(CHUNK).zip(all.chunks_mut(CHUNK)) {
+            let bundles = aims.len().div_ceil(LANES) * tracer.elements.len();
+            if work::spend(SURFACE_STEPS * bundles as u64).is_err() {
+                return all;
+            }
             dispatch(FillsUpTo {
                 tracer,
                 film,

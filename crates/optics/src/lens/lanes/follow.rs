@@ -89,6 +89,10 @@ pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
     }
 }
 
+/// The number of surfaces after which a bundle ends if all its rays are lost. Usual lenses have
+/// fewer; in one of hundreds of surfaces most rays are lost soon.
+const LOST_AFTER: usize = 32;
+
 /// Traces rays through some of the surfaces, which are counted in the order of travel. Between
 /// calls the positions are relative to the vertex of the last surface, whose z is returned.
 #[inline(always)]
@@ -149,6 +153,9 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         match STOPS {
             true => block_at_iris(&step, bundle),
             false => note_iris_fill(&step, bundle),
+        }
+        if i % LOST_AFTER == LOST_AFTER - 1 && bundle.lost.iter().all(|lost| *lost != 0.0) {
+            break;
         }
     }
     vertex_z
