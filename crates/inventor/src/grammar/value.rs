@@ -195,6 +195,26 @@ impl Value {
         }
     }
 
+    /// Returns the number of elements of a list, and 1 for a single value.
+    pub fn list_len(&self) -> usize {
+        match self {
+            Self::Bools(v) => v.len(),
+            Self::Ints(v) => v.len(),
+            Self::UInts(v) => v.len(),
+            Self::Floats(v) => v.len(),
+            Self::Doubles(v) => v.len(),
+            Self::Strings(v) => v.len(),
+            Self::Vec2s(v) => v.len(),
+            Self::Vec3s(v) => v.len(),
+            Self::Vec4s(v) => v.len(),
+            Self::Rotations(v) => v.len(),
+            Self::Matrices(v) => v.len(),
+            Self::Planes(v) => v.len(),
+            Self::Nodes(v) => v.len(),
+            _ => 1,
+        }
+    }
+
     /// Returns the default that the catalogue states.
     pub fn default_of(decl: &FieldDecl) -> Self {
         Self::from_default(decl.kind, &decl.default)

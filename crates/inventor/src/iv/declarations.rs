@@ -4,7 +4,9 @@
 
 use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
+use super::declared_fields::DeclaredFields;
 use crate::grammar::FieldType;
 use crate::grammar::value::NodeId;
 
@@ -30,7 +32,7 @@ pub struct Extension {
     /// The name of the class.
     pub name: Box<str>,
     /// The name and type of each field, in the order of declaration.
-    pub fields: Vec<(Box<str>, FieldType)>,
+    pub fields: DeclaredFields,
     /// The names of the classes that the file gives as its base classes, nearest first.
     pub is_a: Vec<Box<str>>,
     /// The fields and events that a `Script` declares, in the order of declaration.
@@ -141,7 +143,7 @@ pub struct Protos {
     pub event_bindings: HashMap<NodeId, Vec<EventBinding>>,
     /// The protos of each file that an `EXTERNPROTO` refers to: the file's name, then the proto's
     /// name and the index of its extension.
-    pub libraries: HashMap<String, HashMap<Box<str>, u32>>,
+    pub libraries: HashMap<String, Arc<HashMap<Box<str>, u32>>>,
     /// The number of nodes that are copies of nodes in bodies of protos.
     pub copies: usize,
     /// The memory of the lists in these copies, in bytes.

@@ -268,7 +268,7 @@ impl<'a> NodeRef<'a> {
             }
             ClassRef::Extension(i) => {
                 let extension = &self.document.extensions[i as usize];
-                let stated = extension.fields.iter().position(|(n, _)| **n == *name);
+                let stated = extension.fields.place(name);
                 let stated = stated.and_then(|index| {
                     let entry = data.fields.iter().find(|f| usize::from(f.index) == index);
                     entry.map(|f| &f.value)

@@ -1,6 +1,7 @@
 //! Limits on the size of scenes, which protect against hostile and damaged files.
 
 use ivcam_base::diag::{Diagnostic, ErrorKind, Sink, Span};
+use ivcam_base::work::{Budget, Cut};
 
 /// Limits on the size of a scene and of its files. What exceeds a limit is reported and left out,
 /// or reading fails with a message that names the limit.
@@ -112,6 +113,16 @@ pub(super) fn beyond(sink: &Sink, span: Span, message: String, limit: &str) -> B
     sink.error(span, message)
         .of_kind(ErrorKind::Limit)
         .with_help(help)
+}
+
+/// Creates the error that the account of the scene cut reading at a place in the current source.
+pub(super) fn cut_at(sink: &Sink, span: Span, cut: Cut) -> Box<Diagnostic> {
+    let refusal = Budget::current().refusal(cut);
+    let error = sink.error(span, refusal.message).of_kind(ErrorKind::Limit);
+    match refusal.help {
+        Some(help) => error.with_help(help),
+        None => error,
+    }
 }
 
 #[cfg(test)]

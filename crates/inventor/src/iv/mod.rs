@@ -5,6 +5,7 @@
 //! neither imports the other.
 
 pub mod declarations;
+mod declared_fields;
 mod descendants;
 mod difference;
 pub mod document;

@@ -68,6 +68,36 @@ impl Grid {
         along(0) + along(1) + along(2)
     }
 
+    /// Returns the grid with each place of this one once: copies without a step between them are at
+    /// one place.
+    pub fn without_repeats(&self) -> Self {
+        let mut grid = *self;
+        for axis in 0..3 {
+            if grid.steps[axis] == DVec3::ZERO && grid.counts[axis] > 1 {
+                (grid.counts[axis], grid.from[axis]) = (1, 0.0);
+            }
+        }
+        grid
+    }
+
+    /// Returns the grid whose places are those of the copies of a grid on this one, each once.
+    /// Returns `None` if they are not on one grid, or if it has more than 2^31 places along an axis.
+    pub fn of_grids(&self, inner: &Self) -> Option<Self> {
+        let mut grid = *self;
+        for axis in 0..3 {
+            let ends = [self, inner].map(|g| (g.counts[axis], g.steps[axis], g.from[axis]));
+            let (count, step, from) = match ends {
+                [(1, _, _), inner] => inner,
+                [outer, (1, _, _)] => outer,
+                [outer, inner] => {
+                    on_one_line(outer, inner).or_else(|| on_one_line(inner, outer))?
+                }
+            };
+            (grid.counts[axis], grid.steps[axis], grid.from[axis]) = (count, step, from);
+        }
+        grid.counts.iter().all(|n| *n < 1 << 31).then_some(grid)
+    }
+
     /// The place of the last copy of a grid that is not empty.
     pub fn last(&self) -> [u64; 3] {
         self.counts.map(|n| n.saturating_sub(1))
@@ -82,6 +112,26 @@ impl Grid {
             self.offset_at(std::array::from_fn(place))
         })
     }
+}
+
+/// The number, step and first position of copies along one axis, the last in steps.
+type Line = (u64, DVec3, f64);
+
+/// Returns the line with the places of copies of a finer line on a coarser one, if its step is a
+/// multiple of the finer one's and leaves no gap.
+fn on_one_line(coarse: Line, fine: Line) -> Option<Line> {
+    let longest = fine.1.abs().max_position();
+    let times = coarse.1[longest] / fine.1[longest];
+    let is_multiple = times.fract() == 0.0 && times >= 1.0 && times <= fine.0 as f64;
+    let fits = is_multiple && fine.1 * times == coarse.1;
+    fits.then(|| {
+        let count = (coarse.0 - 1).saturating_mul(times as u64);
+        (
+            count.saturating_add(fine.0),
+            fine.1,
+            coarse.2 * times + fine.2,
+        )
+    })
 }
 
 /// The copies of an `Array` or a `MultipleCopy`.
@@ -111,5 +161,49 @@ impl<'a> Copies<'a> {
                 matrices.get(index).map(Mat4::as_dmat4)
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeSet;
+
+    fn grid(counts: [u64; 3], steps: [f64; 3], from: [f64; 3]) -> Grid {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        Grid {
+            counts,
+            steps: std::array::from_fn(|axis| steps[axis] * axes[axis]),
+            from,
+        }
+    }
+
+    fn places(grid: &Grid) -> BTreeSet<[i64; 3]> {
+        let all = (0..grid.len()).map(|n| (16.0 * grid.offset(n)).to_array());
+        all.map(|place| place.map(|x| x as i64)).collect()
+    }
+
+    #[test]
+    fn a_grid_of_grids_has_each_place_of_their_copies_once() {
+        let inner = grid([4, 3, 1], [0.5, 2.0, 9.0], [0.0, -1.0, 0.0]);
+        for (outer, fits) in [
+            (grid([3, 2, 2], [0.5, 2.0, 7.0], [0.0; 3]), true),
+            (grid([3, 1, 5], [2.0, 1.0, 0.25], [-2.0, 0.0, 1.5]), true),
+            (grid([3, 9, 1], [1.0, 0.25, 1.0], [0.0; 3]), true),
+            (grid([3, 9, 1], [2.5, 1.0, 1.0], [0.0; 3]), false),
+            (grid([3, 2, 1], [0.5, 0.75, 1.0], [0.0; 3]), false),
+        ] {
+            let one = outer.of_grids(&inner);
+            assert_eq!(one.is_some(), fits, "{outer:?}");
+            let Some(one) = one else { continue };
+            let both = places(&outer).into_iter().flat_map(|o| {
+                let all = places(&inner).into_iter();
+                all.map(move |i| std::array::from_fn(|axis| o[axis] + i[axis]))
+            });
+            assert_eq!(places(&one), both.collect::<BTreeSet<[i64; 3]>>());
+            assert_eq!(places(&one).len() as u64, one.len());
+        }
+        let flat = grid([5, 2, 7], [0.0, 1.0, 0.0], [3.0, 0.0, -3.0]).without_repeats();
+        assert_eq!((flat.len(), places(&flat).len()), (2, 2));
     }
 }

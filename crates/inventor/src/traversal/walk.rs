@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use ivcam_base::diag::Diagnostic;
+use ivcam_base::work::{self, Budget, Cut};
 
 use super::frame::WalkFrame;
 use super::kit;
@@ -18,6 +19,9 @@ use crate::grammar::{
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::snapshot::Snapshot;
 
+/// The steps of work that a visit takes.
+const VISIT_STEPS: u64 = 50;
+
 /// A walk in progress.
 pub(super) struct Walk<'a, 'v, V> {
     pub(super) document: &'a Document,
@@ -32,6 +36,8 @@ pub(super) struct Walk<'a, 'v, V> {
     on_path: &'v mut [bool],
     /// The number of nodes visited so far.
     pub(super) visits: u64,
+    /// Why the account of the scene cut the walk, and the node before which it did.
+    cut: Option<(Cut, NodeRef<'a>)>,
     /// Whether a cycle was reported; only the first one is.
     reported_cycle: bool,
     /// The arrays that were reported.
@@ -122,6 +128,7 @@ impl<'a, 'v, V: Visitor<'a>> Walk<'a, 'v, V> {
             has_group_lights: scratch.has_group_lights,
             on_path: &mut scratch.on_path,
             visits: 0,
+            cut: None,
             reported_cycle: false,
             reported: HashSet::new(),
         }
@@ -133,6 +140,15 @@ impl<'a, 'v, V: Visitor<'a>> Walk<'a, 'v, V> {
         while let Some(frame) = self.stack.pop() {
             self.step(frame);
             if self.visitor.is_full() {
+                break;
+            }
+            if let Some((cut, node)) = self.cut {
+                let warning = Budget::current().warning(cut);
+                let warning = match node.source() {
+                    Some(source) => warning.at(source, node.span()),
+                    None => warning,
+                };
+                self.visitor.report(warning);
                 break;
             }
             if self.visits > most {
@@ -200,6 +216,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     fn visit(&mut self, node: NodeRef<'a>) {
         self.visits += 1;
+        if let Err(cut) = work::spend(VISIT_STEPS) {
+            self.cut = Some((cut, node));
+            return;
+        }
         let role = role::role(node);
         self.visitor.node(node, role);
         match role {

@@ -1,22 +1,25 @@
 //! Assembles nodes while a file is read: finds classes and fields by name, and records the names
 //! after `DEF`. The ASCII and the binary reader share it.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Span, nearest};
+use ivcam_base::work;
 
 use super::enum_names::EnumNames;
 use super::header::Header;
 use super::numbers::float;
+use super::stated::StatedPlaces;
 use super::tokens::legal_name;
 use super::upgrade;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
 use crate::iv::declarations::Extension;
+use crate::iv::declared_fields::DeclaredFields;
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 use crate::iv::encoding::text;
-use crate::iv::limits::{Limits, beyond};
+use crate::iv::limits::{Limits, beyond, cut_at};
 
 /// A field of a node's class, as it was found by name.
 #[derive(Clone, Copy)]
@@ -37,10 +40,14 @@ impl FieldSlot {
     }
 }
 
-/// The largest number of fields that a file may declare for a class. Fields are found by linear
-/// search, so without a limit a hostile file takes quadratic time. No search is recorded: with this
-/// number the search takes 12.5 million comparisons.
+/// The largest number of fields that a file may declare for a class. A node finds its stated fields
+/// by linear search, so without a limit a hostile file takes quadratic time. No search is recorded:
+/// with this number the search takes 12.5 million comparisons.
 pub(super) const MAX_FIELDS: usize = 5_000;
+
+/// The steps of work that a node takes: its lists are allocated, and it is visited several times
+/// before the scene is compiled.
+const NODE_STEPS: u64 = 100;
 
 /// The top-level nodes and classes that a file adds to a document.
 pub(super) struct FileRead {
@@ -55,6 +62,9 @@ pub(super) struct FileRead {
 pub(super) type ReadFile =
     fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
 
+/// The names of the fields and events of a proto.
+pub(super) type InterfaceNames = HashSet<Box<str>>;
+
 /// The document that is being read, and the state of reading one file.
 pub(super) struct Assembler<'d> {
     pub document: &'d mut Document,
@@ -65,7 +75,7 @@ pub(super) struct Assembler<'d> {
     pub source: u16,
     /// The nodes by the whole token after `DEF`, including its reference number.
     pub names: HashMap<Box<[u8]>, NodeId>,
-    /// For each open node whose name was defined before: the node that had the name.
+    /// For each open node whose name was defined before: the last node of that name that is complete.
     redefined: HashMap<NodeId, NodeId>,
     /// The classes that this file declares: their names and indices in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,
@@ -73,6 +83,10 @@ pub(super) struct Assembler<'d> {
     pub shadowed: Vec<(Box<str>, Option<u32>)>,
     /// The number of further hints (`did you mean`) to search for. Each search compares all names.
     hints: usize,
+    /// The node whose field was set last, with the places of its fields.
+    stated: (NodeId, StatedPlaces),
+    /// The names in the interface of each open proto, by its index.
+    pub interfaces: HashMap<usize, InterfaceNames>,
     /// The number of open bodies of protos.
     pub in_protos: usize,
     /// The values of fields that later versions do not have, for [`upgrade`].
@@ -99,6 +113,8 @@ impl<'d> Assembler<'d> {
             declared: HashMap::new(),
             shadowed: Vec::new(),
             hints: 200,
+            stated: (NodeId(u32::MAX), StatedPlaces::default()),
+            interfaces: HashMap::new(),
             in_protos: 0,
             old: Vec::new(),
         }
@@ -147,6 +163,7 @@ impl<'d> Assembler<'d> {
             let message = format!("more than {} nodes", self.limits.nodes);
             return Err(beyond(&self.document.sink, span, message, "nodes"));
         }
+        self.spend(NODE_STEPS, span)?;
         Ok(self.document.add(Node {
             class,
             name,
@@ -155,6 +172,14 @@ impl<'d> Assembler<'d> {
             span,
             source: self.source,
         }))
+    }
+
+    /// Counts steps of work for a place in the file.
+    ///
+    /// # Errors
+    /// Returns an error if the scene's account is used up, or if reading has to end.
+    pub(super) fn spend(&self, steps: u64, span: Span) -> Result<()> {
+        work::spend(steps).map_err(|cut| cut_at(&self.document.sink, span, cut))
     }
 
     /// Returns a node's entry in the arena.
@@ -166,7 +191,9 @@ impl<'d> Assembler<'d> {
     /// name `name` and the reference number 3; `+3` is a node without a name.
     pub(super) fn define(&mut self, token: &[u8], node: NodeId) {
         if let Some(before) = self.names.insert(token.into(), node) {
-            self.redefined.insert(node, before);
+            // A node that is open stays so until this one is complete.
+            let complete = self.redefined.get(&before).copied().unwrap_or(before);
+            self.redefined.insert(node, complete);
         }
         let name = base_name(token);
         if name.is_empty() {
@@ -189,11 +216,8 @@ impl<'d> Assembler<'d> {
     /// inside itself.
     pub(super) fn used(&self, token: &[u8]) -> Option<NodeId> {
         let base = || self.names.get(base_name(token));
-        let mut node = self.names.get(token).or_else(base).copied()?;
-        while let Some(&before) = self.redefined.get(&node) {
-            node = before;
-        }
-        Some(node)
+        let node = self.names.get(token).or_else(base).copied()?;
+        Some(self.redefined.get(&node).copied().unwrap_or(node))
     }
 
     /// Declares that a name means a class of the file until the scope ends, or with `None` that it
@@ -254,7 +278,7 @@ impl<'d> Assembler<'d> {
             },
             ClassRef::Extension(i) => {
                 let fields = &self.document.extensions[i as usize].fields;
-                let i = fields.iter().position(|(n, _)| **n == *name)?;
+                let i = fields.place(name)?;
                 (i, fields[i].1)
             }
         };
@@ -335,8 +359,11 @@ impl<'d> Assembler<'d> {
             connection: None,
             span,
         };
-        let fields = &mut self.data(node).fields;
-        if let Some(place) = fields.iter().position(|f| f.index == index) {
+        let fields = &mut self.document.nodes[node.0 as usize].fields;
+        if self.stated.0 != node {
+            self.stated = (node, StatedPlaces::default());
+        }
+        if let Some(place) = self.stated.1.place(fields, index) {
             fields[place] = entry;
             return place;
         }
@@ -416,13 +443,10 @@ impl<'d> Assembler<'d> {
         let extension = match self.document.nodes[node.0 as usize].class {
             ClassRef::Known(id) => {
                 let class = id.get();
-                let mut all: Vec<_> = class
-                    .fields
-                    .iter()
-                    .map(|f| (f.name.into(), f.kind))
-                    .collect();
+                let known = class.fields.iter().map(|f| (f.name.into(), f.kind));
+                let mut all: DeclaredFields = known.collect();
                 let known = all.len();
-                all.extend(fields.into_iter().filter(|(n, _)| class.field(n).is_none()));
+                add_all(&mut all, fields);
                 if all.len() == known
                     || !matches!(class.treatment, Treatment::Kept | Treatment::State)
                 {
@@ -437,28 +461,21 @@ impl<'d> Assembler<'d> {
             }
             ClassRef::Extension(i) => {
                 let old = &self.document.extensions[i as usize];
-                let name = old.name.clone();
                 let mut all = old.fields.clone();
-                for field in fields {
-                    if !all.iter().any(|(n, _)| *n == field.0) {
-                        all.push(field);
-                    }
-                }
+                add_all(&mut all, fields);
                 let is_a = if is_a.is_empty() {
                     old.is_a.clone()
                 } else {
                     is_a
                 };
                 Extension {
-                    name,
+                    name: old.name.clone(),
                     fields: all,
                     is_a,
                     interface: Vec::new(),
                 }
             }
         };
-        let mut extension = extension;
-        extension.fields.truncate(MAX_FIELDS);
         let name = extension.name.clone();
         let index = self.extension(extension);
         if self.known_class(&name).is_none() {
@@ -483,7 +500,7 @@ impl<'d> Assembler<'d> {
     pub(super) fn unknown(&mut self, name: &str) -> ClassRef {
         let extension = Extension {
             name: name.into(),
-            fields: Vec::new(),
+            fields: DeclaredFields::default(),
             is_a: Vec::new(),
             interface: Vec::new(),
         };
@@ -507,18 +524,14 @@ impl<'d> Assembler<'d> {
         } else {
             FieldType::named(&format!("MF{}", &kind.name()[2..])).unwrap_or(kind)
         };
-        let mut fields: Vec<(Box<str>, FieldType)> = id
-            .get()
-            .fields
-            .iter()
-            .map(|f| (f.name.into(), f.kind))
-            .collect();
+        let known = id.get().fields.iter();
+        let mut fields: DeclaredFields = known.map(|f| (f.name.into(), f.kind)).collect();
         match id {
-            class::GATE | class::SELECT_ONE => fields.push(("input".into(), many)),
+            class::GATE | class::SELECT_ONE => fields.add("input".into(), many),
             class::CONCATENATE => {
-                fields.extend((0..10).map(|i| (format!("input{i}").into(), many)))
+                (0..10).for_each(|i| fields.add(format!("input{i}").into(), many));
             }
-            class::GLOBAL_FIELD => fields.push((field?.into(), kind)),
+            class::GLOBAL_FIELD => fields.add(field?.into(), kind),
             _ => return None,
         }
         let name: Box<str> = id.get().name.into();
@@ -531,6 +544,16 @@ impl<'d> Assembler<'d> {
         let index = self.extension(extension);
         self.data(node).class = ClassRef::Extension(index);
         Some(())
+    }
+}
+
+/// Adds declared fields up to [`MAX_FIELDS`].
+fn add_all(all: &mut DeclaredFields, fields: Vec<(Box<str>, FieldType)>) {
+    for (name, kind) in fields {
+        if all.len() >= MAX_FIELDS {
+            return;
+        }
+        all.add(name, kind);
     }
 }
 

@@ -127,8 +127,12 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
         limit: None,
     };
     loop {
+        let before = reader.rest.len();
         match reader.step() {
-            Ok(true) => {}
+            Ok(true) => {
+                let steps = (before - reader.rest.len()) as u64 / 4 + 2;
+                reader.asm.spend(steps, Span::at(reader.at()))?;
+            }
             Ok(false) => break,
             Err(stop) => {
                 if let Some(limit) = reader.limit.take() {

@@ -7,12 +7,19 @@
 use std::collections::HashMap;
 
 use ivcam_base::diag::{Result, Span};
+use ivcam_base::work::{self, Budget};
 
+use super::stated::StatedPlaces;
 use crate::grammar::FieldType;
 use crate::grammar::value::{NodeId, Value};
-use crate::iv::declarations::{EventBinding, Link, Proto, Route};
+use crate::iv::declarations::{EventBinding, Link, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
-use crate::iv::limits::{Limits, beyond};
+use crate::iv::limits::{Limits, beyond, cut_at};
+
+/// The steps of work that a copy of a node takes.
+const COPY_STEPS: u64 = 100;
+/// The steps of work that a link, a route or an event takes.
+const LINK_STEPS: u64 = 20;
 
 /// Expands an instance, and the instances in its body.
 ///
@@ -20,6 +27,7 @@ use crate::iv::limits::{Limits, beyond};
 /// Returns an error if the limit of copies, of nodes or of bytes is exceeded.
 pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits) -> Result<()> {
     let mut work = vec![instance];
+    let mut expanded = Vec::new();
     while let Some(instance) = work.pop() {
         let Some(proto) = proto_of(document, instance) else {
             continue;
@@ -33,11 +41,18 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
             copy(document, root, &mut copies, limits)?;
         }
         let mut event_bindings = Vec::new();
+        let counts = proto.links.len() + proto.routes.len() + proto.interface.len();
+        count_steps(document, instance, LINK_STEPS * counts as u64)?;
+        let mut stated = StatedValues {
+            extension: proto.extension,
+            instance: (instance, StatedPlaces::default()),
+            defaults: (proto.defaults, StatedPlaces::default()),
+        };
         for link in &proto.links {
             // A linked node may be missing from the copy, because nodes in unknown fields are
             // dropped.
             if let Some(&node) = copies.get(&link.node) {
-                fill(document, instance, &proto, link, node, &mut copies, limits)?;
+                fill(document, &mut stated, link, node, &mut copies, limits)?;
                 event_bindings.push((link.interface.clone(), node, link.name.clone()));
             }
         }
@@ -55,6 +70,7 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
             document.routes.push(route);
         }
         document.expansions.insert(instance, copies[&first]);
+        expanded.push(instance);
         let mut inner: Vec<NodeId> = copies
             .into_values()
             .filter(|&id| proto_of(document, id).is_some())
@@ -62,7 +78,22 @@ pub(super) fn expand(document: &mut Document, instance: NodeId, limits: &Limits)
         inner.sort();
         work.extend(inner.into_iter().rev());
     }
+    // The first node of a body may be an instance itself. Its node is known before those around it.
+    for instance in expanded.into_iter().rev() {
+        if let Some(&node) = document.expansions.get(&document.expansions[&instance]) {
+            document.expansions.insert(instance, node);
+        }
+    }
     Ok(())
+}
+
+/// Counts steps of work for a node.
+///
+/// # Errors
+/// Returns an error if the scene's account is used up, or if reading has to end.
+fn count_steps(document: &Document, id: NodeId, steps: u64) -> Result<()> {
+    let span = document.nodes[id.0 as usize].span;
+    work::spend(steps).map_err(|cut| cut_at(&document.sink, span, cut))
 }
 
 /// Returns the index of the proto that a node is an instance of.
@@ -88,6 +119,7 @@ fn copy(
         }
         document.protos.copies += 1;
         let span = document.nodes[id.0 as usize].span;
+        count_steps(document, id, COPY_STEPS)?;
         if document.protos.copies > limits.copies {
             let message = format!("protos expand to more than {} nodes", limits.copies);
             return Err(beyond(&document.sink, span, message, "copies"));
@@ -136,6 +168,7 @@ fn copy(
 /// # Errors
 /// Returns an error if all copies together have more bytes than one file may have.
 fn count_bytes(document: &mut Document, id: NodeId, bytes: usize, limits: &Limits) -> Result<()> {
+    count_steps(document, id, bytes as u64 / 8)?;
     let copied = document.protos.copied_bytes.saturating_add(bytes);
     document.protos.copied_bytes = copied;
     if copied <= limits.bytes {
@@ -146,19 +179,39 @@ fn count_bytes(document: &mut Document, id: NodeId, bytes: usize, limits: &Limit
     Err(beyond(&document.sink, span, message, "bytes"))
 }
 
+/// The values that an instance states, and the defaults of its proto.
+struct StatedValues {
+    /// The class of the proto.
+    extension: u32,
+    instance: (NodeId, StatedPlaces),
+    defaults: (NodeId, StatedPlaces),
+}
+
+impl StatedValues {
+    /// Returns the value of a field of the interface.
+    fn value(
+        (id, places): &mut (NodeId, StatedPlaces),
+        document: &Document,
+        index: usize,
+    ) -> Option<Value> {
+        let fields = &document.nodes[id.0 as usize].fields;
+        let place = places.place(fields, index as u16)?;
+        Some(fields[place].value.clone())
+    }
+}
+
 /// Sets a field of the body's copy to the value that the instance states, or to the default of the
 /// interface.
 fn fill(
     document: &mut Document,
-    instance: NodeId,
-    proto: &Proto,
+    stated: &mut StatedValues,
     link: &Link,
     node: NodeId,
     copies: &mut HashMap<NodeId, NodeId>,
     limits: &Limits,
 ) -> Result<()> {
-    let fields = &document.extensions[proto.extension as usize].fields;
-    let Some(source) = fields.iter().position(|(n, _)| *n == link.interface) else {
+    let fields = &document.extensions[stated.extension as usize].fields;
+    let Some(source) = fields.place(&link.interface) else {
         return Ok(()); // The link is for an event, which has no value.
     };
     let kind = fields[source].1;
@@ -177,16 +230,9 @@ fn fill(
         document.sink.warn(span, message);
         return Ok(());
     }
-    let stated = |d: &Document, id: NodeId| {
-        let fields = &d.nodes[id.0 as usize].fields;
-        fields
-            .iter()
-            .find(|f| usize::from(f.index) == source)
-            .map(|f| f.value.clone())
-    };
-    let value = match stated(document, instance) {
+    let value = match StatedValues::value(&mut stated.instance, document, source) {
         Some(value) => value,
-        None => match stated(document, proto.defaults) {
+        None => match StatedValues::value(&mut stated.defaults, document, source) {
             // Nodes in a default are part of the template, so each instance gets its own copy.
             Some(Value::Node(Some(id))) => Value::Node(Some(copy(document, id, copies, limits)?)),
             Some(Value::Nodes(ids)) => {
@@ -216,7 +262,7 @@ fn field_of(document: &Document, node: NodeId, name: &str) -> Option<(u16, Field
         ClassRef::Known(id) => id.get().field(name).map(|(i, f)| (i as u16, f.kind)),
         ClassRef::Extension(i) => {
             let fields = &document.extensions[i as usize].fields;
-            let i = fields.iter().position(|(n, _)| **n == *name)?;
+            let i = fields.place(name)?;
             Some((i as u16, fields[i].1))
         }
     };
@@ -241,6 +287,11 @@ pub(super) fn resolve_routes(document: &mut Document) {
     for route in routes {
         let sources = route_ends(document, route.from, &route.output);
         let targets = route_ends(document, route.to, &route.input);
+        let pairs = (sources.len() * targets.len()) as u64;
+        if let Err(cut) = work::spend(LINK_STEPS * pairs) {
+            document.sink.add(*Budget::current().warning(cut));
+            return;
+        }
         for (from, output) in &sources {
             for (to, input) in &targets {
                 document.routes.push(Route {
@@ -265,6 +316,9 @@ pub(super) fn route_ends(document: &Document, node: NodeId, name: &str) -> Vec<(
             out.push((node, name));
             continue;
         };
+        if ivcam_base::work::spend(1 + event_bindings.len() as u64).is_err() {
+            return Vec::new(); // Whoever follows is cut too, and says so.
+        }
         let same =
             |p: &&EventBinding| *p.0 == *name || field_of_event(&p.0) == field_of_event(&name);
         work.extend(

@@ -1,6 +1,6 @@
 //! Includes the files that `File`, `WWWInline` and `Inline` nodes refer to.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use ivcam_base::diag::Severity;
@@ -41,7 +41,7 @@ struct Inclusion<'d> {
     /// The source and the roots of each file that has been read, by its name.
     read: HashMap<String, (u16, Vec<NodeId>)>,
     /// The sources that each source includes. A cycle means that a file includes itself.
-    inside: HashMap<u16, Vec<u16>>,
+    inside: HashMap<u16, BTreeSet<u16>>,
     /// The number of files that each source is nested in.
     depth: Vec<usize>,
 }
@@ -106,8 +106,11 @@ impl Inclusion<'_> {
             );
             return;
         }
-        let total: usize = self.document.sources.iter().map(|s| s.bytes.len()).sum();
-        if known.is_none() && total.saturating_add(bytes.len()) > self.limits.bytes {
+        let total = |own: usize| {
+            let sources = self.document.sources.iter().map(|s| s.bytes.len());
+            sources.fold(own, usize::saturating_add)
+        };
+        if known.is_none() && total(bytes.len()) > self.limits.bytes {
             let most = self.limits.bytes;
             let message = format!("`{name}` is left out: the files have more than {most} bytes");
             let warning = self.document.sink.warn(span, message);
@@ -115,7 +118,7 @@ impl Inclusion<'_> {
             return;
         }
         let (target, roots) = known.unwrap_or_else(|| self.read(name, bytes, depth));
-        self.inside.entry(from).or_default().push(target);
+        self.inside.entry(from).or_default().insert(target);
         self.document.included.insert(id, roots);
     }
 
@@ -162,15 +165,14 @@ fn references(document: &Document, id: NodeId) -> Vec<String> {
 }
 
 /// Returns whether one source includes another, directly or through others.
-fn reaches(inside: &HashMap<u16, Vec<u16>>, from: u16, to: u16) -> bool {
+fn reaches(inside: &HashMap<u16, BTreeSet<u16>>, from: u16, to: u16) -> bool {
     let mut stack = vec![from];
-    let mut seen = Vec::new();
+    let mut seen = BTreeSet::new();
     while let Some(source) = stack.pop() {
         if source == to {
             return true;
         }
-        if !seen.contains(&source) {
-            seen.push(source);
+        if seen.insert(source) {
             stack.extend(inside.get(&source).into_iter().flatten());
         }
     }

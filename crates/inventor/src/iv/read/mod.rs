@@ -26,6 +26,7 @@ mod header;
 mod inline;
 mod numbers;
 mod open;
+mod stated;
 mod syntax_error;
 mod tokens;
 mod upgrade;

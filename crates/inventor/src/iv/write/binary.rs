@@ -191,7 +191,7 @@ impl<'d> BinaryWriter<'d> {
         let own_name = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
         let is_a = !extension.is_a.is_empty() && !own_name;
         self.word(DESCRIBED | (extension.fields.len() + usize::from(is_a)) as u32);
-        for (name, kind) in &extension.fields {
+        for (name, kind) in extension.fields.iter() {
             self.string(kind.name());
             self.string(name);
         }

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 use ivcam_base::diag::Span;
+use ivcam_base::work::{self, Budget, Cut};
 
 use super::compute::{self, EngineMoment};
 use super::edges::{Edge, Slot, edges, sorted};
@@ -29,8 +30,11 @@ pub(crate) fn evaluate(document: &Document, time: f64, bounds: &dyn Bounds) -> O
         warned: HashSet::new(),
         bounds,
         boxes: 0,
+        bytes: 0,
     };
     work.run(edges);
+    // The values that are left are the document's, whose lists are counted when it is compiled.
+    Budget::current().give_back(work.bytes);
     Some(work.document)
 }
 
@@ -52,7 +56,16 @@ struct EngineWork<'a> {
     bounds: &'a dyn Bounds,
     /// The number of bounding boxes that have been computed.
     boxes: usize,
+    /// The bytes of the account that values take.
+    bytes: u64,
 }
+
+/// The bytes that an engine takes for each value of its longest input: the outputs of a
+/// `ComposeMatrix`, and for a `Calculator` also its variables.
+const VALUE_BYTES: usize = 64;
+const CALCULATOR_BYTES: usize = 1024;
+/// The steps of work that a connection takes besides its values.
+const EDGE_STEPS: u64 = 50;
 
 impl EngineWork<'_> {
     /// Delivers the values along all edges, in an order in which they are computed before use.
@@ -91,11 +104,19 @@ impl EngineWork<'_> {
             self.triggers.insert((to, index), pulses);
             return;
         }
-        let Some(value) = self.output(edge.from, &edge.output, edge.span) else {
+        let (Slot::Field(_, kind) | Slot::Input(_, kind)) = edge.slot;
+        self.compute_once(edge.from, edge.span);
+        let Some(value) = self.output(edge.from, &edge.output) else {
             return;
         };
-        let (Slot::Field(_, kind) | Slot::Input(_, kind)) = edge.slot;
-        let Some(value) = convert::to_type(&value, kind) else {
+        let bytes = value.list_bytes();
+        if let Err(cut) = self.take(bytes) {
+            return self.warn_cut(to, edge.span, cut);
+        }
+        let Some(value) = self.output(edge.from, &edge.output) else {
+            return;
+        };
+        let Some(value) = convert::to_type(value, kind) else {
             let name = self.document.node(edge.from).class_name();
             let message = format!(
                 "`{}` of `{name}` does not convert to {}",
@@ -122,20 +143,67 @@ impl EngineWork<'_> {
         }
     }
 
-    /// Returns an output of an engine, or the value of a field.
-    fn output(&mut self, from: NodeId, name: &str, span: Span) -> Option<Value> {
-        if !self.outputs.contains_key(&from) {
-            let outputs = self.compute(from, span);
-            self.outputs.insert(from, outputs);
+    /// Counts the bytes of values that are about to be made, and the work.
+    fn take(&mut self, bytes: usize) -> Result<(), Cut> {
+        let bytes = bytes as u64;
+        work::spend(EDGE_STEPS)?;
+        work::spend_bytes(bytes)?;
+        self.bytes += bytes;
+        Ok(())
+    }
+
+    /// Warns that values of a node are left out.
+    fn warn_cut(&mut self, node: NodeId, span: Span, cut: Cut) {
+        let warning = Budget::current().warning(cut);
+        self.warn(node, span, warning.message);
+    }
+
+    /// Computes the outputs of an engine, unless they are known.
+    fn compute_once(&mut self, from: NodeId, span: Span) {
+        if self.outputs.contains_key(&from) {
+            return;
         }
+        let outputs = match self.take(self.output_bytes(from)) {
+            Ok(()) => self.compute(from, span),
+            Err(cut) => {
+                self.warn_cut(from, span, cut);
+                Vec::new()
+            }
+        };
+        self.outputs.insert(from, outputs);
+    }
+
+    /// Returns a bound of the bytes of a node's outputs. A node that is no engine has none.
+    fn output_bytes(&self, from: NodeId) -> usize {
+        let node = self.document.node(from);
+        let Some(class) = node.known_class() else {
+            return 0;
+        };
+        let fields = || node.data().fields.iter().map(|field| &field.value);
+        match class.id {
+            class::CONCATENATE | class::GATE | class::SELECT_ONE => {
+                fields().map(Value::list_bytes).sum()
+            }
+            _ if class.descends_from(class::ENGINE) => {
+                let longest = fields().map(Value::list_len).max().unwrap_or(0);
+                longest.saturating_mul(match class.id {
+                    class::CALCULATOR => CALCULATOR_BYTES,
+                    _ => VALUE_BYTES,
+                })
+            }
+            _ => 0,
+        }
+    }
+
+    /// Returns an output of an engine that was computed, or the value of a field.
+    fn output(&self, from: NodeId, name: &str) -> Option<&Value> {
         let short = name.strip_suffix("_changed").unwrap_or(name);
         let made = &self.outputs[&from];
         if let Some((_, value)) = made.iter().find(|(n, _)| *n == name || *n == short) {
-            return Some(value.clone());
+            return Some(value);
         }
         let node = self.document.node(from);
-        let value = node.value(name).or_else(|| node.value(short))?;
-        Some(value.clone())
+        node.value(name).or_else(|| node.value(short))
     }
 
     /// Returns the pulses of a node's output. Only clocks create pulses.

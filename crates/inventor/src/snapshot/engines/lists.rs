@@ -1,12 +1,8 @@
 //! Inputs of engines with several values. A shorter input repeats its last value.
 
-/// The largest number of values that an engine computes. Further values are left out, which bounds
-/// memory for hostile files: as many vectors take 50 MB. No search is recorded.
-pub(super) const MAX_VALUES: usize = 1 << 22;
-
 /// Calls `make` for each index of the longest input.
 pub(super) fn run<T, const N: usize>(lengths: [usize; N], make: impl Fn(usize) -> T) -> Vec<T> {
-    let count = lengths.into_iter().max().unwrap_or(0).min(MAX_VALUES);
+    let count = lengths.into_iter().max().unwrap_or(0);
     (0..count).map(make).collect()
 }
 

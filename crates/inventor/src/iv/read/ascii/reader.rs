@@ -88,8 +88,16 @@ pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> 
         roots: Vec::new(),
         truncated: false,
     };
-    while reader.step()? {}
-    Ok(reader.roots)
+    loop {
+        let before = reader.rest.len();
+        if !reader.step()? {
+            return Ok(reader.roots);
+        }
+        // A number of four characters takes a step.
+        let steps = (before - reader.rest.len()) as u64 / 4 + 2;
+        let at = reader.offset(reader.rest);
+        reader.asm.spend(steps, Span::at(at))?;
+    }
 }
 
 impl<'s> AsciiReader<'_, '_, 's> {

@@ -2,21 +2,27 @@
 //! interface of a `Script`.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result, Span};
+use ivcam_base::work::{self, Budget};
 
 use super::reader::{AsciiLevel, AsciiReader, Scope};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{FieldType, class};
 use crate::iv::declarations::{Access, Extension, Interface, Link, Proto, Route};
+use crate::iv::declared_fields::DeclaredFields;
 use crate::iv::document::ClassRef;
 use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
-use crate::iv::read::assemble::{FieldSlot, MAX_FIELDS};
+use crate::iv::read::assemble::{FieldSlot, InterfaceNames, MAX_FIELDS};
 use crate::iv::read::enum_names::EnumNames;
 use crate::iv::read::expand::{self, proto_of};
 use crate::iv::read::tokens::{skip, word};
 use crate::iv::read::values;
+
+/// The largest number of names that the help of a message lists.
+const MOST_NAMES: usize = 100;
 
 impl<'s> AsciiReader<'_, '_, 's> {
     /// Returns whether a node is a `Script`.
@@ -82,11 +88,8 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// Adds a field of an interface to its class's fields.
     fn add_field(&mut self, extension: u32, interface: &Interface) {
         let fields = &mut self.asm.document.extensions[extension as usize].fields;
-        if interface.access.has_value()
-            && fields.len() < MAX_FIELDS
-            && !fields.iter().any(|(n, _)| *n == interface.name)
-        {
-            fields.push((interface.name.clone(), interface.kind));
+        if interface.access.has_value() && fields.len() < MAX_FIELDS {
+            fields.add(interface.name.clone(), interface.kind);
         }
     }
 
@@ -135,10 +138,11 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let Some(proto) = self.proto_around() else {
             return Ok(());
         };
-        let proto = &mut self.asm.document.protos.list[proto];
-        if !proto.interface.iter().any(|i| *i.name == *interface) {
-            let names: Vec<&str> = proto.interface.iter().map(|i| &*i.name).collect();
-            let help = format!("the proto has {}", names.join(", "));
+        let is_known = |names: &InterfaceNames| names.contains(&*interface);
+        if !self.asm.interfaces.get(&proto).is_some_and(is_known) {
+            let proto = &self.asm.document.protos.list[proto];
+            let names = proto.interface.iter().take(MOST_NAMES).map(|i| &*i.name);
+            let help = format!("the proto has {}", names.collect::<Vec<_>>().join(", "));
             let span = self.span(at, rest);
             self.warn(
                 span,
@@ -147,6 +151,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             .help(help);
             return Ok(());
         }
+        let proto = &mut self.asm.document.protos.list[proto];
         proto.links.push(Link {
             node,
             name: name.into(),
@@ -180,7 +185,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let first = document.nodes.len() as u32;
         document.extensions.push(Extension {
             name: name.clone(),
-            fields: Vec::new(),
+            fields: DeclaredFields::default(),
             is_a: Vec::new(),
             interface: Vec::new(),
         });
@@ -231,6 +236,8 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let data = &mut self.asm.document.protos.list[proto];
         let (extension, defaults, external) = (data.extension, data.defaults, data.external);
         data.interface.push(interface.clone());
+        let names = self.asm.interfaces.entry(proto).or_default();
+        names.insert(interface.name.clone());
         self.add_field(extension, &interface);
         if external {
             return Ok(());
@@ -286,6 +293,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let data = &mut document.protos.list[proto];
         data.routes = std::mem::replace(&mut document.routes, scope.routes);
         let extension = data.extension;
+        self.asm.interfaces.remove(&proto);
         if self.asm.in_protos == 0 {
             document
                 .protos
@@ -366,7 +374,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
     }
 
     /// Returns the extensions of another file's protos by name. Each file is read once.
-    fn library(&mut self, url: &str) -> Result<HashMap<Box<str>, u32>> {
+    fn library(&mut self, url: &str) -> Result<Arc<HashMap<Box<str>, u32>>> {
         let read_file = self.asm.read_file;
         let document = &mut *self.asm.document;
         let from = document.sources[usize::from(self.asm.source)].name.clone();
@@ -374,6 +382,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             return Err(Diagnostic::error("the document has no loader"));
         };
         let (name, bytes) = loader.load(&from, url)?;
+        work::spend(bytes.len() as u64 / 64).map_err(|cut| Budget::current().refusal(cut))?;
         if let Some(known) = document.protos.libraries.get(&name) {
             return Ok(known.clone());
         }
@@ -388,7 +397,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         document
             .protos
             .libraries
-            .insert(name.clone(), HashMap::new());
+            .insert(name.clone(), Arc::default());
         let limits = Limits {
             include_depth: own.include_depth - 1,
             ..own.clone()
@@ -404,7 +413,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 .templates
                 .push(first..document.nodes.len() as u32);
         }
-        let declared = read?.declared;
+        let declared = Arc::new(read?.declared);
         document.protos.libraries.insert(name, declared.clone());
         Ok(declared)
     }

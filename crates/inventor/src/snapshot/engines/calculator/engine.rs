@@ -1,24 +1,22 @@
 //! The engine, which runs its statements for each value of its inputs.
 
 use glam::DVec3;
+use ivcam_base::work::{self, Budget};
 
 use super::parse::{parse, short};
 use super::program::{Bank, OperandKind};
 use crate::grammar::calculator;
 use crate::grammar::value::Value;
 use crate::iv::NodeRef;
-use crate::snapshot::engines::lists::MAX_VALUES;
 use crate::snapshot::engines::outputs::Outputs;
 
-/// The largest number of operations over all values. It bounds the time for hostile files. No
-/// search is recorded: a calculator of ten operations reaches it only with 10 million values, and
-/// [`MAX_VALUES`] is less.
-const MAX_OPERATIONS: usize = 100_000_000;
+/// The steps of work that an operation takes.
+const OPERATION_STEPS: u64 = 4;
 
 /// Computes the outputs of a `Calculator`.
 ///
 /// # Errors
-/// Returns a message if an expression is wrong or needs too many operations.
+/// Returns a message if an expression is wrong, or if the account of the scene cuts the work.
 pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
     use calculator as c;
     let scalars = [c::A, c::B, c::C, c::D, c::E, c::F, c::G, c::H].map(|f| node.get(f));
@@ -41,13 +39,10 @@ pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
         .iter()
         .map(|s| s.len())
         .chain(points.iter().map(|p| p.len()));
-    let count = lengths.max().unwrap_or(1).clamp(1, MAX_VALUES);
+    let count = lengths.max().unwrap_or(1).max(1);
     let size: usize = program.iter().map(|s| s.size).sum();
-    if size.saturating_mul(count) > MAX_OPERATIONS {
-        return Err(format!(
-            "{count} values with {size} operations each are more than {MAX_OPERATIONS} operations"
-        ));
-    }
+    let steps = OPERATION_STEPS.saturating_mul(size.saturating_mul(count) as u64);
+    work::spend(steps).map_err(|cut| Budget::current().warning(cut).message)?;
     let mut bank = Bank::default();
     let mut results: Vec<Bank> = Vec::with_capacity(count);
     for i in 0..count {
