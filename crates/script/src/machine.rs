@@ -21,7 +21,7 @@ use ivcam_inventor::snapshot::engines::convert::to_type;
 
 use super::guard::guarded;
 use super::host::{Host, host_object};
-use super::meter::{MAX_INSTRUCTIONS, Meter};
+use super::meter::Meter;
 use super::values::{from_data, items, script_type, text, to_data};
 
 const PRELUDE: &str = include_str!("prelude.js");
@@ -198,8 +198,9 @@ impl Machine {
         }
         let used = before.saturating_sub(self.context.instructions_remaining());
         self.meter.executed(used);
-        if problem.is_none() && self.meter.instructions() == 0 {
-            problem = Some(ScriptFailure::Limit(too_many_instructions()));
+        if problem.is_none() && self.meter.is_used_up() {
+            let limit = self.meter.too_many_instructions();
+            problem = Some(ScriptFailure::Limit(limit));
         }
         (outputs, problem)
     }
@@ -293,7 +294,9 @@ fn failure(error: &JsError, meter: &Meter) -> ScriptFailure {
         return ScriptFailure::Limit(limit);
     }
     match error.as_engine() {
-        Some(EngineError::NoInstructionsRemain) => ScriptFailure::Limit(too_many_instructions()),
+        Some(EngineError::NoInstructionsRemain) => {
+            ScriptFailure::Limit(meter.too_many_instructions())
+        }
         Some(EngineError::RuntimeLimit(RuntimeLimitError::Recursion)) => {
             let limit = format!("its functions call each other more than {MAX_RECURSION} deep");
             ScriptFailure::Limit(limit)
@@ -312,8 +315,4 @@ fn failure(error: &JsError, meter: &Meter) -> ScriptFailure {
             ScriptFailure::Error(line.chars().take(200).collect())
         }
     }
-}
-
-fn too_many_instructions() -> String {
-    format!("the scene's scripts execute more than {MAX_INSTRUCTIONS} instructions")
 }

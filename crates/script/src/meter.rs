@@ -3,11 +3,21 @@
 use std::cell::{Cell, RefCell};
 
 use boa_engine::{JsResult, JsString, RuntimeLimitError};
+use ivcam_base::work::{self, Budget, WorkLimit};
 
-/// The number of instructions that the scripts of a scene may execute together. A frame of a usual
-/// script takes some hundreds. Each can allocate about 100 bytes, so this also bounds the memory
-/// for objects, to about 1 GB. Tests reach the limit sooner.
-pub(super) const MAX_INSTRUCTIONS: usize = if cfg!(test) { 1_000_000 } else { 20_000_000 };
+/// The steps of work of an instruction that is executed, and those of the whole account for each
+/// instruction that the scripts of a scene may execute together: 20 million of the usual account. A
+/// frame of a usual script takes some hundreds. Each can allocate about 100 bytes, so this also
+/// bounds the memory for objects, to about 1 GB.
+const STEPS: u64 = 20;
+const STEPS_OF_ACCOUNT: u64 = 50;
+
+/// The number of instructions in tests, which reach the limit sooner.
+const IN_TESTS: usize = 1_000_000;
+
+/// The instructions that stand for making a script that another one creates, which takes about 10
+/// ms. Scripts that the file states are bounded by their number.
+pub(super) const CREATED_SCRIPT: usize = 150_000;
 
 /// The number of elements that functions such as `sort` may visit.
 const MAX_ELEMENTS: f64 = 5e6;
@@ -31,6 +41,8 @@ const SHORT: usize = 32;
 /// What the scripts of a scene have used, and whether they have reached a limit.
 #[derive(Debug)]
 pub(super) struct Meter {
+    /// The number of instructions that the scripts may execute, and of those that are left.
+    limit: usize,
     instructions: Cell<usize>,
     elements: Cell<f64>,
     written: Cell<f64>,
@@ -45,8 +57,14 @@ pub(super) struct Meter {
 
 impl Default for Meter {
     fn default() -> Self {
+        let work = Budget::of_thread().map_or(WorkLimit::default(), |budget| budget.work());
+        let limit = match cfg!(test) {
+            true => IN_TESTS,
+            false => (work.0 / STEPS_OF_ACCOUNT) as usize,
+        };
         Self {
-            instructions: Cell::new(MAX_INSTRUCTIONS),
+            limit,
+            instructions: Cell::new(limit),
             elements: Cell::new(0.0),
             written: Cell::new(0.0),
             strings: RefCell::default(),
@@ -66,7 +84,19 @@ impl Meter {
     /// Counts instructions that were executed.
     pub(super) fn executed(&self, instructions: usize) {
         let left = self.instructions.get().saturating_sub(instructions);
-        self.instructions.set(left);
+        let fits = work::spend(STEPS * instructions as u64).is_ok();
+        self.instructions.set(if fits { left } else { 0 });
+    }
+
+    /// Returns whether no script may execute anything any more.
+    pub(super) fn is_used_up(&self) -> bool {
+        self.instructions.get() == 0
+    }
+
+    /// Returns the message that no instructions are left.
+    pub(super) fn too_many_instructions(&self) -> String {
+        let limit = self.limit;
+        format!("the scene's scripts execute more than {limit} instructions")
     }
 
     /// Returns the limit that was reached, once.

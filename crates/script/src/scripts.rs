@@ -10,7 +10,7 @@ use ivcam_inventor::iv::{NodeId, NodeRef, Value};
 
 use super::host::Host;
 use super::machine::{Machine, ScriptFailure, ScriptOutputs};
-use super::meter::Meter;
+use super::meter::{CREATED_SCRIPT, Meter};
 
 /// The largest number of scripts in a scene. Each needs about 250 kB. Tests reach the limit sooner.
 const MAX_SCRIPTS: usize = if cfg!(test) { 20 } else { 500 };
@@ -28,12 +28,14 @@ pub(crate) struct RunningScripts {
     seen: usize,
     /// The number of scripts that were found.
     found: usize,
+    /// Whether it was reported that all scripts stopped.
+    is_told: bool,
 }
 
 impl RunningScripts {
-    /// Finds the scripts of a scene and runs their programs, which define functions.
+    /// Returns the scripts of a scene before they run.
     pub(crate) fn find(world: &Rc<RefCell<World>>) -> Self {
-        let mut scripts = Self {
+        Self {
             world: world.clone(),
             meter: Rc::default(),
             creations: Rc::default(),
@@ -41,20 +43,25 @@ impl RunningScripts {
             received: Vec::new(),
             seen: 0,
             found: 0,
-        };
-        scripts.find_new();
-        scripts
+            is_told: false,
+        }
     }
 
-    /// Finds the scripts among the nodes that are new, and returns them.
-    fn find_new(&mut self) -> Vec<NodeId> {
+    /// Finds the scripts among the nodes that are new. Runs the program of each, which defines its
+    /// functions, and its `initialize`, before the next one: to prepare a script takes 20 ms, which
+    /// is lost if those before it use everything up. Returns whether there were any.
+    fn begin_new(&mut self) -> bool {
+        let is_created = self.seen > 0;
         let (found, seen) = {
             let document = &self.world.borrow().document;
             (events::scripts(document, self.seen), document.nodes.len())
         };
         self.seen = seen;
-        let mut new = Vec::new();
+        let before = self.found;
         for id in found {
+            if self.meter.is_used_up() {
+                break;
+            }
             if self.found >= MAX_SCRIPTS {
                 let message =
                     format!("the scene has more than {MAX_SCRIPTS} scripts; the rest is not run");
@@ -70,13 +77,16 @@ impl RunningScripts {
                 }
                 ProgramSource::Program(program) => {
                     self.found += 1;
+                    if is_created {
+                        self.meter.executed(CREATED_SCRIPT);
+                    }
                     if self.add(id, &program) {
-                        new.push(id);
+                        self.call_each(&[id], "initialize");
                     }
                 }
             }
         }
-        new
+        self.found > before
     }
 
     /// Adds a script. Returns whether its program ran.
@@ -131,6 +141,14 @@ impl RunningScripts {
             ScriptFailure::Error(reason) => {
                 world.warn(id, format!("{what}: {reason}"));
             }
+            ScriptFailure::Limit(reason) if self.meter.is_used_up() => {
+                self.machines.clear();
+                if !std::mem::replace(&mut self.is_told, true) {
+                    let warning = world.warn(id, format!("all scripts stopped: {reason}"));
+                    warning.kind = ErrorKind::Limit;
+                    warning.help("`--work N` raises the limit");
+                }
+            }
             ScriptFailure::Limit(reason) => {
                 self.machines.remove(&id);
                 world.warn(id, format!("{what}: {reason}")).kind = ErrorKind::Limit;
@@ -145,8 +163,7 @@ impl Scripts for RunningScripts {
     }
 
     fn initialize(&mut self) {
-        let all: Vec<NodeId> = self.machines.keys().copied().collect();
-        self.call_each(&all, "initialize");
+        self.begin_new();
     }
 
     fn deliver(&mut self, event: &Event) -> bool {
@@ -165,11 +182,8 @@ impl Scripts for RunningScripts {
     fn finish_events(&mut self) -> bool {
         let received = std::mem::take(&mut self.received);
         self.call_each(&received, "eventsProcessed");
-        let mut new = Vec::new();
-        if self.world.borrow().document.nodes.len() > self.seen {
-            new = self.find_new();
-            self.call_each(&new, "initialize");
-        }
-        !received.is_empty() || !new.is_empty()
+        let has_grown = self.world.borrow().document.nodes.len() > self.seen;
+        let has_begun = has_grown && self.begin_new();
+        !received.is_empty() || has_begun
     }
 }

@@ -1,11 +1,12 @@
 //! Plays a scene with scripts in a thread of its own.
 
-use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::thread::Builder;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use ivcam_base::diag::{Diagnostic, Severity};
 use ivcam_base::files::InputRecord;
+use ivcam_base::work::{Budget, StopSignal};
 use ivcam_inventor::events::Played;
 use ivcam_inventor::iv::Document;
 
@@ -27,7 +28,8 @@ pub(crate) fn in_own_thread(
     play: impl FnOnce(Document) -> Played + Send + 'static,
 ) -> Played {
     let copy = document.clone();
-    let record = InputRecord::current();
+    let (record, budget) = (InputRecord::current(), Budget::current());
+    let stop = budget.stop().clone();
     let (send, receive) = channel();
     let thread = Builder::new()
         .name("scripts".into())
@@ -35,12 +37,13 @@ pub(crate) fn in_own_thread(
         .spawn(move || {
             InputRecord::share(record);
             // The receiver is gone if the deadline has passed.
-            let _ = send.send(play(copy));
+            let _ = send.send(budget.during(|| play(copy)));
         });
     let reason = match thread {
         Err(error) => format!("no thread could be started: {error}"),
-        Ok(_) => match receive.recv_timeout(DEADLINE) {
+        Ok(_) => match wait(&receive, &stop) {
             Ok(played) => return played,
+            Err(RecvTimeoutError::Timeout) if stop.is_set() => "the work has to end".into(),
             Err(RecvTimeoutError::Timeout) => {
                 format!("they take more than {} seconds", DEADLINE.as_secs())
             }
@@ -55,5 +58,17 @@ pub(crate) fn in_own_thread(
         document,
         bound: None,
         sent: Vec::new(),
+    }
+}
+
+/// Waits for the thread, until the deadline or until the work has to end.
+fn wait(receive: &Receiver<Played>, stop: &StopSignal) -> Result<Played, RecvTimeoutError> {
+    const TURN: Duration = Duration::from_millis(20);
+    let start = Instant::now();
+    loop {
+        match receive.recv_timeout(TURN) {
+            Err(RecvTimeoutError::Timeout) if !stop.is_set() && start.elapsed() < DEADLINE => {}
+            result => return result,
+        }
     }
 }
