@@ -208,6 +208,9 @@ impl<'a> Batch<'a> {
 
     /// Traces the samples of the batch, adds their light to the sums in order, and empties it.
     pub(super) fn flush(&mut self, sums: &mut [Exposed]) {
+        if self.render.shader.scene().is_stopped() {
+            return self.clear(); // Nobody uses the sums.
+        }
         self.shoot();
         let camera = self.render.camera;
         self.shade();

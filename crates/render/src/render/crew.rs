@@ -21,6 +21,7 @@ use super::passes::Render;
 use super::segment::Segment;
 use super::shares::SampleShares;
 use super::tile::Tile;
+use crate::scene::RenderScene;
 use crate::team::{Schedule, Team};
 
 /// How many pieces a process has at a time, so that it need not wait for the next one.
@@ -123,6 +124,7 @@ impl Render<'_> {
             shared: !shares.is_even(),
             tiles: segment.open_tiles().concat(),
             segment,
+            scene: self.shader.scene(),
             proceed,
         };
         self.run_job(team, &mut job, shares)
@@ -270,6 +272,7 @@ struct TileJob<'a, 'p> {
     shared: bool,
     tiles: Vec<Tile>,
     segment: &'a Segment<'p>,
+    scene: &'a RenderScene,
     proceed: &'a (dyn Fn(u64) -> bool + Sync),
 }
 
@@ -305,6 +308,9 @@ impl CrewJob for TileJob<'_, '_> {
         let CrewOutcome::Tiles(sums, counts) = outcome else {
             return false;
         };
+        if self.scene.is_stopped() {
+            return false; // Rays may have been abandoned.
+        }
         let tiles = self.some(&piece);
         (self.proceed)(self.segment.finish(tiles, &sums, &counts))
     }

@@ -88,7 +88,7 @@ impl GhostRender<'_> {
                 ghosts.pixels[splat.pixel as usize] += splat.level.as_dvec3();
             }
         }
-        Some(ghosts)
+        proceed().then_some(ghosts)
     }
 
     /// Returns the lens at one wavelength per channel if its glass is dispersive, otherwise once.
@@ -191,6 +191,9 @@ impl<'a> IncidentBeam<'a> {
             let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
             region.light = 0.0;
             for i in 0..PILOT_GRID * PILOT_GRID {
+                if self.render.scene.is_stopped() {
+                    break;
+                }
                 let point = self.point_in_cell(&region, PILOT_GRID, i, round);
                 self.trace(lenses, point, path, |splat| {
                     (low, high) = (low.min(point), high.max(point));
@@ -216,6 +219,9 @@ impl<'a> IncidentBeam<'a> {
         let area = region.size.x * region.size.y / (f64::from(side) * f64::from(side));
         let mut splats = Vec::new();
         for i in 0..side * side {
+            if self.render.scene.is_stopped() {
+                break;
+            }
             let point = self.point_in_cell(region, side, i, 2);
             self.trace(lenses, point, path, |splat| {
                 let level = splat.level * area as f32;

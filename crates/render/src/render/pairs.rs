@@ -65,6 +65,7 @@ impl Render<'_> {
         let mut error = SquaredError::of(&pairs, &film.pixels);
         if let Some(error) = &mut error {
             error.missed = missed;
+            error.cut_rays = self.shader.scene().cut_rays();
         }
         (error, counts)
     }

@@ -287,6 +287,7 @@ impl Render<'_> {
     /// Estimates the error of the film of a region after a number of samples per pixel.
     fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
         let (squared_error, more) = self.measure(film, region, true);
+        let squared_error = squared_error.filter(|_| !self.shader.scene().is_stopped());
         counts.add(&more);
         let error = squared_error.and_then(|e| e.relative(film.pixels.len(), film.mean()).ok());
         // The error falls with the power 3/4 of the samples at best (over edges in the plane).
@@ -383,6 +384,9 @@ impl Render<'_> {
         let some = |batch: &mut Batch<'_>, tiles: &[Tile]| {
             let mut sums: Vec<Exposed> = tiles.iter().flat_map(|t| segment.pixels(*t)).collect();
             let counts = batch.expose(tiles, &mut sums, &segment.samples, shares);
+            if self.shader.scene().is_stopped() {
+                return false; // Rays may have been abandoned.
+            }
             proceed(segment.finish(tiles, &sums, &counts))
         };
         let at_once = self.tiles_at_once(&segment.samples);

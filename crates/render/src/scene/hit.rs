@@ -3,6 +3,7 @@
 use glam::{DVec3, Vec3};
 use ivcam_base::math::lanes::bits;
 
+use super::instances::RaySteps;
 use super::looks::Surface;
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
@@ -104,12 +105,17 @@ impl RenderScene {
         ray: &Ray,
         is_visible: impl Fn(&Hit) -> bool,
     ) -> Option<Hit> {
+        if self.stop.is_set() {
+            return None;
+        }
         let prepared = PreparedRay::new(ray);
         let search = |front: &mut Front| {
+            let steps = RaySteps::new(self.most_steps, &self.stop);
             self.tree()
                 .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
                     let range = (ray.t_min, t_max);
-                    self.visit::<INSTANCES>((&prepared, true), (block, hits), range, |hit| {
+                    let query = (&prepared, true, &steps);
+                    self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_visible(&hit) {
                             front.add(hit, |hit| self.rank(hit));
@@ -117,14 +123,28 @@ impl RenderScene {
                         front.t_max
                     })
                 });
+            INSTANCES && steps.is_cut()
         };
         let mut front = Front::new(ray);
-        search(&mut front);
-        if front.unsure {
+        let mut is_cut = search(&mut front);
+        if front.unsure && !is_cut {
+            let first = front.best.take();
             front.restart();
-            search(&mut front);
+            is_cut = search(&mut front);
+            front.best = front.best.or(first);
+        }
+        if is_cut && !self.stop.is_set() {
+            self.count_cut();
         }
         front.best
+    }
+
+    /// Counts a ray that was cut.
+    #[cold]
+    fn count_cut(&self) {
+        if let Some(instances) = &self.instances {
+            instances.cut.add();
+        }
     }
 
     /// Returns the rank of a primitive in the drawing order. Transparent primitives are drawn after
@@ -170,7 +190,7 @@ impl RenderScene {
     #[inline(always)]
     fn visit<const INSTANCES: bool>(
         &self,
-        (ray, sorted): (&PreparedRay, bool),
+        (ray, sorted, steps): (&PreparedRay, bool, &RaySteps<'_>),
         (block, hits): (&Block, &BlockHits),
         (t_min, mut t_max): (f32, f32),
         mut found: impl FnMut(Hit) -> f32,
@@ -195,7 +215,8 @@ impl RenderScene {
             {
                 let range = (t_min, t_max);
                 let lists = self.lists();
-                t_max = instances.search(lists, (ray, sorted), element, range, &mut found);
+                let query = (ray, sorted, steps);
+                t_max = instances.search(lists, query, element, range, &mut found);
                 continue;
             }
             let primitive = block.primitive(lane);
@@ -274,12 +295,17 @@ impl RenderScene {
 
     /// Does the work of [`RenderScene::transmittance`] for a scene with or without instances.
     fn transmittance_in<const INSTANCES: bool>(&self, ray: &Ray, t_max: f32) -> f32 {
+        if self.stop.is_set() {
+            return 0.0;
+        }
         let prepared = PreparedRay::new(ray);
+        let steps = RaySteps::new(self.most_steps, &self.stop);
         let mut through = 1.0;
         self.tree()
             .walk_any(&prepared, ray.t_min, t_max, |block, hits, t_max| {
                 let range = (ray.t_min, t_max);
-                self.visit::<INSTANCES>((&prepared, false), (block, hits), range, |hit| {
+                let query = (&prepared, false, &steps);
+                self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max
@@ -288,6 +314,9 @@ impl RenderScene {
                     }
                 })
             });
+        if INSTANCES && steps.is_cut() && !self.stop.is_set() {
+            self.count_cut();
+        }
         through
     }
 

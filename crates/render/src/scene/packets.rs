@@ -73,6 +73,10 @@ impl Primitives for RenderScene {
 impl RenderScene {
     /// Finds the hits of a packet of rays, as [`RenderScene::hit`] does for one ray.
     pub(crate) fn hits(&self, rays: &RayPacket, hits: &mut PacketHits) {
+        if self.stop.is_set() {
+            hits.mask = 0;
+            return;
+        }
         // Rays whose nearest hit may not be the visible one.
         let mut doubtful = if self.annotated {
             hits.mask = 0;

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use glam::{DVec3, Vec3};
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, counted};
+use ivcam_base::work::{Budget, StopSignal, WorkLimit};
 
 use super::census::Census;
 use super::emitter_list::Emitters;
@@ -50,6 +51,10 @@ pub struct RenderScene {
     pub(super) background: Background,
     pub(super) census: Census,
     pub(super) bounds: Option<(Vec3, Vec3)>,
+    /// The signal that ends all rays.
+    pub(super) stop: StopSignal,
+    /// The number of steps that a ray may take between instances.
+    pub(super) most_steps: u64,
 }
 
 /// The number of rays for each primitive from which a refined tree saves more time than it takes to
@@ -72,6 +77,12 @@ pub struct OracleTriangle {
 impl RenderScene {
     /// Computes the values that depend on the whole scene: bounds, fog and transparency.
     pub(super) fn finalize(&mut self) -> Result<()> {
+        let budget = Budget::of_thread();
+        let work = budget.as_ref().map_or(WorkLimit::default(), Budget::work);
+        self.most_steps = work.of_ray();
+        self.stop = budget
+            .map(|budget| budget.stop().clone())
+            .unwrap_or_default();
         let instances = self.instances.as_ref().map_or(0, |all| all.root.len());
         if u32::try_from(self.owners.len() + instances).is_err() {
             return Err(Diagnostic::beyond_limit(
@@ -232,6 +243,39 @@ impl RenderScene {
     /// Whether any surface is lit by a light.
     pub fn has_lights(&self) -> bool {
         !self.light_sets.is_empty()
+    }
+
+    /// Returns whether all work on the scene has to end. Rays then find nothing, so whoever has traced
+    /// some asks before it uses the results.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.is_set()
+    }
+
+    /// Returns the number of rays that were cut so far, because they took too many steps between
+    /// instances.
+    pub fn cut_rays(&self) -> u64 {
+        self.instances.as_ref().map_or(0, |all| all.cut.get().0)
+    }
+
+    /// Returns a warning about the rays that were cut, if there are any.
+    pub fn warn_of_cut_rays(&self) -> Option<Box<Diagnostic>> {
+        let instances = self.instances.as_ref()?;
+        let (rays, prototype) = instances.cut.get();
+        if rays == 0 {
+            return None;
+        }
+        let (rays, most) = (counted(rays as usize, "ray"), self.most_steps);
+        let warning = Diagnostic::warning(format!(
+            "{rays} took more than {most} steps between parts that overlap; what they see is not \
+             sure, and the error of the picture is unknown"
+        ));
+        let help = "`--work N` raises the limit, of which a ray may take a 16,384th";
+        let warning = warning.of_kind(ErrorKind::Limit).with_help(help);
+        let part = instances.prototypes.get(prototype as usize);
+        Some(match part.and_then(|part| part.source.as_ref()) {
+            Some((source, span)) => warning.at(source, *span),
+            None => warning,
+        })
     }
 
     /// The background, which rays without a hit see.

@@ -6,6 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted};
 use ivcam_inventor::events::SnapshotOptions;
+use ivcam_base::work::Budget;
 use ivcam_inventor::iv::{Document, Limits};
 use ivcam_inventor::snapshot::SentEvent;
 use serde_json::{Value as Json, json};
@@ -75,6 +76,8 @@ impl Checked {
             survey.diagnostics.extend(warning.map(|w| *w));
             (document, survey)
         });
+        // A survey that had to end is not one of the whole scene.
+        let document = document.and_then(|checked| Budget::current().check().map(|()| checked));
         Self {
             file: path.display().to_string(),
             document,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use ivcam_base::diag::Diagnostic;
-use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::{Grid, State, Step, WalkOptions};
@@ -16,6 +16,7 @@ use super::walk::Compiler;
 use crate::scene::census::{Census, InstanceCounts};
 use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives};
 use crate::scene::instancing::{Instancer, Prototypes};
+use crate::scene::looks::Surface;
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 
@@ -55,12 +56,21 @@ pub(super) struct Outside {
     census: Census,
 }
 
+/// The shape that was recorded last.
+struct LastShape<'a> {
+    node: NodeId,
+    state: Box<State<'a>>,
+    matrices: Vec<DMat4>,
+}
+
 /// The instances of a scene that is being compiled.
 pub(super) struct CompiledInstances<'a> {
     /// The prototypes by their parts, or `None` if the scene is expanded.
     pub prototypes: Option<Prototypes<'a>>,
     /// The innermost recording.
     pub recording: Recording,
+    /// The last shape of it, if everything in the shape is opaque.
+    last_shape: Option<LastShape<'a>>,
     store: Box<Instances>,
     /// The counts of each prototype.
     censuses: Vec<Census>,
@@ -78,6 +88,7 @@ impl<'a> CompiledInstances<'a> {
         Self {
             prototypes: Prototypes::new(snapshot, options, walk_options),
             recording: Recording::new(Step::start()),
+            last_shape: None,
             store: Box::new(Instances::new(options.origin)),
             censuses: Vec::new(),
             glyphs: StoredGlyphs::default(),
@@ -85,7 +96,8 @@ impl<'a> CompiledInstances<'a> {
     }
 
     /// Keeps a prototype with what it counts. Returns its number.
-    pub(super) fn keep(&mut self, prototype: Prototype, census: Census) -> u32 {
+    pub(super) fn keep(&mut self, mut prototype: Prototype, census: Census) -> u32 {
+        prototype.drop_covered(|number| self.store.prototypes[number as usize].is_opaque);
         self.store.prototypes.push(prototype);
         self.censuses.push(census);
         self.censuses.len() as u32 - 1
@@ -97,7 +109,9 @@ impl<'a> CompiledInstances<'a> {
         if instances.prototypes.is_empty() {
             return;
         }
-        instances.root = self.recording.contents;
+        let mut root = self.recording.contents;
+        root.drop_covered(|number| instances.prototypes[number as usize].is_opaque);
+        instances.root = root;
         let extent = &instances.root.extent;
         scene.census.instances = InstanceCounts {
             prototypes: instances.prototypes.len() as u64,
@@ -141,6 +155,7 @@ impl<'a> Instancer<'a> for Compiler<'a> {
     fn begin_prototype(&mut self, state: &mut State<'a>) -> Outside {
         let builder = &mut self.builder;
         builder.assign_surface();
+        self.instances.last_shape = None;
         let entry = state.steps.get_or_insert_with(Step::start).clone();
         Outside {
             recording: replace(&mut self.instances.recording, Recording::new(entry)),
@@ -154,11 +169,19 @@ impl<'a> Instancer<'a> for Compiler<'a> {
     fn end_prototype(&mut self, outside: Outside, is_spoiled: bool) -> Option<u32> {
         let (builder, instances) = (&mut self.builder, &mut self.instances);
         builder.assign_surface();
+        instances.last_shape = None;
         let is_spoiled = take(&mut builder.spoiled) | is_spoiled;
         let own = replace(&mut builder.scene.census, outside.census);
-        let contents = replace(&mut instances.recording, outside.recording).contents;
+        let mut contents = replace(&mut instances.recording, outside.recording).contents;
         builder.is_recording = outside.is_recording;
         if !is_spoiled && contents.extent.depth < Extent::DEEPEST {
+            let is_opaque = contents.contents().all(|content| match content {
+                Content::Shape { surface } => builder.scene.surfaces[*surface as usize].is_opaque(),
+                Content::Instance { prototype, .. } => {
+                    instances.store.prototypes[*prototype as usize].is_opaque
+                }
+            });
+            contents.is_opaque = is_opaque;
             builder.scene.census.add_kept(&own);
             return Some(instances.keep(contents, own));
         }
@@ -174,6 +197,11 @@ impl<'a> Instancer<'a> for Compiler<'a> {
     fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool {
         let matrices = self.matrices(state);
         matrices.is_some_and(|matrices| self.draw(prototype, grid, &matrices))
+    }
+
+    fn stands_for(&mut self, prototype: u32, node: NodeRef<'a>) {
+        let source = node.source().map(|source| (source.clone(), node.span()));
+        self.instances.store.prototypes[prototype as usize].source = source;
     }
 }
 
@@ -193,6 +221,32 @@ impl<'a> Compiler<'a> {
             let matrices = self.matrices(state);
             self.keep_shape(before, matrices);
         }
+    }
+
+    /// Whether a shape of what is being recorded is the one before it once more, at the same place.
+    /// It hides that one, or is hidden by it, and need not be drawn.
+    pub(super) fn repeats_last(&self, node: NodeRef<'a>, state: &State<'a>) -> bool {
+        let last = self.instances.last_shape.as_ref();
+        last.filter(|last| self.builder.is_recording && last.node == node.id)
+            .is_some_and(|last| {
+                let matrices = self.matrices(state);
+                matrices.as_ref() == Some(&last.matrices) && last.state.is_like(state)
+            })
+    }
+
+    /// Remembers the shape that was recorded. `before` are the lengths before it.
+    pub(super) fn note_shape(&mut self, node: NodeRef<'a>, before: Lengths, state: &State<'a>) {
+        let scene = &self.builder.scene;
+        let mut surfaces = scene.surfaces[before.surfaces..].iter();
+        let is_opaque = surfaces.all(Surface::is_opaque) && scene.strokes.len() == before.strokes;
+        let matrices = self
+            .matrices(state)
+            .filter(|_| self.builder.is_recording && is_opaque);
+        self.instances.last_shape = matrices.map(|matrices| LastShape {
+            node: node.id,
+            state: Box::new(state.clone()),
+            matrices,
+        });
     }
 
     /// Returns the matrices from the part that is being recorded, or from the world, to the current
@@ -247,10 +301,9 @@ impl<'a> Compiler<'a> {
         let store = &instances.store;
         let times = grid.map_or(1, |grid| grid.len());
         if !store.prototypes[number as usize].extent.is_empty() {
-            let content = Content::Instance {
-                prototype: number,
-                grid: grid.map(Box::new),
-            };
+            let mut matrices = matrices.to_vec();
+            let content = store.content(number, grid, &mut matrices);
+            let matrices = &matrices[..];
             let (origin, is_inside) = (builder.options.origin, builder.is_recording);
             let placed = store.extent(&content).and_then(|all| all.under(matrices));
             let placed = placed.filter(|extent| is_inside || extent.is_in_reach(origin));

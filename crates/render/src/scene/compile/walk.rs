@@ -161,10 +161,14 @@ impl Compiler<'_> {
 impl<'a> Visitor<'a> for Compiler<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         self.reach(node);
+        if self.repeats_last(node, state) {
+            return;
+        }
         let before = self.builder.lengths();
         shapes::draw(node, state, &mut self.builder);
         self.end_shape(before, state);
         self.end_text(node, state);
+        self.note_shape(node, before, state);
     }
 
     fn light(&mut self, light: &LightElement, _state: &State<'a>) {

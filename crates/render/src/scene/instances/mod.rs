@@ -12,10 +12,12 @@ mod local_ray;
 mod prototype;
 mod search;
 mod shape;
+mod steps;
 mod store;
 mod tree;
 
 pub(in crate::scene) use extent::{Extent, grid_bounds, moved};
 pub(in crate::scene) use prototype::{Content, Prototype};
 pub(in crate::scene) use shape::{ShapeLists, ShapePrimitives};
+pub(in crate::scene) use steps::RaySteps;
 pub(in crate::scene) use store::Instances;

@@ -1,8 +1,11 @@
 //! A prototype: shapes in their object space, and other prototypes.
 
+use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use glam::DMat4;
+use ivcam_base::diag::{Source, Span};
 use ivcam_inventor::traversal::Grid;
 
 use super::extent::Extent;
@@ -41,6 +44,10 @@ pub(in crate::scene) struct Prototype {
     pub extent: Extent,
     /// Whether it is a glyph of a text.
     pub is_glyph: bool,
+    /// Whether everything in it is opaque, so that of two copies at one place one is seen.
+    pub is_opaque: bool,
+    /// The first part of the scene that is this prototype.
+    pub source: Option<(Arc<Source>, Span)>,
 }
 
 impl Default for Prototype {
@@ -50,11 +57,18 @@ impl Default for Prototype {
             steps: Vec::new(),
             extent: Extent::NONE,
             is_glyph: false,
+            is_opaque: false,
+            source: None,
         }
     }
 }
 
 impl Prototype {
+    /// What the elements draw.
+    pub(in crate::scene) fn contents(&self) -> impl Iterator<Item = &Content> {
+        self.elements.iter().map(|element| &element.content)
+    }
+
     /// The number of elements.
     pub(in crate::scene) fn len(&self) -> usize {
         self.elements.len()
@@ -78,6 +92,58 @@ impl Prototype {
             content,
         });
         Some(())
+    }
+
+    /// Returns what the prototype draws if that is one grid of another prototype: the matrices
+    /// before the grid, if they only move it, the number of that prototype, and the grid.
+    pub(in crate::scene) fn as_grid(&self) -> Option<(&[DMat4], u32, &Grid)> {
+        let [element] = &self.elements[..] else {
+            return None;
+        };
+        let Content::Instance {
+            prototype,
+            grid: Some(grid),
+        } = &element.content
+        else {
+            return None;
+        };
+        let matrices = self.matrices(element);
+        let only_moves = |m: &DMat4| {
+            let still = DMat4::from_translation(m.w_axis.truncate());
+            *m == still
+        };
+        let is_first = element.first == 0;
+        (is_first && matrices.iter().all(only_moves)).then_some((matrices, *prototype, grid))
+    }
+
+    /// Drops the instances that a later one covers: one of the same prototype at the same place, as
+    /// `is_opaque` says of its number.
+    pub(in crate::scene) fn drop_covered(&mut self, is_opaque: impl Fn(u32) -> bool) {
+        let mut last: HashMap<u64, usize> = HashMap::new();
+        let mut is_covered = vec![false; self.elements.len()];
+        for (number, element) in self.elements.iter().enumerate().rev() {
+            let Content::Instance { prototype, grid } = &element.content else {
+                continue;
+            };
+            if !is_opaque(*prototype) {
+                continue;
+            }
+            let key = self.matrices(element).iter().flat_map(DMat4::to_cols_array);
+            let key = key.fold(u64::from(*prototype), |key, x| {
+                (key ^ x.to_bits())
+                    .wrapping_mul(0x9e37_79b9_7f4a_7c15)
+                    .rotate_left(29)
+            });
+            let known = *last.entry(key).or_insert(number);
+            let other = &self.elements[known];
+            is_covered[number] = known != number
+                && self.matrices(other) == self.matrices(element)
+                && matches!(&other.content, Content::Instance { prototype: p, grid: g }
+                    if p == prototype && g == grid);
+        }
+        let mut is_covered = is_covered.into_iter();
+        self.elements
+            .retain(|_| !is_covered.next().unwrap_or(false));
     }
 
     /// Leaves room for shapes of the scene, which are drawn between elements. Returns the number of

@@ -8,6 +8,7 @@ use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
 use super::prototype::{Content, Prototype, copy_matrix};
 use super::shape::ShapeLists;
+use super::steps::RaySteps;
 use super::store::Instances;
 use super::tree::{InstanceItem, PrototypeTree};
 use crate::bvh::{Hit, PreparedRay};
@@ -30,6 +31,7 @@ struct InstanceSearch<'a, 'f> {
     t_max: f32,
     /// Whether near boxes are visited first.
     sorted: bool,
+    steps: &'a RaySteps<'a>,
     found: &'f mut dyn FnMut(Hit) -> f32,
 }
 
@@ -59,7 +61,7 @@ impl Instances {
     pub(in crate::scene) fn search(
         &self,
         lists: ShapeLists<'_>,
-        (ray, sorted): (&PreparedRay, bool),
+        (ray, sorted, steps): (&PreparedRay, bool, &RaySteps<'_>),
         element: usize,
         (t_min, t_max): (f32, f32),
         found: &mut dyn FnMut(Hit) -> f32,
@@ -74,6 +76,7 @@ impl Instances {
             t_min,
             t_max,
             sorted,
+            steps,
             found,
         };
         search.element(&self.root, element, &DMat4::IDENTITY, 0);
@@ -85,6 +88,17 @@ impl<'a> InstanceSearch<'a, '_> {
     /// Whether no further hit matters.
     fn is_over(&self) -> bool {
         self.t_max < self.t_min
+    }
+
+    /// Takes a step in a prototype. If the ray is cut, no further hit matters.
+    #[inline]
+    fn step(&mut self, prototype: u32) -> bool {
+        let may_go_on = self.steps.take();
+        if !may_go_on {
+            self.t_max = f32::NEG_INFINITY;
+            self.instances.cut.note(prototype);
+        }
+        may_go_on
     }
 
     /// The matrix to the scene of a matrix to the world.
@@ -112,6 +126,9 @@ impl<'a> InstanceSearch<'a, '_> {
 
     /// Searches a prototype.
     fn prototype(&mut self, number: u32, world: DMat4, first: u64) {
+        if !self.step(number) {
+            return;
+        }
         let visit = Visit {
             prototype: &self.instances.prototypes[number as usize],
             tree: &self.trees[number as usize],
@@ -126,6 +143,9 @@ impl<'a> InstanceSearch<'a, '_> {
         let tree = &visit.tree.tree;
         tree.walk_padded(padded, self.sorted, limits, |block, _, _| {
             for lane in bits(block.non_triangles()) {
+                if !self.step(number) {
+                    break;
+                }
                 let item = visit.tree.items[block.primitive(lane) as usize];
                 self.item(item, &visit, &ray, &mut last);
                 if self.is_over() {
@@ -230,6 +250,9 @@ impl<'a> InstanceSearch<'a, '_> {
             return;
         }
         loop {
+            if !self.step(number) {
+                return;
+            }
             if let Some([mut a, mut b]) = all.halves() {
                 let limits = (self.t_min, self.t_max);
                 let enter = |half: &mut GridRange| {

@@ -3,10 +3,12 @@
 use std::sync::OnceLock;
 
 use glam::{DAffine3, DMat4, DVec3, Vec3};
+use ivcam_inventor::traversal::Grid;
 
 use super::extent::{Extent, moved, product};
 use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
 use super::shape::{ShapeLists, ShapePrimitives};
+use super::steps::CutRays;
 use super::tree::PrototypeTree;
 use crate::geometry::Quadric;
 use crate::scene::placement::Placement;
@@ -24,6 +26,8 @@ pub(in crate::scene) struct Instances {
     pub shapes: Vec<ShapePrimitives>,
     /// The tree of each prototype, which is built for the first ray.
     trees: OnceLock<Vec<PrototypeTree>>,
+    /// The rays that were cut.
+    pub cut: CutRays,
 }
 
 impl Instances {
@@ -58,6 +62,32 @@ impl Instances {
             None => Some(inside),
             Some(grid) => inside.copied(grid),
         }
+    }
+
+    /// Returns an instance of a prototype, once or on a grid. If it is opaque, copies at one place are
+    /// one copy: a grid of a grid becomes one grid. `matrices` lead to the instance.
+    pub(in crate::scene) fn content(
+        &self,
+        mut prototype: u32,
+        mut grid: Option<Grid>,
+        matrices: &mut Vec<DMat4>,
+    ) -> Content {
+        while let Some(outer) = &mut grid
+            && let part = &self.prototypes[prototype as usize]
+            && part.is_opaque
+        {
+            *outer = outer.without_repeats();
+            let Some((between, inner, finer)) = part.as_grid() else {
+                break;
+            };
+            let Some(both) = outer.of_grids(finer) else {
+                break;
+            };
+            matrices.extend_from_slice(between);
+            (prototype, *outer) = (inner, both);
+        }
+        let grid = grid.map(Box::new);
+        Content::Instance { prototype, grid }
     }
 
     /// The boxes of the scene's instances in the scene.

@@ -1,5 +1,6 @@
 //! A visitor that records prototypes and places them.
 
+use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::{Grid, Instance, State, Visitor, walk_part};
 
 use super::prototypes::{Outcome, Prototypes};
@@ -22,6 +23,9 @@ pub(in crate::scene) trait Instancer<'a>: Visitor<'a> + Sized {
     /// Places a prototype at a state's matrix, once or at every place of a grid. Returns `false` if
     /// it is to be expanded there.
     fn place(&mut self, prototype: u32, grid: Option<Grid>, state: &State<'a>) -> bool;
+
+    /// Receives the node of the part that a new prototype was recorded from.
+    fn stands_for(&mut self, _prototype: u32, _node: NodeRef<'a>) {}
 }
 
 /// Draws an instance of a part, which is recorded at its first instance. Returns `false` if the
@@ -54,5 +58,8 @@ fn record<'a, V: Instancer<'a>>(
     walk_part(walk.snapshot, part, inner, memory, visitor);
     let is_spoiled = visitor.prototypes()?.end(walk);
     let number = visitor.end_prototype(outside, is_spoiled);
+    if let Some(number) = number {
+        visitor.stands_for(number, part.node());
+    }
     Some(visitor.prototypes()?.keep(part, state, number))
 }
