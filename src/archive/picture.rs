@@ -42,6 +42,12 @@ pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<M
         return Err(Diagnostic::error(text).with_help("choose another output folder"));
     }
     let exposure = session.expose(&|_| {});
+    if let Some(stopped) = &exposure.stopped {
+        if exposure.is_blank() {
+            return Err(session.too_late());
+        }
+        made.problems.push(*session.ended_within_pass(stopped));
+    }
     let picture = session.develop(&exposure, command);
     let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
     made.problems.extend(warning.map(|w| *w));

@@ -126,13 +126,9 @@ impl Catalog {
             .collect();
         let work = |job: &&Job| {
             let name = format!("{PICTURES}/{}.png", job.name);
-            Ok(survey(
-                &self.options,
-                &job.input,
-                &job.name,
-                &job.output,
-                name,
-            ))
+            let options = &self.options;
+            let survey = || survey(options, &job.input, &job.name, &job.output, name);
+            Ok(options.allowance.during(survey))
         };
         let mut failure = None;
         let mut add = |job: &&Job, result: Result<Entry>| {

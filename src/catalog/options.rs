@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ivcam_base::memory::MemoryLimit;
+use ivcam_base::work::Allowance;
 use ivcam_inventor::iv::Limits;
 use ivcam_optics::film::Resolution;
 use ivcam_render::geometry::text::Fonts;
@@ -25,8 +25,8 @@ pub(crate) struct CatalogOptions {
     pub fonts: Arc<Fonts>,
     /// Limits on the size of a scene.
     pub limits: Limits,
-    /// How much memory a scene may use. Scenes that are read at the same time share it.
-    pub memory: MemoryLimit,
+    /// What each scene may take.
+    pub allowance: Allowance,
     /// The number of threads.
     pub threads: usize,
     /// Whether all entries are made again.

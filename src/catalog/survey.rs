@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::folder_of;
+use ivcam_base::memory::MemoryLimit;
+use ivcam_base::work::Budget;
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_render::render::Stop;
@@ -34,7 +36,7 @@ pub(super) fn survey(
         texture_folders: options.search.clone(),
         fonts: options.fonts.clone(),
         limits: options.limits.clone(),
-        memory: options.memory.for_each_of(options.threads).bytes(),
+        memory: options.allowance.memory,
         ..CompileOptions::default()
     };
     let checked = Checked::read(
@@ -159,14 +161,19 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan.contain = options.contain.clone();
     plan.fonts = options.fonts.clone();
     plan.limits = options.limits.clone();
-    plan.memory = options.memory.for_each_of(options.threads);
+    plan.memory = MemoryLimit::Bytes(options.allowance.memory);
+    plan.work = options.allowance.work;
     plan
 }
 
 /// Renders a thumbnail. If the scene's camera sees nothing, everything is seen from three sides.
 fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -> Result<Picture> {
-    let picture = |session: &Session| session.develop(&session.expose(&|_| {}), "ivcam catalog");
-    let first = picture(&session);
+    let picture = |session: &Session| {
+        let exposure = session.expose(&|_| {});
+        Budget::current().check()?;
+        Ok(session.develop(&exposure, "ivcam catalog"))
+    };
+    let first = picture(&session)?;
     let Some(bounds) = bounds.filter(|_| is_uniform(&first)) else {
         return Ok(first);
     };
@@ -174,7 +181,7 @@ fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -
     let (aspect, side) = (plan.resolution.aspect(), ViewDirection::THREE_QUARTER);
     let pose = CameraPose::view_all_from(bounds, aspect, side);
     session.change(plan, pose)?;
-    Ok(picture(&session))
+    picture(&session)
 }
 
 /// Returns whether all pixels are the same.

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use clap::{Arg, ArgAction, ArgMatches};
 use ivcam_base::diag::Result;
 use ivcam_base::memory::MemoryLimit;
+use ivcam_base::work::Allowance;
 use ivcam_inventor::iv::Limits;
 use ivcam_render::geometry::text::Fonts;
 
@@ -49,6 +50,32 @@ pub(crate) fn limits(matches: &ArgMatches) -> Result<Limits> {
 /// Returns an error if the value is neither a size nor a share.
 pub(crate) fn memory(matches: &ArgMatches) -> Result<MemoryLimit> {
     options::memory(&flags::given_options(matches))
+}
+
+/// Returns the argument for the time that each scene of a folder may take.
+pub(crate) fn time_for_each(help: &'static str) -> Arg {
+    value("time", "LENGTH", help)
+}
+
+/// Returns what each of several scenes that are read at the same time may take.
+///
+/// # Errors
+/// Returns an error if the value of `--memory`, `--work` or `--time` is invalid.
+pub(crate) fn allowance(matches: &ArgMatches, at_once: usize) -> Result<Allowance> {
+    let time = match matches.try_get_one::<String>("time") {
+        Ok(_) => parsed(
+            matches,
+            "time",
+            "a length of time such as 30s or 2m",
+            options::duration,
+        )?,
+        Err(_) => None,
+    };
+    Ok(Allowance {
+        memory: memory(matches)?.for_each_of(at_once).bytes(),
+        work: options::work(&flags::given_options(matches))?,
+        time,
+    })
 }
 
 /// Returns the typefaces below the folders of `--fonts`.

@@ -1,12 +1,14 @@
 //! `ivcam catalog`: makes a page with a picture of every scene below a folder.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::work::Allowance;
 use ivcam_optics::film::Resolution;
 
-use super::flags::{FONTS, LIMIT, MEMORY, given_options};
+use super::flags::{FONTS, LIMIT, MEMORY, WORK, given_options};
 use super::folder_mode::FileProgress;
 use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
@@ -16,6 +18,9 @@ use crate::photo::options::all;
 const THUMBNAIL: (u32, u32) = (256, 192);
 const LARGEST: u32 = 1024;
 const SAMPLES: u32 = 4;
+/// The time that each scene may take, unless `--time` says another. No search is recorded: usual
+/// scenes take less than a second.
+const USUAL_TIME: Duration = Duration::from_secs(60);
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -60,7 +65,8 @@ pub(crate) fn command() -> Command {
                 .help("size of the pictures in pixels, at most 1024 [256x192]"),
         )
         .arg(switch("force", "reads all scenes, also those that are up to date"))
-        .args([FONTS, LIMIT, MEMORY].iter().chain(output).map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY, WORK].iter().chain(output).map(super::flags::argument))
+        .arg(super::time_for_each("ends each scene after this time, such as 10s [60s]"))
 }
 
 /// Runs the command and returns the exit code, which is that of an error if a scene could not be
@@ -124,12 +130,14 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
     let mut words: Vec<String> = named.collect();
     words.extend(contain.iter().map(|p| format!("--contain {}", p.display())));
     for (name, values) in given_options(m).list() {
-        if [FONTS.name, LIMIT.name, MEMORY.name].contains(&name) {
+        if [FONTS.name, LIMIT.name, MEMORY.name, WORK.name].contains(&name) {
             let values = values.iter().map(|v| v.to_string_lossy());
             words.extend(values.map(|value| format!("--{name} {value}")));
         }
     }
     let size = thumbnail(m)?;
+    let threads = render::threads(m)?;
+    let allowance = super::allowance(m, threads)?;
     words.push(format!("--size {}x{}", size.width, size.height));
     Ok(CatalogOptions {
         folder: folder.clone(),
@@ -139,8 +147,11 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         contain,
         fonts: super::fonts(m)?,
         limits: super::limits(m)?,
-        memory: super::memory(m)?,
-        threads: render::threads(m)?,
+        allowance: Allowance {
+            time: allowance.time.or(Some(USUAL_TIME)),
+            ..allowance
+        },
+        threads,
         force: m.get_flag("force"),
         thumbnail: size,
         samples: SAMPLES,

@@ -11,7 +11,7 @@ use ivcam_inventor::events::SnapshotOptions;
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
 
-use super::flags::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, argument, given_options};
+use super::flags::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, argument, given_options};
 use super::{ERROR, print_diagnostic, print_warnings, switch};
 use crate::photo::{options, snapshot_options};
 
@@ -63,7 +63,7 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of a scene only below this folder and those of --search [the scene's project]"),
         )
-        .args([FONTS, LIMIT, MEMORY].iter().map(argument))
+        .args([FONTS, LIMIT, MEMORY, WORK].iter().map(argument))
 }
 
 /// Runs the command and returns the exit code.
@@ -71,6 +71,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let named: Vec<&PathBuf> = matches.get_many("scenes").into_iter().flatten().collect();
     let (search, contain) = super::readable_folders(matches);
     let limits = super::limits(matches)?;
+    let allowance = super::allowance(matches, 1)?;
     let fonts = super::fonts(matches)?;
     fonts.warnings.iter().for_each(|t| print_diagnostic(t));
     let options = CompileOptions {
@@ -97,7 +98,8 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
-        let checked = Checked::read(file, &search, contain, &limits, &at, &options);
+        let checked =
+            allowance.during(|| Checked::read(file, &search, contain, &limits, &at, &options));
         total.add(&checked);
         bar.inc(1);
         if !only.is_empty() && !only.iter().any(|state| *state == checked.state().name()) {

@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::{folder_of, write_whole};
+use ivcam_base::work::Budget;
 use ivcam_inventor::iv::{Document, Format};
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::model::{ModelOptions, Sampling};
 
-use super::flags::{FONTS, LIMIT, MEMORY};
+use super::flags::{FONTS, LIMIT, MEMORY, WORK};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
 use crate::export::{Conversion, ExportOptions, Target, convert, rewritten};
@@ -91,7 +92,8 @@ pub(crate) fn command() -> Command {
                 .value_name("FOLDER")
                 .help("opens files of the scene only below this folder and those of --search [the scene's project]"),
         )
-        .args([FONTS, LIMIT, MEMORY].iter().map(super::flags::argument))
+        .args([FONTS, LIMIT, MEMORY, WORK].iter().map(super::flags::argument))
+        .arg(super::time_for_each("ends each scene after this time, such as 30s [never]"))
 }
 
 /// What a conversion writes.
@@ -135,6 +137,10 @@ impl ConvertedFile {
 
 /// Runs the command for one scene and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    super::allowance(matches, 1)?.during(|| convert_one(matches, out))
+}
+
+fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(scene) = matches.get_one::<PathBuf>("scene") else {
         return Err(Diagnostic::error("no scene was given"));
     };
@@ -189,10 +195,12 @@ pub(super) fn converted(
     output: ConvertedFile,
     options: &ExportOptions,
 ) -> Result<Conversion> {
-    match output {
-        ConvertedFile::Rewritten(format) => Ok(rewritten(document, format, options)),
-        ConvertedFile::Exported(target) => convert(document, target, options),
-    }
+    let conversion = match output {
+        ConvertedFile::Rewritten(format) => rewritten(document, format, options),
+        ConvertedFile::Exported(target) => convert(document, target, options)?,
+    };
+    Budget::current().check()?;
+    Ok(conversion)
 }
 
 /// Writes a converted scene. The file itself is written last, so that those beside it are there.

@@ -19,7 +19,7 @@ use crate::archive::{Job, Jobs, Naming, Record, for_each};
 use crate::export::{Conversion, ExportOptions};
 
 /// The arguments that the converted files depend on.
-const OPTIONS: [&str; 10] = [
+const OPTIONS: [&str; 12] = [
     "to",
     "tolerance",
     "scene-time",
@@ -30,6 +30,8 @@ const OPTIONS: [&str; 10] = [
     "fonts",
     "scene-limit",
     "memory",
+    "work",
+    "time",
 ];
 
 /// What the conversion of each scene needs.
@@ -105,8 +107,8 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         |job: &Job| !is_forced(m) && record.is_up_to_date(&job.output, &[job.input.as_path()]);
     let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
     let at_once = threads.min(waiting.len());
-    let memory = super::memory(m)?.for_each_of(at_once);
-    batch.options.model.compile.memory = memory.bytes();
+    let allowance = super::allowance(m, at_once)?;
+    batch.options.model.compile.memory = allowance.memory;
     let keeps_name = |job: &&Job| job.input.file_name() == job.output.file_name();
     let inputs = jobs.list.iter().filter(keeps_name);
     batch.scenes = inputs
@@ -122,7 +124,8 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         let line = sum.add(job, result, output);
         progress.done(&job.name, line.as_deref());
     };
-    for_each(&waiting, threads, &|job| batch.convert(job), &mut done)?;
+    let convert = |job: &Job| allowance.during(|| batch.convert(job));
+    for_each(&waiting, threads, &convert, &mut done)?;
     progress.finish(jobs.list.len(), &sum.counts(&jobs));
     sum.write_report(m)?;
     Ok(

@@ -5,6 +5,7 @@ use std::io::Write as _;
 
 use clap::{ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::is_output_closed;
 
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
@@ -20,6 +21,10 @@ use crate::photo::options::command_line;
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
     let typed: Vec<OsString> = words.into_iter().collect();
     set_typed(&typed);
+    // Without a handler the signal would end the program, and a limit on the size of files would
+    // leave temporary files. With one, writing fails, and they are removed.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     if team::is_assistant() {
         mute();
     }
@@ -31,6 +36,19 @@ pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
             // `mpirun` ends all processes when one fails, and the first has yet to print the error.
             if team::is_assistant() { 0 } else { ERROR }
         }
+    }
+}
+
+/// Takes the place of a standard output that is closed.
+struct ClosedOutput;
+
+impl std::io::Write for ClosedOutput {
+    fn write(&mut self, _: &[u8]) -> std::io::Result<usize> {
+        Err(std::io::Error::other("it is closed"))
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        Ok(())
     }
 }
 
@@ -87,7 +105,10 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     }
     outputs_have_a_render(&matches)?;
     // Not locked: a picture for the standard output is written by the threads of the render.
-    let out = &mut std::io::stdout();
+    let out: &mut dyn std::io::Write = match is_output_closed() {
+        true => &mut ClosedOutput,
+        false => &mut std::io::stdout(),
+    };
     match matches.subcommand() {
         None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
         None => render::run(&matches, Era::Vintage, words),

@@ -9,6 +9,7 @@ use std::time::Duration;
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::InputRecord;
+use ivcam_base::work::StopSignal;
 use ivcam_optics::film::Exposed;
 use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
 use ivcam_render::render::{PicturePlace, Stopped, Sums};
@@ -144,7 +145,8 @@ impl Keeping {
                 Some((path.clone(), label, self.every))
             }
         };
-        Ok((sums, Watch::new(file, watch_signals()?, print_diagnostic)))
+        let signals = watch_signals(session.budget.stop())?;
+        Ok((sums, Watch::new(file, signals, print_diagnostic)))
     }
 
     /// Reads the checkpoint from which the render continues.
@@ -219,15 +221,16 @@ fn range(word: &str) -> Option<Range<u32>> {
     Some(start.parse().ok()?..end.parse().ok()?)
 }
 
-/// Returns a variable that the first SIGINT or SIGTERM sets to its number. A second one ends the
-/// program at once.
-fn watch_signals() -> Result<Arc<AtomicUsize>> {
+/// Returns a variable that the first SIGINT or SIGTERM sets to its number; it also ends the work of
+/// the scene. A second one ends the program at once.
+fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
     let number = Arc::new(AtomicUsize::new(0));
     let came = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
         // The order matters: the first signal finds the flag unset, and then sets it.
         let registered = flag::register_conditional_shutdown(signal, 128 + signal, came.clone())
             .and_then(|_| flag::register(signal, came.clone()))
+            .and_then(|_| flag::register(signal, stop.flag()))
             .and_then(|_| flag::register_usize(signal, number.clone(), signal as usize));
         registered.map_err(|e| Diagnostic::io("signals", &e))?;
     }

@@ -11,6 +11,7 @@ use std::path::Path;
 use clap::{Arg, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::write_whole;
+use ivcam_base::work::Budget;
 use ivcam_optics::picture::Depth;
 
 use super::lens_request::{CONDITIONS, Content, Request};
@@ -173,6 +174,7 @@ pub(crate) fn command() -> Command {
         .args(OUTPUTS.iter().map(Output::argument))
         .args(lens_export::arguments())
         .args(options::lens_options().map(flags::argument))
+        .arg(flags::argument(&options::WORK))
         .mut_arg("zoom", |arg| arg.visible_alias("scale"))
         .mut_arg("efl", |arg| arg.conflicts_with("zoom"))
         .mut_arg("focus", |arg| {
@@ -196,12 +198,23 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     for output in &outputs {
         output.check_ending(matches)?;
     }
-    let request = Request::open(name, matches)?;
-    if outputs.is_empty() {
-        return save(sheet::text(&request)?, None, out);
+    let work = options::work(&flags::given_options(matches))?;
+    let budget = Budget::new(u64::MAX, work);
+    let made = budget.during(|| {
+        let request = Request::open(name, matches)?;
+        match outputs.is_empty() {
+            true => Ok(vec![sheet::text(&request)?]),
+            false => outputs.iter().map(|output| output.make(&request)).collect(),
+        }
+    });
+    if budget.cut().is_some() {
+        let text = format!("the lens takes more than {work} steps of work");
+        return Err(Diagnostic::beyond_limit(text).with_help("`--work N` raises the limit"));
     }
-    let contents = outputs.iter().map(|output| output.make(&request));
-    let contents: Vec<Content> = contents.collect::<Result<_>>()?;
+    let contents: Vec<Content> = made?;
+    if outputs.is_empty() {
+        return save(contents.into_iter().next().unwrap_or_default(), None, out);
+    }
     for (output, content) in outputs.iter().zip(contents) {
         save(content, output.file(matches), out)?;
     }

@@ -50,6 +50,12 @@ pub(super) enum Content {
     Pictures(Vec<(PathBuf, Picture)>),
 }
 
+impl Default for Content {
+    fn default() -> Self {
+        Self::Text(String::new())
+    }
+}
+
 /// A lens and the conditions that the options set.
 pub(super) struct Request<'m> {
     pub(super) matches: &'m ArgMatches,

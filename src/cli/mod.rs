@@ -45,8 +45,8 @@ pub(crate) mod view;
 mod vintage_help;
 
 pub(crate) use arguments::{
-    folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument, switch,
-    text, value,
+    allowance, folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument,
+    switch, text, time_for_each, value,
 };
 pub use dispatch::run;
 pub(crate) use messages::status;

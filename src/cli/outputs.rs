@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{check_space, check_writable, folder_of};
+use ivcam_base::files::{check_space, check_writable, folder_of, is_output_closed};
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
@@ -141,6 +141,10 @@ pub(crate) fn writable(path: &Path) -> Result<()> {
 pub(crate) fn picture_format(output: &Path) -> Result<PictureFormat> {
     if !is_standard_stream(output) {
         return PictureFormat::of(output);
+    }
+    if is_output_closed() {
+        return Err(Diagnostic::error("standard output is closed")
+            .with_help("name the picture's file with `-o`"));
     }
     if std::io::stdout().is_terminal() {
         return Err(

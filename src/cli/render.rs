@@ -8,6 +8,7 @@ use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{InputRecord, write_whole};
 use ivcam_base::math::use_portable_arithmetic;
+use ivcam_base::work::{Budget, StopCause};
 use ivcam_inventor::iv::Document;
 use ivcam_optics::film::ErrorUnknown;
 use ivcam_optics::picture::Picture;
@@ -124,10 +125,13 @@ impl OutputOptions {
         let pool = pool.map_err(|e| {
             Diagnostic::error(format!("cannot start {} threads: {e}", self.threads))
         })?;
-        let record = InputRecord::current();
+        let (record, budget) = (InputRecord::current(), Budget::of_thread());
         Ok(pool.install(|| {
             InputRecord::share(record);
-            work()
+            match budget {
+                Some(budget) => budget.during(work),
+                None => work(),
+            }
         }))
     }
 }
@@ -400,9 +404,17 @@ fn render_whole(
     match &exposure.stopped {
         None => warn_of_shortfall(session, &exposure, options.denoiser.is_some()),
         Some(stopped) => {
+            let is_late = session.budget.stop().cause() == Some(StopCause::Time);
+            if is_late && exposure.is_blank() {
+                return Err(session.too_late());
+            }
             let all = session.plan.stop.samples;
-            print_diagnostic(&options.keeping.interrupted(stopped, all));
-            code = watch.exit_code();
+            let warning = match is_late {
+                true => session.ended_within_pass(stopped),
+                false => options.keeping.interrupted(stopped, all),
+            };
+            print_diagnostic(&warning);
+            code = if is_late { 0 } else { watch.exit_code() };
         }
     }
     let clock = Instant::now();

@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
 use ivcam_base::math::Meters;
+use ivcam_base::work::{Budget, Cut};
 use ivcam_inventor::pose::{CameraPose, FilmPlane, Projection};
 use ivcam_optics::lens::{FilmPlace, Focus, Lens};
 use ivcam_render::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
@@ -83,7 +84,9 @@ fn through_lens(
     sink: &mut Sink,
 ) -> Result<(Camera, LensSettings)> {
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
-    let (lens, focus) = choice.open_focused(distance, sink)?;
+    // The lens has an account of its own: it is the same for all scenes.
+    let budget = Budget::current().renewed();
+    let (lens, focus) = budget.during(|| choice.open_focused(distance, sink))?;
     warn_about_plan(plan, &lens, sink);
     if let Some(warning) = other_field(choice, plan, pose, &lens) {
         sink.add(*warning);
@@ -93,13 +96,35 @@ fn through_lens(
     settings.extend(focus_settings(choice, plan, distance, &focus));
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
     let place = place.map_err(|fault| fault.diagnostic(lens.name()))?;
-    let mut camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
-    if plan.dispersion {
-        camera = camera.dispersing();
+    let camera = budget.during(|| {
+        let camera = LensCamera::with_film(lens, focus, place, plan.film, plan.aim, pose);
+        match plan.dispersion {
+            true => camera.dispersing(),
+            false => camera,
+        }
+    });
+    if let Some(cut) = budget.cut() {
+        return Err(cut_search(&camera, &budget, cut));
     }
     let state = if camera.is_dispersing() { "on" } else { "off" };
     settings.insert("dispersion".into(), state.into());
     Ok((Camera::Lens(Box::new(camera)), settings))
+}
+
+/// Returns the error that the search for a lens's pupil was cut.
+fn cut_search(camera: &LensCamera, budget: &Budget, cut: Cut) -> Box<Diagnostic> {
+    let Cut::Work = cut else {
+        return budget.refusal(cut);
+    };
+    let (lens, work) = (&camera.lens, budget.work());
+    let surfaces = lens.prescription().surfaces.len();
+    let text = format!(
+        "to find the pupil of `{}`, which has {surfaces} surfaces, takes more than {work} steps of \
+         work",
+        lens.name()
+    );
+    let help = "`--work N` raises the limit; `--pupil rear` needs no search";
+    Diagnostic::beyond_limit(text).with_help(help)
 }
 
 /// Warns about pixels that are not square, and about ghosts of a lens that does not reflect.

@@ -23,6 +23,7 @@ mod plan;
 mod pose;
 mod session;
 mod snapshot_options;
+mod stopping;
 mod strips;
 mod studio;
 #[cfg(test)]

@@ -58,13 +58,16 @@ struct Probe {
 }
 
 impl Session {
-    /// Returns a warning if the picture is almost entirely black or clipped. It names the likely
-    /// cause and what to do next.
+    /// Returns a warning if rays were cut, or if the picture is almost entirely black or clipped. It
+    /// names the likely cause and what to do next.
     pub(crate) fn warn_if_black_or_clipped(
         &self,
         counts: &Counts,
         picture: &Picture,
     ) -> Option<Box<Diagnostic>> {
+        if let Some(warning) = self.scene.warn_of_cut_rays() {
+            return Some(warning);
+        }
         if counts.film_rays > 0 && counts.passed == 0 {
             let none = Diagnostic::warning("no ray reached the scene: the picture is black");
             let help = "the film may be too large for the lens, or the lens closed";

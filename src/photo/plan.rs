@@ -8,6 +8,7 @@ use ivcam_base::diag::{Result, Sink};
 use ivcam_base::math::{Meters, Mm};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::events::Action;
+use ivcam_base::work::WorkLimit;
 use ivcam_inventor::iv::Limits;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
 use ivcam_optics::lens::{
@@ -308,6 +309,8 @@ pub struct Plan {
     /// How much memory the scene, its textures and its film may use. Default: half of what the
     /// machine has.
     pub memory: MemoryLimit,
+    /// How many steps of work the scene may cause. Default: [`WorkLimit::default`].
+    pub work: WorkLimit,
     /// What needs the whole film in memory at once, besides options of the plan. If it is `None`, a
     /// film that does not fit is rendered in strips.
     pub whole_film: Option<&'static str>,
@@ -394,6 +397,7 @@ impl Plan {
             fonts: Arc::default(),
             limits: Limits::default(),
             memory: MemoryLimit::default(),
+            work: WorkLimit::default(),
             whole_film: Some("this command"),
         }
     }

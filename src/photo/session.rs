@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use indexmap::IndexMap;
@@ -10,6 +10,7 @@ use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
 use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
+use ivcam_base::work::Budget;
 use ivcam_inventor::events::depends_on_viewer;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
@@ -47,6 +48,7 @@ use super::overview::Overview;
 use super::plan::{Optics, Plan};
 use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose, view_of_everything};
 use super::snapshot_options::snapshot_for;
+use super::stopping::{GRACE, StopKeeper};
 use super::studio::{stopped_down, studio_of};
 use super::view::{Override, better_side};
 
@@ -110,6 +112,10 @@ pub struct Session {
     pub sink: Sink,
     /// The plan's memory, from which the film and the scene have taken theirs.
     pub memory: MemoryBudget,
+    /// The account of the scene, with the signal that ends its work.
+    pub(crate) budget: Budget,
+    /// The time that opening took, if `--time` is for opening and one exposure together.
+    opening: Option<Duration>,
     /// The choices for the metadata and the report, with those of the scene and the lens.
     pub described: IndexMap<String, String>,
 }
@@ -170,6 +176,16 @@ impl Session {
     fn read(plan: Plan, framing: &Plan, nodes: Nodes) -> Result<Self> {
         check_region(&plan)?;
         memory_beside_film(&plan)?;
+        let budget = budget_of(&plan);
+        let time = plan.stop.time.filter(|_| nodes == Nodes::Freed);
+        let _timer = time.map(|time| budget.stop().after(time + GRACE));
+        let clock = Instant::now();
+        let mut session = budget.during(|| Self::read_scene(plan, framing, nodes))?;
+        session.opening = time.map(|_| clock.elapsed());
+        Ok(session)
+    }
+
+    fn read_scene(plan: Plan, framing: &Plan, nodes: Nodes) -> Result<Self> {
         let clock = Instant::now();
         let search: Vec<&Path> = plan.search.iter().map(PathBuf::as_path).collect();
         let mut document =
@@ -191,12 +207,10 @@ impl Session {
     pub fn with_document(plan: Plan, document: Document) -> Result<Self> {
         check_region(&plan)?;
         let framing = plan.clone();
-        Self::from_document(
-            plan,
-            &framing,
-            (document, Nodes::Kept),
-            &Environment::default(),
-        )
+        budget_of(&plan).during(|| {
+            let document = (document, Nodes::Kept);
+            Self::from_document(plan, &framing, document, &Environment::default())
+        })
     }
 
     /// Compiles a document that has been read, and focuses the lens.
@@ -207,6 +221,7 @@ impl Session {
         environment: &Environment,
     ) -> Result<Self> {
         let memory = memory_beside_film(&plan)?;
+        let budget = Budget::current();
         let mut seconds = StageSeconds::default();
         let mut sink = Sink::new();
         sink.extend_from(&document.sink);
@@ -247,11 +262,13 @@ impl Session {
             pose = first_camera(&snapshot, &WalkOptions::within(&plan.limits)).unwrap_or(pose);
         }
         seconds.compile = clock.elapsed().as_secs_f64();
+        budget.check()?;
 
         let clock = Instant::now();
         let studio = studio_of(&plan, &snapshot);
         let stopped = stopped_down(&plan, &pose, studio.as_ref());
         let (mut camera, settings) = camera(stopped.as_ref().unwrap_or(&plan), &pose, &mut sink)?;
+        budget.check()?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
@@ -279,7 +296,9 @@ impl Session {
         if nodes == Nodes::Freed {
             document.free_nodes();
         }
+        budget.check()?;
         scene.prepare(usual_rays(&plan, &scene));
+        budget.check()?;
         // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
             sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
@@ -330,6 +349,8 @@ impl Session {
             seconds,
             sink,
             memory,
+            budget,
+            opening: None,
             described,
         };
         session.meter_studio();
@@ -396,6 +417,13 @@ impl Session {
     }
 
     fn compile_parts(&mut self, needs: Needs) -> Result<()> {
+        self.budget = self.budget.renewed();
+        let budget = self.budget.clone();
+        budget.during(|| self.compile_again(needs))?;
+        budget.check()
+    }
+
+    fn compile_again(&mut self, needs: Needs) -> Result<()> {
         let projection = self.camera.projection(&self.pose);
         let options = options(&self.plan, needs, &self.pose, projection);
         let viewer = depends_on_viewer(&self.document)
@@ -529,12 +557,18 @@ impl Session {
     fn expose_all(
         &self,
         sampler: Sampler,
-        stop: Stop,
+        mut stop: Stop,
         task: Task<'_>,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Exposure {
         let is_whole = task.samples.is_none() && task.sums.is_none();
-        let keepers = task.keepers;
+        let left = self.opening.zip(stop.time);
+        let left = left.map(|(opening, time)| time.saturating_sub(opening));
+        stop.time = left.or(stop.time);
+        let _timer = left.map(|left| self.budget.stop().after(left + GRACE));
+        let signal = StopKeeper(self.budget.stop().clone());
+        let keepers = &[task.keepers, &[&signal]].concat()[..];
+        let task = Task { keepers, ..task };
         let mut exposure = match is_whole && self.shows_nothing() {
             true => Exposure::without_light(self.region().resolution(), stop.samples),
             false => self.with_render(sampler, stop, |render| {
@@ -966,6 +1000,18 @@ fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection)
             Override::IfUnstated(color) => (color, false),
         }),
         ..CompileOptions::default()
+    }
+}
+
+/// Returns the account of this thread, or a new one for a plan's scene.
+fn budget_of(plan: &Plan) -> Budget {
+    Budget::of_thread().unwrap_or_else(|| plan.budget())
+}
+
+impl Plan {
+    /// Returns a new account for the plan's scene.
+    pub(crate) fn budget(&self) -> Budget {
+        Budget::new(memory_of_scene(self), self.work)
     }
 }
 

@@ -20,3 +20,4 @@ mod snapshot;
 #[cfg(feature = "viewer-tests")]
 mod viewer;
 mod world;
+mod work;

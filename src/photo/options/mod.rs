@@ -27,7 +27,8 @@ pub use option::Opt;
 pub(crate) use option::{OptionNeeds, Takes};
 pub(crate) use sampling::rear_element;
 pub(crate) use scene::{
-    EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, actions, limits, memory, scene_time, typefaces,
+    EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, actions, limits, memory, scene_time, typefaces,
+    work,
 };
 pub(crate) use shutter::Shutter;
 pub use table::all;

@@ -179,7 +179,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "time",
         Takes::One("LENGTH"),
-        "stops in time for this, such as 30s; whole passes, at least one; --samples is then a limit [65536]",
+        "stops in time for this, such as 30s, reading included; whole passes, at least one if it ends within half a second more; --samples is then a limit [65536]",
     )
     .plan(
         |plan, words, _| {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::events::{Action, ActionKind};
+use ivcam_base::work::WorkLimit;
 use ivcam_inventor::iv::Limits;
 use ivcam_render::geometry::text::Fonts;
 
@@ -50,6 +51,21 @@ pub(crate) const MEMORY: Opt = Opt::new(
     |plan, usual| unless_default(plan.memory, usual.memory, |m| m.to_string()),
 )
 .examples(&["--memory 4GB", "--memory 80%", "--memory 1536MB"]);
+
+/// The option `--work`, which every command that reads scenes has.
+pub(crate) const WORK: Opt = Opt::new(
+    "work",
+    Takes::One("N"),
+    "steps of work that a scene may cause until it can be rendered, such as 500M or 20G [1G]; a ray may take a 16,384th of them between shared parts inside each other; what is beyond is left out with a message",
+)
+.plan(
+    |plan, words, _| {
+        plan.work = work(words)?;
+        Ok(())
+    },
+    |plan, usual| unless_default(plan.work, usual.work, |work| work.to_string()),
+)
+.examples(&["--work 500M", "--work 20G"]);
 
 /// The option `--fonts`, which every command that draws text has.
 pub(crate) const FONTS: Opt = Opt::new(
@@ -111,7 +127,7 @@ pub(crate) const TOUCH: Opt = Opt::new(
 )
 .examples(&["--touch Door", "--touch Button@3s --touch Door@4.5s"]);
 
-pub(super) static OPTIONS: [Opt; 15] = [
+pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -235,6 +251,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
     FONTS,
     LIMIT,
     MEMORY,
+    WORK,
 ];
 
 /// Returns the time of `--scene-time` in seconds.
@@ -296,6 +313,16 @@ pub(crate) fn memory(words: &GivenOptions) -> Result<MemoryLimit> {
     let expects =
         "a size with a unit, such as 4GB, or a share of the machine's memory, such as 50%";
     let limit = words.parsed(MEMORY.name, expects, MemoryLimit::parse)?;
+    Ok(limit.unwrap_or_default())
+}
+
+/// Returns the work that `--work` allows a scene.
+///
+/// # Errors
+/// Returns an error if the value is not a number of steps.
+pub(crate) fn work(words: &GivenOptions) -> Result<WorkLimit> {
+    let expects = "a number of steps, such as 500M or 20G";
+    let limit = words.parsed(WORK.name, expects, WorkLimit::parse)?;
     Ok(limit.unwrap_or_default())
 }
 
