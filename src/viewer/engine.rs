@@ -14,6 +14,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::work::StopSignal;
 use ivcam_optics::picture::PictureFormat;
 
 use super::archive::{AlignedArchive, AlignmentJob};
@@ -101,6 +102,8 @@ pub struct Engine {
     threads: usize,
     wake: Arc<dyn Fn() + Send + Sync>,
     thread: Option<std::thread::JoinHandle<()>>,
+    /// Ends the saving of pictures.
+    stop_saving: StopSignal,
 }
 
 impl Engine {
@@ -131,6 +134,7 @@ impl Engine {
             threads,
             wake,
             thread: Some(thread),
+            stop_saving: StopSignal::default(),
         })
     }
 
@@ -181,8 +185,10 @@ impl Engine {
     /// Renders and writes the picture of a plan, as a batch run does.
     pub(crate) fn save(&self, setup: Setup, output: PathBuf) {
         let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
+        let budget = setup.plan.budget().stopped_by(&self.stop_saving);
         std::thread::spawn(move || {
-            let made = catch_unwind(AssertUnwindSafe(|| save(&setup, &output, threads)));
+            let save = || budget.during(|| save(&setup, &output, threads));
+            let made = catch_unwind(AssertUnwindSafe(save));
             let made = made.unwrap_or_else(|cause| Err(Diagnostic::error(panic_message(&*cause))));
             let _ = sender.send(match made {
                 Ok(line) => News::Saved(output, line),
@@ -190,6 +196,11 @@ impl Engine {
             });
             wake();
         });
+    }
+
+    /// Ends the saving of all pictures. Nothing of them is written.
+    pub(crate) fn cancel_saving(&self) {
+        self.stop_saving.cancel();
     }
 }
 
@@ -213,6 +224,7 @@ fn save(setup: &Setup, output: &std::path::Path, threads: usize) -> Result<Strin
     PictureFormat::of(output)?;
     let session = Session::open(setup.plan.clone())?;
     let exposure = pool(threads)?.install(|| session.expose(&|_| ()));
+    session.budget.check()?;
     let picture = session.develop(&exposure, &setup.command(output));
     picture.save(output, session.plan.depth)?;
     let mut report = session.report(&exposure);

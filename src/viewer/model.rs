@@ -65,6 +65,17 @@ pub(crate) struct Refusal {
     pub nearest: Option<f64>,
 }
 
+/// Whether the window closes while pictures are being saved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closing {
+    /// Nobody has closed it.
+    Not,
+    /// The user has closed it and is asked.
+    Asked,
+    /// It closes when all are saved.
+    WhenSaved,
+}
+
 /// A kind of file that the window writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum OutputFile {
@@ -124,6 +135,8 @@ pub(crate) struct WindowModel {
     pub replacing: Option<(OutputFile, PathBuf)>,
     /// The pictures that are being saved.
     pub saving: Vec<PathBuf>,
+    /// Whether the window closes in spite of them.
+    pub closing: Closing,
     /// The sources that determine the headlight where the plan does not.
     pub headlight: HeadlightSources,
     /// A line for the terminal about the scene that was opened.
@@ -173,6 +186,7 @@ impl WindowModel {
             written: String::new(),
             replacing: None,
             saving: Vec::new(),
+            closing: Closing::Not,
             headlight: HeadlightSources::default(),
             notice: None,
             now: 0.0,
@@ -441,6 +455,14 @@ impl WindowModel {
                 self.add_message(*Diagnostic::error(words).with_help(help));
             }
         }
+    }
+
+    /// Returns whether the window may close now. If pictures are being saved, the user is asked.
+    pub(crate) fn may_close(&mut self) -> bool {
+        if !self.saving.is_empty() && self.closing == Closing::Not {
+            self.closing = Closing::Asked;
+        }
+        self.saving.is_empty()
     }
 
     /// Removes a picture that was saved or failed to save.

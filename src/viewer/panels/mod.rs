@@ -3,6 +3,7 @@
 
 mod bar;
 mod camera;
+mod closing;
 mod compare;
 mod dialog;
 mod drawing;
@@ -120,6 +121,7 @@ impl Window {
         for (setup, output) in model.saves() {
             self.engine.save(setup, output);
         }
+        closing::show(ctx, model, &self.engine);
         if let Some(job) = model.alignment_job() {
             self.engine.align(job);
         }

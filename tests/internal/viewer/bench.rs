@@ -161,6 +161,22 @@ impl Bench {
         }
     }
 
+    /// Closes the window as its frame does.
+    pub(super) fn request_close(&mut self) {
+        let input = self.harness.input_mut();
+        let window = input.viewports.entry(input.viewport_id).or_default();
+        window.events.push(egui::ViewportEvent::Close);
+        self.harness.step();
+        let input = self.harness.input_mut();
+        input
+            .viewports
+            .entry(input.viewport_id)
+            .or_default()
+            .events
+            .clear();
+        self.harness.step();
+    }
+
     pub(super) fn click(&mut self, label: &str) {
         // A panel that has just appeared is laid out first.
         self.harness.run_steps(2);

@@ -12,7 +12,7 @@ use ivcam_optics::sampling::SamplerKind;
 
 use super::bench::{Bench, SCENE, Scratch, batch, exposed, lens_of, window_plan};
 use crate::photo::{Era, Headlight, Plan};
-use crate::viewer::model::WindowModel;
+use crate::viewer::model::{Closing, WindowModel};
 use crate::viewer::setup::Setup;
 
 /// Returns the picture in the window, at the size of the saved one.
@@ -218,4 +218,26 @@ fn a_file_that_is_there_is_replaced_only_after_a_question() {
         bench.until("the new file", |m| m.saving.is_empty());
         assert_ne!(std::fs::read(&file).unwrap(), SCENE.as_bytes(), "{button}");
     }
+}
+
+#[test]
+fn the_window_asks_before_it_closes_over_a_picture_that_is_made() {
+    let mut bench = Bench::open("closing");
+    let output = bench.scratch.path("closing.png");
+    bench.change(|m| {
+        m.output = output.display().to_string();
+        m.setup.plan.stop.samples = 4096;
+        m.save_picture();
+    });
+    assert_eq!(bench.model().saving.len(), 1);
+    bench.request_close();
+    assert_eq!(bench.model().closing, Closing::Asked);
+    bench.click("Keep the window");
+    assert_eq!(bench.model().closing, Closing::Not);
+    bench.request_close();
+    bench.click("Discard it and close");
+    bench.until("the end of the work", |m| m.saving.is_empty());
+    assert!(!output.exists());
+    let status = &bench.model().status;
+    assert!(status.ends_with("was not saved"), "{status}");
 }

@@ -1,0 +1,48 @@
+//! The question before the window closes over pictures that are being saved.
+
+use egui::{Context, ViewportCommand};
+
+use crate::viewer::engine::Engine;
+use crate::viewer::model::{Closing, WindowModel};
+
+/// Keeps the window open while pictures are being saved, and asks what to do.
+pub(super) fn show(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
+    if ctx.input(|input| input.viewport().close_requested()) && !model.may_close() {
+        ctx.send_viewport_cmd(ViewportCommand::CancelClose);
+    }
+    match model.closing {
+        Closing::Not => {}
+        Closing::Asked => ask(ctx, model, engine),
+        Closing::WhenSaved if model.saving.is_empty() => {
+            ctx.send_viewport_cmd(ViewportCommand::Close)
+        }
+        Closing::WhenSaved => ctx.request_repaint(),
+    }
+}
+
+fn ask(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
+    let modal = egui::Modal::new(egui::Id::new("closing")).show(ctx, |ui| {
+        ui.heading("Close while a picture is made?");
+        for path in &model.saving {
+            ui.label(format!("{} is not written yet.", path.display()));
+        }
+        ui.horizontal(|ui| {
+            if ui.button("Keep the window").clicked() {
+                model.closing = Closing::Not;
+            }
+            if ui.button("Close when it is saved").clicked() {
+                model.closing = Closing::WhenSaved;
+            }
+            if ui.button("Discard it and close").clicked() {
+                engine.cancel_saving();
+                model.closing = Closing::WhenSaved;
+            }
+        });
+    });
+    if modal.should_close() && model.closing == Closing::Asked {
+        model.closing = Closing::Not;
+    }
+    if model.saving.is_empty() && model.closing == Closing::Asked {
+        model.closing = Closing::Not; // It was saved while the question was open.
+    }
+}
