@@ -7,6 +7,7 @@ mod corpus;
 mod coverage;
 mod damage;
 mod faults;
+mod hostile;
 #[cfg(feature = "panels")]
 mod latency;
 mod left_out;
@@ -45,6 +46,7 @@ const TOOLS: &[Tool] = &[
     ),
     ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
     ("faults", "PROGRAM [--kills N]", faults::run),
+    ("hostile", "PROGRAM [--all] [--only NAME]", hostile::run),
     #[cfg(feature = "panels")]
     ("latency", "SCENE...", latency::run),
     ("optics", "FOLDER [PART...]", optics::run),
