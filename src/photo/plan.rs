@@ -7,8 +7,8 @@ use glam::Vec3;
 use ivcam_base::diag::{Result, Sink};
 use ivcam_base::math::{Meters, Mm};
 use ivcam_base::memory::MemoryLimit;
-use ivcam_inventor::events::Action;
 use ivcam_base::work::WorkLimit;
+use ivcam_inventor::events::Action;
 use ivcam_inventor::iv::Limits;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
 use ivcam_optics::lens::{

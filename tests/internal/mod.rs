@@ -19,5 +19,5 @@ mod second_approach;
 mod snapshot;
 #[cfg(feature = "viewer-tests")]
 mod viewer;
-mod world;
 mod work;
+mod world;

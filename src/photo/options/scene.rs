@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryLimit;
-use ivcam_inventor::events::{Action, ActionKind};
 use ivcam_base::work::WorkLimit;
+use ivcam_inventor::events::{Action, ActionKind};
 use ivcam_inventor::iv::Limits;
 use ivcam_render::geometry::text::Fonts;
 

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted};
-use ivcam_inventor::events::SnapshotOptions;
 use ivcam_base::work::Budget;
+use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits};
 use ivcam_inventor::snapshot::SentEvent;
 use serde_json::{Value as Json, json};
