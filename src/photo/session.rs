@@ -32,7 +32,7 @@ use ivcam_render::render::{
 use ivcam_render::scene::Unneeded;
 use ivcam_render::scene::{
     ColorCoding, CompileOptions, Light, Needs, RenderScene, Studio, draws_nothing,
-    precision_warning, snapshot,
+    precision_warning, snapshot, unused_prototypes,
 };
 use ivcam_render::shade::{EnvironmentLight, PathOptions, ShadeOptions, Shader, Shading};
 use ivcam_render::team::Team;
@@ -289,6 +289,8 @@ impl Session {
         }
         let draws_nothing = scene.primitives() == (0, 0, 0)
             && draws_nothing(&snapshot, &options_at(&pose, projection));
+        let unused = unused_prototypes(&document).filter(|_| draws_nothing);
+        unused.into_iter().for_each(|warning| sink.add(*warning));
         for diagnostic in snapshot.diagnostics() {
             sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
         }

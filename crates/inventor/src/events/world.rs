@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
 use ivcam_base::diag::{Diagnostic, Severity, Span};
+use ivcam_base::work::{Budget, spend};
 
 use super::binding::BindingStacks;
 use super::log::EventLog;
@@ -18,6 +19,9 @@ use crate::traversal::Leading;
 /// The largest number of events that are delivered. It bounds the time for hostile files: 2 million
 /// events take about 2 seconds. docs/decisions/0018-how-a-scene-plays.md states it.
 const MAX_EVENTS: usize = 2_000_000;
+
+/// The steps of work of an event, which takes about 1 µs.
+const EVENT_STEPS: u64 = 200;
 
 /// An event on its way to a node.
 #[derive(Debug)]
@@ -154,9 +158,15 @@ impl World {
                 "the scene sends more than {MAX_EVENTS} events; the rest is left out"
             ));
         }
-        let event = self.queue.pop_front();
-        self.delivered += usize::from(event.is_some());
-        event
+        let event = self.queue.pop_front()?;
+        if let Err(cut) = spend(EVENT_STEPS) {
+            self.queue.clear();
+            let warning = Budget::current().warning(cut);
+            self.document.sink.add(*warning);
+            return None;
+        }
+        self.delivered += 1;
+        Some(event)
     }
 
     /// Returns the events that a `TimeSensor` sends now.

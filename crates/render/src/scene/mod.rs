@@ -51,4 +51,4 @@ pub use render_scene::RenderScene;
 pub(crate) use small_lights::SmallLight;
 pub use snapshot::snapshot;
 pub use studio::Studio;
-pub use survey::{Survey, draws_nothing};
+pub use survey::{Survey, draws_nothing, unused_prototypes};

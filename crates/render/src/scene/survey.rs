@@ -2,9 +2,9 @@
 
 use glam::{DMat4, DVec3};
 use indexmap::IndexMap;
-use ivcam_base::diag::Diagnostic;
+use ivcam_base::diag::{Diagnostic, counted};
 use ivcam_inventor::grammar::{class, reset_transform};
-use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::{Corners, Snapshot};
 use ivcam_inventor::traversal::role::Role;
@@ -103,6 +103,21 @@ pub fn draws_nothing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> bool 
     surveyor.survey.bounds.is_none()
 }
 
+/// Returns a warning if a document declares prototypes and uses none, as a library for other files
+/// does.
+pub fn unused_prototypes(document: &Document) -> Option<Box<Diagnostic>> {
+    let declared = document.protos.list.len();
+    if declared == 0 || !document.expansions.is_empty() {
+        return None;
+    }
+    let message = format!(
+        "the file declares {} and uses none",
+        counted(declared, "prototype")
+    );
+    let help = "a file that uses them, by `EXTERNPROTO`, shows them";
+    Some(Diagnostic::warning(message).with_help(help))
+}
+
 /// Surveys a snapshot.
 pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Survey {
     let mut survey = survey_once(snapshot, options, false);
@@ -113,6 +128,9 @@ pub(super) fn survey(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Surve
     }
     let found = snapshot.diagnostics().iter().cloned();
     survey.diagnostics.extend(found);
+    let unused = unused_prototypes(snapshot.document());
+    let unused = unused.filter(|_| survey.bounds.is_none());
+    survey.diagnostics.extend(unused.map(|warning| *warning));
     survey
 }
 
