@@ -26,6 +26,7 @@ mod snapshot_options;
 mod stopping;
 mod strips;
 mod studio;
+mod studio_exposure;
 #[cfg(test)]
 mod tests;
 mod view;

@@ -14,6 +14,11 @@ use crate::bvh::{Hit, Ray};
 const MAX_PASSED: usize = 10_000;
 
 impl Point<'_> {
+    /// The distance from the surface at which [`Point::leave_anywhere`] starts a ray, in meters.
+    pub(crate) fn clearance(&self) -> f32 {
+        self.error + 16.0 * f32::EPSILON * self.position.abs().max_element()
+    }
+
     /// Returns a ray from the point in any direction, also along its surface.
     ///
     /// The distance of a hit on the point's own plane is computed with an error of a few ulps of
@@ -25,8 +30,7 @@ impl Point<'_> {
             true => -self.geometric,
             false => self.geometric,
         };
-        let error = self.error + 16.0 * f32::EPSILON * self.position.abs().max_element();
-        let origin = [0, 1, 2].map(|i| clear_of(self.position[i], side[i], error));
+        let origin = [0, 1, 2].map(|i| clear_of(self.position[i], side[i], self.clearance()));
         Ray::new(Vec3::from_array(origin), direction)
     }
 }

@@ -210,6 +210,26 @@ fn luminous_shapes_light_the_scene() {
     }
 }
 
+/// A lamp 2 cm below a ceiling: the rays between them are not much longer than their clearance of the
+/// surfaces. Half of all directions from a point above the lamp's edge meet the lamp.
+#[test]
+fn a_lamp_close_to_the_surface_that_it_lights_is_not_in_its_own_shadow() {
+    for height in [0.02, 0.002] {
+        let scene = compile(&format!(
+            "Translation {{ translation 0 3 -40 }} Material {{ diffuseColor .8 0 0 }}
+            Coordinate3 {{ point [ -9 0 -9, 9 0 -9, 9 0 9, -9 0 9 ] }} FaceSet {{ numVertices 4 }}
+            Material {{ diffuseColor 0 0 0 emissiveColor 2 0 0 }}
+            Translation {{ translation 0 -{height} 0 }}
+            Coordinate3 {{ point [ 0 0 -9, 9 0 -9, 9 0 9, 0 0 9 ] }} FaceSet {{ numVertices 4 }}"
+        ));
+        let eye = Vec3::new(-5.0, 3.0 - height, -40.1);
+        let ray = Ray::new(eye, Vec3::new(0.0, 3.0, -40.1) - eye);
+        let (found, sigma) = mean(&scene, &at_depth(1), &ray, 200_000);
+        // The other half of the directions meets nothing; the lamp's far ends are 9 m away.
+        expect("gap", (found, sigma.max(1e-3 * found)), 0.5 * 0.8 * 2.0);
+    }
+}
+
 #[test]
 fn an_even_sky_shows_a_matte_floor_in_its_color() {
     let scene = compile(FLOOR);

@@ -42,24 +42,26 @@ pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
 }
 
 impl PathTracer<'_> {
-    /// Draws one light of the file in proportion to its light at a point without shadows.
-    pub(super) fn file_light(
+    /// Draws some lights of the file in proportion to their light at a point without shadows, and
+    /// passes their rays. If no more lights than that shine there, each is taken once.
+    pub(super) fn file_lights(
         &self,
-        point: &Point<'_>,
-        vertex: &Vertex,
+        (point, vertex): (&Point<'_>, &Vertex),
+        most: usize,
         choice: [f32; 2],
         u: [f32; 2],
-    ) -> Option<LampRay> {
+        mut found: impl FnMut(LampRay),
+    ) {
         let settings = &self.settings;
+        let own = settings.own;
         let set = self.scene.lights_of(point.surface);
         let count = self.scene.light_count(point.surface.lights)
             + usize::from(settings.headlight.is_some())
-            + usize::from(settings.own.sun.is_some());
-        let lights = set.chain(settings.headlight).chain(&settings.own.sun);
-        let own = settings.own;
+            + usize::from(own.sun.is_some());
+        let lights = set.chain(settings.headlight).chain(&own.sun);
         let is_sized = own.light_radius > 0.0 || own.sun_angle > 0.0 || own.sun.is_some();
-        let (mut pick, mut chosen, mut total) = (choice[0], None, 0.0f32);
-        let mut next = 0;
+        let mut shining: [Option<(&Light, f32)>; CONSIDERED] = [None; CONSIDERED];
+        let (mut next, mut used, mut total) = (0, 0, 0.0f32);
         for (number, light) in lights.enumerate() {
             if count > CONSIDERED && number != stratum(next, count, choice[1]) {
                 continue;
@@ -72,20 +74,28 @@ impl PathTracer<'_> {
                 false => vertex.eval(incident.toward).0 * incident.color.abs(),
             };
             let weight = value.element_sum();
-            if !(weight > 0.0 && weight.is_finite()) {
-                continue;
-            }
-            total += weight;
-            let share = weight / total;
-            if pick < share {
-                (chosen, pick) = (Some((light, weight)), pick / share);
-            } else {
-                pick = (pick - share) / (1.0 - share);
+            if weight > 0.0 && weight.is_finite() {
+                shining[used] = Some((light, weight));
+                (used, total) = (used + 1, total + weight);
             }
         }
-        let (light, weight) = chosen?;
-        let considered = next.max(1) as f32 / count.max(1) as f32;
-        self.light_at(light, point, vertex, u, total / (weight * considered))
+        let considered = count.max(1) as f32 / next.max(1) as f32;
+        // The lights lie end to end on a line, and the picks at equal distances.
+        let (mut end, mut before) = (choice[0], 0u32);
+        for (light, weight) in shining.iter().flatten() {
+            let expected = weight / total * most as f32;
+            end += expected;
+            let picks = end as u32 - before;
+            before += picks;
+            let factor = match used <= most {
+                true => 1.0,
+                false => picks as f32 / expected,
+            };
+            if factor > 0.0 {
+                let lamp = self.light_at(light, point, vertex, u, factor * considered);
+                lamp.into_iter().for_each(&mut found);
+            }
+        }
     }
 
     /// The light of a light of the file at a point, times a factor.
@@ -150,6 +160,7 @@ impl PathTracer<'_> {
             return None;
         }
         let mut ray = point.leave_anywhere(toward);
+        let start = (ray.origin - point.position).dot(toward);
         let mut hit = lamp.hit;
         hit.t = distance;
         if !self.scene.is_visible(&ray, &hit) {
@@ -157,10 +168,13 @@ impl PathTracer<'_> {
         }
         let there = self.scene.point(&ray, &hit);
         let emission = Material::of(&there, &self.settings).emission;
-        let density = lamp.density * distance * distance / there.geometric.dot(toward).abs();
+        let facing = there.geometric.dot(toward).abs();
+        let density = lamp.density * distance * distance / facing;
         let weight = power_heuristic(density, pdf) / density;
         let light = scattered * emission * ((1.0 - there.transparency) * weight);
-        ray.t_max = distance * (1.0 - 1e-4);
+        // The ray ends clear of the lamp.
+        let clear = there.clearance() / facing.max(0.01);
+        ray.t_max = (distance - start) * (1.0 - 1e-4) - clear;
         (light != Vec3::ZERO && light.is_finite()).then_some(LampRay {
             ray,
             light,

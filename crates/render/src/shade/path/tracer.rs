@@ -22,6 +22,9 @@ const CERTAIN_TURNS: u32 = 3;
 const MOST_SURVIVORS: f32 = 0.99;
 /// The largest number of surfaces that a path meets.
 const MOST_STEPS: u32 = 100_000;
+/// The largest number of lights of the file that are sampled where a path turns first. Later turns
+/// sample one.
+const FIRST_LIGHTS: usize = 4;
 /// The number of rays toward lamps from which a packet is faster than single rays.
 const PACKET_FROM: usize = 8;
 
@@ -250,8 +253,15 @@ impl PathTracer<'_> {
         let direction = walk.ray.direction.normalize_or(Vec3::NEG_Z);
         let vertex = Vertex::new(&point, direction, reflectance, material.is_mirror);
         let points = &walk.points;
+        let (share, scattered) = (walk.share, walk.turns + 1);
+        let mut add = |mut lamp: LampRay| {
+            lamp.light *= share;
+            lamps.push((number, scattered, lamp));
+        };
+        let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
+        let place = (&point, &vertex);
+        self.file_lights(place, most, pair(points, 2), pair(points, 3), &mut add);
         let found = [
-            self.file_light(&point, &vertex, pair(points, 2), pair(points, 3)),
             match self.lights.emitters {
                 true => {
                     let [choice, _] = pair(points, 6);
@@ -267,10 +277,7 @@ impl PathTracer<'_> {
                 false => None,
             },
         ];
-        for mut lamp in found.into_iter().flatten() {
-            lamp.light *= walk.share;
-            lamps.push((number, walk.turns + 1, lamp));
-        }
+        found.into_iter().flatten().for_each(&mut add);
         let Some((toward, drawn)) = vertex.sample(lobe, pair(points, 1)) else {
             return false;
         };
