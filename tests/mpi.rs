@@ -92,7 +92,8 @@ fn any_number_of_processes_makes_the_same_pixels() {
     std::fs::remove_dir_all(folder).expect("removed");
 }
 
-/// Parts of the samples, and a checkpoint that other processes continue, on any number of processes.
+/// Parts of the samples, and a checkpoint that other processes continue, on any number of
+/// processes.
 #[test]
 fn parts_and_checkpoints_of_any_number_of_processes_have_the_bits_of_one() {
     let Some(folder) = folder("parts") else {

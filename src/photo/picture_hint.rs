@@ -58,8 +58,8 @@ struct Probe {
 }
 
 impl Session {
-    /// Returns a warning if rays were cut, or if the picture is almost entirely black or clipped. It
-    /// names the likely cause and what to do next.
+    /// Returns a warning if rays were cut, or if the picture is almost entirely black or clipped.
+    /// It names the likely cause and what to do next.
     pub(crate) fn warn_if_black_or_clipped(
         &self,
         counts: &Counts,

@@ -317,8 +317,8 @@ pub struct Plan {
 }
 
 impl Plan {
-    /// Returns the response of a film unless the plan states another. Model `i` computes with light,
-    /// so colors of a display show as themselves by the display's curve.
+    /// Returns the response of a film unless the plan states another. Model `i` computes with
+    /// light, so colors of a display show as themselves by the display's curve.
     pub(crate) fn usual_response(&self) -> Response {
         match self.shading == Shading::Path && self.light.colors == ColorCoding::Display {
             true => Response::Srgb,

@@ -290,7 +290,9 @@ impl Session {
         let draws_nothing = scene.primitives() == (0, 0, 0)
             && draws_nothing(&snapshot, &options_at(&pose, projection));
         let unused = unused_prototypes(&document).filter(|_| draws_nothing);
-        unused.into_iter().for_each(|warning| sink.add(*warning));
+        if let Some(warning) = unused {
+            sink.add(*warning);
+        }
         for diagnostic in snapshot.diagnostics() {
             sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
         }

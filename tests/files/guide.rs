@@ -3,10 +3,10 @@
 //!
 //! A command belongs to a picture if it is printed in the same Markdown file and its output has the
 //! picture's name. A render is compared in the two rows of the picture that have the most contrast,
-//! with all its samples; `WHOLE=1` compares every pixel. A drawing is compared as text. Pictures are
-//! the same on every machine, so any difference is an error. `UPDATE=1` makes pictures again, whole,
-//! and replaces those that differ. Ghosts and the images of points are always whole and take long, so
-//! their pictures are compared only with `WHOLE` or `UPDATE`.
+//! with all its samples; `WHOLE=1` compares every pixel. A drawing is compared as text. Pictures
+//! are the same on every machine, so any difference is an error. `UPDATE=1` makes pictures again,
+//! whole, and replaces those that differ. Ghosts and the images of points are always whole and take
+//! long, so their pictures are compared only with `WHOLE` or `UPDATE`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

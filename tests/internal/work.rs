@@ -1,5 +1,5 @@
-//! Hostile scenes: whatever draws from the account of a scene is driven to its limit, and readers take
-//! work in proportion to the file.
+//! Hostile scenes: whatever draws from the account of a scene is driven to its limit, and readers
+//! take work in proportion to the file.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};

@@ -1,4 +1,5 @@
-//! What a picture of a VRML97 world shows: events, the viewer, bound nodes and the standard's light.
+//! What a picture of a VRML97 world shows: events, the viewer, bound nodes and the standard's
+//! light.
 
 use ivcam_inventor::events::{Action, ActionKind};
 use ivcam_optics::film::Resolution;
@@ -126,8 +127,8 @@ fn a_script_binds_and_reads_outputs() {
     assert_eq!(seen, [GREEN]);
 }
 
-/// ISO 14772-1, 4.14.4. The light comes along the axis, so the half vector of a point at the angle θ
-/// from the viewer's axis is θ/2 from the normal. Inventor's viewer is at infinity.
+/// ISO 14772-1, 4.14.4. The light comes along the axis, so the half vector of a point at the angle
+/// θ from the viewer's axis is θ/2 from the normal. Inventor's viewer is at infinity.
 #[test]
 fn highlights_of_vrml97_depend_on_the_viewers_position() {
     let folder = Folder::new("viewer");

@@ -81,7 +81,8 @@ impl Grid {
     }
 
     /// Returns the grid whose places are those of the copies of a grid on this one, each once.
-    /// Returns `None` if they are not on one grid, or if it has more than 2^31 places along an axis.
+    /// Returns `None` if they are not on one grid, or if it has more than 2^31 places along an
+    /// axis.
     pub fn of_grids(&self, inner: &Self) -> Option<Self> {
         let mut grid = *self;
         for axis in 0..3 {

@@ -47,8 +47,8 @@ const SHIPPED: [(&str, &str); 3] = [
 ];
 
 impl Response {
-    /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated by commas,
-    /// each the name of a shipped one or the path of a file.
+    /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated
+    /// by commas, each the name of a shipped one or the path of a file.
     ///
     /// # Errors
     /// Fails if a file cannot be read or is not the table of an emulsion.

@@ -199,8 +199,8 @@ fn sum(terms: impl Iterator<Item = f64>) -> f64 {
     terms.fold(Dd::new(0.0), |s, t| s.add(Dd::new(t))).value()
 }
 
-/// Traces (y, n u) of paraxial rays from the vertex of a surface, in front of it, to that of the next
-/// one, or behind the last surface.
+/// Traces (y, n u) of paraxial rays from the vertex of a surface, in front of it, to that of the
+/// next one, or behind the last surface.
 fn cross(surfaces: &[Surface], indices: &[f64], plane: Plane, i: usize, rays: &mut [(Dd, Dd)]) {
     let surface = &surfaces[i];
     let step = Dd::new(indices[i + 1]).sub(Dd::new(indices[i]));

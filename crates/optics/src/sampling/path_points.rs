@@ -1,8 +1,9 @@
 //! The random numbers of a light path: pairs of points in the unit square, as many as it has turns.
 //!
 //! Each pair is the first two dimensions of a Sobol' sequence with its own scrambling and its own
-//! order of the samples (padding: Burley, "Practical hash-based Owen scrambling", 2020). So a longer
-//! path changes no number of a shorter one, and every pair is stratified over a pixel's samples.
+//! order of the samples (padding: Burley, "Practical hash-based Owen scrambling", 2020). So a
+//! longer path changes no number of a shorter one, and every pair is stratified over a pixel's
+//! samples.
 
 use super::hash::{mix, unit};
 use super::sobol::Sobol;

@@ -181,8 +181,8 @@ fn object(quadric: &Quadric, point: Vec3) -> DVec3 {
     quadric.object_from_scene.transform_point3(point.as_dvec3())
 }
 
-/// Whether a point in object space is outside a sphere and not on it, so that it sees less than half
-/// of it.
+/// Whether a point in object space is outside a sphere and not on it, so that it sees less than
+/// half of it.
 fn faces_outside(quadric: &Quadric, eye: DVec3) -> bool {
     let outside = |radius: f64| eye.length_squared() > 1.0002 * radius * radius;
     matches!(quadric.kind, QuadricKind::Sphere { radius } if outside(radius))

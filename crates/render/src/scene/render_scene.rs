@@ -245,8 +245,8 @@ impl RenderScene {
         !self.light_sets.is_empty()
     }
 
-    /// Returns whether all work on the scene has to end. Rays then find nothing, so whoever has traced
-    /// some asks before it uses the results.
+    /// Returns whether all work on the scene has to end. Rays then find nothing, so whoever has
+    /// traced some asks before it uses the results.
     pub fn is_stopped(&self) -> bool {
         self.stop.is_set()
     }

@@ -1,9 +1,9 @@
 //! A photographer's studio around a scene: its place and sizes, in proportion to the scene's box.
 //!
 //! A sheet of paper lies below the scene and rises behind it in a curve, so that there is no
-//! horizon. The large key lamp is to the left of the camera, 45° to the side and 45° up; a weak fill
-//! lamp to the right; a small lamp behind the scene draws its rim. Lamps shine on their front only,
-//! and their backs are not there for the camera.
+//! horizon. The large key lamp is to the left of the camera, 45° to the side and 45° up; a weak
+//! fill lamp to the right; a small lamp behind the scene draws its rim. Lamps shine on their front
+//! only, and their backs are not there for the camera.
 
 use glam::{DVec3, Vec3};
 
@@ -80,8 +80,8 @@ pub(super) struct StudioPlace {
 }
 
 impl Studio {
-    /// Places the studio in front of a camera that looks in a direction. Returns `None` if the scene
-    /// has no extent.
+    /// Places the studio in front of a camera that looks in a direction. Returns `None` if the
+    /// scene has no extent.
     pub(super) fn place(&self, looks: DVec3) -> Option<StudioPlace> {
         let (low, high) = self.bounds;
         let (middle, radius) = (0.5 * (low + high), 0.5 * (high - low).length());

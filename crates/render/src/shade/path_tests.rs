@@ -210,8 +210,8 @@ fn luminous_shapes_light_the_scene() {
     }
 }
 
-/// A lamp 2 cm below a ceiling: the rays between them are not much longer than their clearance of the
-/// surfaces. Half of all directions from a point above the lamp's edge meet the lamp.
+/// A lamp 2 cm below a ceiling: the rays between them are not much longer than their clearance of
+/// the surfaces. Half of all directions from a point above the lamp's edge meet the lamp.
 #[test]
 fn a_lamp_close_to_the_surface_that_it_lights_is_not_in_its_own_shadow() {
     for height in [0.02, 0.002] {

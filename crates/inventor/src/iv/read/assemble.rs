@@ -75,7 +75,8 @@ pub(super) struct Assembler<'d> {
     pub source: u16,
     /// The nodes by the whole token after `DEF`, including its reference number.
     pub names: HashMap<Box<[u8]>, NodeId>,
-    /// For each open node whose name was defined before: the last node of that name that is complete.
+    /// For each open node whose name was defined before: the last node of that name that is
+    /// complete.
     redefined: HashMap<NodeId, NodeId>,
     /// The classes that this file declares: their names and indices in [`Document::extensions`].
     pub declared: HashMap<Box<str>, u32>,

@@ -16,7 +16,8 @@ const SURFACE_STEPS: u64 = 16;
 
 impl Lens {
     /// The fills of rays from a film point through points of the rear vertex plane. If the account
-    /// of the scene is used up, all rays are lost; whoever searches a pupil asks for that at the end.
+    /// of the scene is used up, all rays are lost; whoever searches a pupil asks for that at the
+    /// end.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();

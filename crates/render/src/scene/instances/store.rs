@@ -64,8 +64,8 @@ impl Instances {
         }
     }
 
-    /// Returns an instance of a prototype, once or on a grid. If it is opaque, copies at one place are
-    /// one copy: a grid of a grid becomes one grid. `matrices` lead to the instance.
+    /// Returns an instance of a prototype, once or on a grid. If it is opaque, copies at one place
+    /// are one copy: a grid of a grid becomes one grid. `matrices` lead to the instance.
     pub(in crate::scene) fn content(
         &self,
         mut prototype: u32,

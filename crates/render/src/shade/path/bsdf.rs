@@ -9,11 +9,11 @@
 //!   + ρ (1−E(ωₒ))(1−E(ωᵢ)) / (π(1−Ē))                      the matte part below
 //! ```
 //!
-//! where E₁ is E of a layer that absorbs nothing and Fₘ = F̄²Ē₁/(1−F̄(1−Ē₁)). The matte part (Kelemen
-//! and Szirmay-Kalos, "A microfacet based coupled specular-matte BRDF model", 2001) gets exactly the
-//! light that the layer lets through, so f is reciprocal and its albedo is at most 1. Fresnel's
-//! factor is Schlick's, from F₀ to 1 at grazing angles; a layer with F₀ below 2% fades away
-//! (Lagarde and de Rousiers, "Moving Frostbite to physically based rendering", 2014, 3.1.3).
+//! where E₁ is E of a layer that absorbs nothing and Fₘ = F̄²Ē₁/(1−F̄(1−Ē₁)). The matte part
+//! (Kelemen and Szirmay-Kalos, "A microfacet based coupled specular-matte BRDF model", 2001) gets
+//! exactly the light that the layer lets through, so f is reciprocal and its albedo is at most 1.
+//! Fresnel's factor is Schlick's, from F₀ to 1 at grazing angles; a layer with F₀ below 2% fades
+//! away (Lagarde and de Rousiers, "Moving Frostbite to physically based rendering", 2014, 3.1.3).
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -250,8 +250,8 @@ mod tests {
         }
     }
 
-    /// The albedo of each channel of 10,000 materials is estimated from 256 samples. If none exceeds
-    /// 1, a z-value above 5 has a probability of 3e-7, and one of 30,000 of 0.9%.
+    /// The albedo of each channel of 10,000 materials is estimated from 256 samples. If none
+    /// exceeds 1, a z-value above 5 has a probability of 3e-7, and one of 30,000 of 0.9%.
     #[test]
     fn no_material_of_ten_thousand_sends_back_more_light_than_it_gets() {
         let mut random = Random(1 << 40);

@@ -1,9 +1,9 @@
 //! The light of one lamp at a turn of a path: a light of the file, a luminous shape, or the
 //! environment.
 //!
-//! A light of the file shows ρ·I·cos θ on a matte color ρ, by the old equation. With the BRDF ρ/π it
-//! brings the irradiance π·I·cos θ. Its size only moves the point that it is seen at: attenuation
-//! and spot stay those of its center.
+//! A light of the file shows ρ·I·cos θ on a matte color ρ, by the old equation. With the BRDF ρ/π
+//! it brings the irradiance π·I·cos θ. Its size only moves the point that it is seen at:
+//! attenuation and spot stay those of its center.
 
 use std::f32::consts::PI;
 

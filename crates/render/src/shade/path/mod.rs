@@ -4,8 +4,8 @@
 //! drawn from the surface's scattering. At each turn it gathers the surface's own emission, and the
 //! light of one lamp of the file, of one point on a luminous shape and of one direction of the
 //! environment picture. Light that both ways find is weighted by the power heuristic (Veach,
-//! *Robust Monte Carlo methods for light transport simulation*, 1997, 9.2). After three turns a path
-//! ends at random ("Russian roulette"), so that the mean is exact without a limit of depth.
+//! *Robust Monte Carlo methods for light transport simulation*, 1997, 9.2). After three turns a
+//! path ends at random ("Russian roulette"), so that the mean is exact without a limit of depth.
 //!
 //! Every random number is a function of seed, pixel, sample and its place in the path.
 

@@ -1,5 +1,5 @@
-//! A clear sky with the sun (Preetham, Shirley and Smits, "A practical analytic model for daylight",
-//! 1999).
+//! A clear sky with the sun (Preetham, Shirley and Smits, "A practical analytic model for
+//! daylight", 1999).
 //!
 //! Luminance and color of the sky are the paper's formulas for a turbidity. The sun is the light
 //! that the paper's Rayleigh and aerosol extinction leave of 127.5 klx, at one wavelength for each
