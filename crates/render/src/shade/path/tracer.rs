@@ -252,38 +252,51 @@ impl PathTracer<'_> {
         };
         let direction = walk.ray.direction.normalize_or(Vec3::NEG_Z);
         let vertex = Vertex::new(&point, direction, reflectance, material.is_mirror);
+        self.gather_light((number, &*walk), &point, &vertex, lamps);
         let points = &walk.points;
-        let (share, scattered) = (walk.share, walk.turns + 1);
-        let mut add = |mut lamp: LampRay| {
-            lamp.light *= share;
-            lamps.push((number, scattered, lamp));
-        };
-        let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
-        let place = (&point, &vertex);
-        self.file_lights(place, most, pair(points, 2), pair(points, 3), &mut add);
-        let found = [
-            match self.lights.emitters {
-                true => {
-                    let [choice, _] = pair(points, 6);
-                    self.luminous_shape(&point, &vertex, choice, pair(points, 4))
-                }
-                false => None,
-            },
-            match self.settings.own.environment.is_some() {
-                true => {
-                    let [_, choice] = pair(points, 6);
-                    self.environment_light(&point, &vertex, choice, pair(points, 5))
-                }
-                false => None,
-            },
-        ];
-        found.into_iter().flatten().for_each(&mut add);
         let Some((toward, drawn)) = vertex.sample(lobe, pair(points, 1)) else {
             return false;
         };
         let [survival, _] = pair(points, 7);
         let ray = point.leave_anywhere(toward);
         self.turn(walk, ray, drawn.weight, drawn.pdf, survival)
+    }
+
+    /// Adds the rays toward the lamps that are sampled where a path turns.
+    fn gather_light(
+        &self,
+        (number, walk): (usize, &Walk),
+        point: &Point<'_>,
+        vertex: &Vertex,
+        lamps: &mut Vec<(usize, u32, LampRay)>,
+    ) {
+        let first = (walk.steps - 1) * PAIRS;
+        let pair = |of: u32| walk.points.pair(first + of);
+        let (share, scattered) = (walk.share, walk.turns + 1);
+        let mut add = |mut lamp: LampRay| {
+            lamp.light *= share;
+            lamps.push((number, scattered, lamp));
+        };
+        let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
+        let place = (point, vertex);
+        self.file_lights(place, most, pair(2), pair(3), &mut add);
+        let found = [
+            match self.lights.emitters {
+                true => {
+                    let [choice, _] = pair(6);
+                    self.luminous_shape(point, vertex, choice, pair(4))
+                }
+                false => None,
+            },
+            match self.settings.own.environment.is_some() {
+                true => {
+                    let [_, choice] = pair(6);
+                    self.environment_light(point, vertex, choice, pair(5))
+                }
+                false => None,
+            },
+        ];
+        found.into_iter().flatten().for_each(&mut add);
     }
 
     /// Adds the emission of a surface to a path that meets it.
