@@ -30,6 +30,9 @@ pub struct Point<'a> {
     pub surface: &'a Surface,
     /// A bound of the position's rounding error, in meters.
     pub error: f32,
+    /// The size of the coordinates of the triangle's corners around the point, in meters; 0 for
+    /// other primitives, and for triangles that were placed already.
+    pub(crate) extent: f32,
 }
 
 /// A point on a triangle, without the texture.
@@ -172,6 +175,7 @@ impl RenderScene {
             texel: None,
             surface,
             error: place.error,
+            extent: 0.0,
         };
         if let Some(texture) = &surface.texture {
             let stored = surface.coordinates_between(local, hit.u, hit.v);
@@ -239,6 +243,7 @@ fn untextured<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> (Point<'a>, V
         texel: None,
         surface,
         error: 0.0,
+        extent: 0.0,
     };
     let coordinates = match scene.corners(hit.primitive, hit.place) {
         Some(corners) => on_triangle(&mut out, scene, &corners, hit),
@@ -308,6 +313,7 @@ fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hi
     out.position = blend(*corners);
     let sum = blend(corners.map(Vec3::abs));
     out.error = 8.0 * f32::EPSILON * sum.dot(out.geometric.abs());
+    out.extent = sum.max_element();
     let surface = out.surface;
     let local = (hit.primitive - surface.first) as usize;
     if let Some(normals) = scene.normals(surface, local, hit.place) {

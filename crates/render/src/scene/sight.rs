@@ -16,13 +16,15 @@ const MAX_PASSED: usize = 10_000;
 impl Point<'_> {
     /// The distance from the surface at which [`Point::leave_anywhere`] starts a ray, in meters.
     pub(crate) fn clearance(&self) -> f32 {
-        self.error + 16.0 * f32::EPSILON * self.position.abs().max_element()
+        let size = self.position.abs().max_element();
+        self.error + f32::EPSILON * (16.0 * size).max(6.0 * self.extent)
     }
 
     /// Returns a ray from the point in any direction, also along its surface.
     ///
     /// The distance of a hit on the point's own plane is computed with an error of a few ulps of
-    /// the coordinates' size, whatever the plane's direction, so the ray starts that far away.
+    /// the coordinates' size, those of its corners too, whatever the plane's direction. So the ray
+    /// starts that far away.
     /// [`Point::leave`] keeps the error of the position only: from a floor at the camera's height,
     /// 17% of the rays of a cosine lobe met the floor again.
     pub(crate) fn leave_anywhere(&self, direction: Vec3) -> Ray {

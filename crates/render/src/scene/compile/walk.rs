@@ -59,7 +59,7 @@ impl RenderScene {
             fog: None,
         };
         if let Some((color, _)) = options.background {
-            compiler.builder.scene.background = Background::plain(color).as_light(options.colors);
+            compiler.builder.scene.background = Background::plain(color).into_light(options.colors);
         }
         let prototypes = compiler.instances.prototypes.as_ref();
         compiler.builder.deferred = prototypes.map(|_| DeferredText::new());
@@ -204,7 +204,7 @@ impl<'a> Visitor<'a> for Compiler<'a> {
             let files = builder.options.needs.textures.then_some(files);
             let (background, diagnostics) = Background::of(node, state, files);
             let colors = self.builder.options.colors;
-            self.builder.scene.background = background.as_light(colors);
+            self.builder.scene.background = background.into_light(colors);
             diagnostics
                 .into_iter()
                 .for_each(|d| self.builder.reports.add(*d));

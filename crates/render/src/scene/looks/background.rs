@@ -89,7 +89,7 @@ impl Background {
     }
 
     /// Returns the background as light, where its colors have a meaning.
-    pub(in crate::scene) fn as_light(mut self, colors: ColorCoding) -> Self {
+    pub(in crate::scene) fn into_light(mut self, colors: ColorCoding) -> Self {
         let bands = self.sky.iter_mut().chain(&mut self.ground);
         bands.for_each(|(_, color)| *color = colors.light(*color));
         self.is_coded = colors == ColorCoding::Display;
