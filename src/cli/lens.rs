@@ -15,6 +15,7 @@ use ivcam_base::work::Budget;
 use ivcam_optics::picture::Depth;
 
 use super::lens_request::{CONDITIONS, Content, Request};
+use super::messages::heard;
 use super::{flags, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value};
 use crate::photo::options;
 
@@ -185,6 +186,34 @@ pub(crate) fn command() -> Command {
             "curves",
             "with --json: the data sheet's curves and aberrations too",
         ))
+}
+
+/// What `ivcam lens` prints.
+#[derive(Clone, Debug, Default)]
+pub struct LensOutput {
+    /// The text for standard output.
+    pub text: String,
+    /// The warnings, as standard error would show them.
+    pub messages: Vec<String>,
+}
+
+/// Runs `ivcam lens` with some arguments, without the name of the program and of the command. What
+/// the command prints is returned, so that a program gets the same numbers as a terminal.
+///
+/// # Errors
+/// Returns an error if an argument is invalid, the lens cannot be read, or a file not be written.
+pub fn lens_output(words: &[String]) -> Result<LensOutput> {
+    let words = std::iter::once("lens").chain(words.iter().map(String::as_str));
+    let matches = command().try_get_matches_from(words);
+    let matches =
+        matches.map_err(|e| Diagnostic::error(e.render().to_string().trim().to_owned()))?;
+    let mut out = Vec::new();
+    let (code, messages) = heard(|| run(&matches, &mut out));
+    code?;
+    Ok(LensOutput {
+        text: String::from_utf8_lossy(&out).into_owned(),
+        messages,
+    })
 }
 
 /// Runs the command and returns the exit code.

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 use std::ffi::OsString;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
@@ -25,13 +25,36 @@ pub(crate) fn is_mute() -> bool {
 /// Prints a line to stderr. A closed stderr is not an error.
 macro_rules! status {
     ($($part:tt)*) => {
-        if !$crate::cli::messages::is_mute() {
-            use std::io::Write as _;
-            let _ = writeln!(std::io::stderr(), $($part)*);
-        }
+        $crate::cli::messages::say(format_args!($($part)*))
     };
 }
 pub(crate) use status;
+
+thread_local! {
+    /// The lines of this thread that a caller of the library gets instead of stderr.
+    static HEARD: RefCell<Option<Vec<String>>> = const { RefCell::new(None) };
+}
+
+/// Prints a line to stderr, or keeps it for [`heard`].
+pub(crate) fn say(line: std::fmt::Arguments<'_>) {
+    let is_kept = HEARD.with_borrow_mut(|heard| match heard {
+        Some(lines) => {
+            lines.push(line.to_string());
+            true
+        }
+        None => false,
+    });
+    if !is_kept && !is_mute() {
+        let _ = writeln!(std::io::stderr(), "{line}");
+    }
+}
+
+/// Does some work of this thread, and returns the lines that it would have printed to stderr.
+pub(super) fn heard<T>(work: impl FnOnce() -> T) -> (T, Vec<String>) {
+    let before = HEARD.replace(Some(Vec::new()));
+    let done = work();
+    (done, HEARD.replace(before).unwrap_or_default())
+}
 
 /// The exit code for an error.
 pub(crate) const ERROR: i32 = 2;
@@ -76,7 +99,9 @@ pub(super) fn set_typed(words: &[OsString]) {
 
 /// Prints a message to stderr as a compiler would, with options as they were typed.
 pub(crate) fn print_diagnostic(diagnostic: &Diagnostic) {
-    let color = std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let is_kept = HEARD.with_borrow(Option::is_some);
+    let is_terminal = !is_kept && std::io::stderr().is_terminal();
+    let color = is_terminal && std::env::var_os("NO_COLOR").is_none();
     let mut diagnostic = diagnostic.clone();
     diagnostic.message = TYPED.with_borrow(|words| as_typed(&diagnostic.message, words));
     status!("{}", diagnostic.render(color));

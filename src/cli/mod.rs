@@ -49,5 +49,6 @@ pub(crate) use arguments::{
     switch, text, time_for_each, value,
 };
 pub use dispatch::run;
+pub use lens::{LensOutput, lens_output};
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};

@@ -20,14 +20,14 @@ impl Session {
     ///
     /// # Errors
     /// Fails if they do not fit.
-    pub(crate) fn take_layers(&mut self) -> Result<()> {
+    pub fn take_layers(&mut self) -> Result<()> {
         let size = self.region().resolution();
         take_layers(&mut self.memory, size)
     }
 
     /// Returns what the first samples of each pixel of an exposure meet, at most 256. Uses rayon's
     /// current pool.
-    pub(crate) fn surfaces_of(&self, exposure: &Exposure) -> Vec<SurfaceSum> {
+    pub fn surfaces_of(&self, exposure: &Exposure) -> Vec<SurfaceSum> {
         self.surfaces(exposure.samples.min(MOST_SAMPLES))
     }
 
@@ -47,7 +47,7 @@ impl Session {
     /// Surfaces are means over the samples that meet one, by the picture's first samples, at most
     /// 256, at the lens's own wavelength. Depth, position and normal are those of the first
     /// surface, transparent or not.
-    pub(crate) fn layers(
+    pub fn layers(
         &self,
         exposure: &Exposure,
         picture: &Picture,

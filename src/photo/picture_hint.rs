@@ -60,7 +60,7 @@ struct Probe {
 impl Session {
     /// Returns a warning if rays were cut, or if the picture is almost entirely black or clipped.
     /// It names the likely cause and what to do next.
-    pub(crate) fn warn_if_black_or_clipped(
+    pub fn warn_if_black_or_clipped(
         &self,
         counts: &Counts,
         picture: &Picture,

@@ -158,7 +158,7 @@ impl Session {
     ///
     /// # Errors
     /// Returns the errors of [`Session::open`].
-    pub(crate) fn open_once(plan: Plan) -> Result<Self> {
+    pub fn open_once(plan: Plan) -> Result<Self> {
         let framing = plan.clone();
         Self::read(plan, &framing, Nodes::Freed)
     }
@@ -503,7 +503,7 @@ impl Session {
     ///
     /// # Errors
     /// Fails if the camera is a film behind solid glass, which a camera file has no node for.
-    pub(crate) fn camera_file(&self) -> Result<String> {
+    pub fn camera_file(&self) -> Result<String> {
         if self.pose.film.is_some() {
             return Err(Diagnostic::unsupported(
                 "a camera file can't hold a film behind solid glass",
@@ -1014,7 +1014,7 @@ fn budget_of(plan: &Plan) -> Budget {
 
 impl Plan {
     /// Returns a new account for the plan's scene.
-    pub(crate) fn budget(&self) -> Budget {
+    pub fn budget(&self) -> Budget {
         Budget::new(memory_of_scene(self), self.work)
     }
 }

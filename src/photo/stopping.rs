@@ -29,12 +29,12 @@ impl Keeper for StopKeeper {
 
 impl Session {
     /// Returns the error that no part of the picture was finished in the time of `--time`.
-    pub(crate) fn too_late(&self) -> Box<Diagnostic> {
+    pub fn too_late(&self) -> Box<Diagnostic> {
         self.budget.refusal(Cut::Stopped(StopCause::Time))
     }
 
     /// Returns the warning that the time of `--time` ended within a pass.
-    pub(crate) fn ended_within_pass(&self, stopped: &Stopped) -> Box<Diagnostic> {
+    pub fn ended_within_pass(&self, stopped: &Stopped) -> Box<Diagnostic> {
         let all = self.plan.stop.samples;
         let text = format!("the time ended within a pass: {}", stopped.describe(all));
         Diagnostic::warning(text)

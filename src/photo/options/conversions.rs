@@ -153,7 +153,7 @@ pub(crate) fn idle_options(
 
 /// Returns a command line of these arguments, quoted for a shell. The first argument, the program's
 /// name, becomes `ivcam`.
-pub(crate) fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
+pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
     let quote = |w: &W| {
         let w = w.as_ref().to_string_lossy();
         let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,+@".contains(c);

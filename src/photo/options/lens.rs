@@ -294,7 +294,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
 ];
 
 /// Returns the options that apply to a lens without a scene, which `ivcam lens` has.
-pub(crate) fn lens_options() -> impl Iterator<Item = &'static Opt> {
+pub fn lens_options() -> impl Iterator<Item = &'static Opt> {
     const NAMES: [&str; 9] = [
         "zoom",
         "efl",

@@ -20,11 +20,13 @@ mod shutter;
 mod table;
 mod values;
 
-pub(crate) use conversions::{command_line, idle_options};
-pub(crate) use given::{GivenOptions, MovieFrame, invalid_value};
-pub(crate) use lens::lens_options;
-pub use option::Opt;
-pub(crate) use option::{OptionNeeds, Takes};
+pub use conversions::command_line;
+pub(crate) use conversions::idle_options;
+pub use given::GivenOptions;
+pub(crate) use given::{MovieFrame, invalid_value};
+pub use lens::lens_options;
+pub(crate) use option::OptionNeeds;
+pub use option::{Opt, Takes};
 pub(crate) use sampling::rear_element;
 pub(crate) use scene::{
     EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, actions, limits, memory, scene_time, typefaces,

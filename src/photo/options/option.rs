@@ -18,7 +18,7 @@ pub(super) type Describe = fn(&Plan) -> Option<String>;
 
 /// The kind of value that an option has. The first text is the value's name in the help.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Takes {
+pub enum Takes {
     /// No value.
     Nothing,
     /// One value.
@@ -51,11 +51,11 @@ pub struct Opt {
     /// The spelling of 1999 without its dash. A single letter is also today's short spelling.
     pub(crate) vintage: Option<&'static str>,
     /// Other long spellings of today.
-    pub(crate) aliases: &'static [&'static str],
+    pub aliases: &'static [&'static str],
     /// The kind of value.
-    pub(crate) takes: Takes,
+    pub takes: Takes,
     /// The line in the help, with the default in brackets.
-    pub(crate) help: &'static str,
+    pub help: &'static str,
     /// The requirement without which the option has no effect.
     pub(crate) needs: OptionNeeds,
     /// The functions that change a plan by the option and write a plan's value. Options about the
