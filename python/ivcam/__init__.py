@@ -1,0 +1,93 @@
+"""Open Inventor and VRML scenes, real lenses, and photographs of the scenes through the lenses.
+
+    import ivcam
+
+    scene = ivcam.open("livroom.iv")        # nodes, cameras, lights, problems
+    scene.triangles().positions             # arrays; scene.convert("livroom.glb")
+    lens = ivcam.Lens("biogon", efl=50)     # first order, rays, spots, modulation, exports
+    picture = ivcam.render(scene, lens="biogon", efl=50, focus=3.6, samples=16)
+    picture.pixels, picture.error           # height × width × 3 float32, and how wrong it is
+
+Scenes are in meters and lenses in millimeters; angles are in radians and wavelengths in
+nanometers unless a name says otherwise. Errors are `IvcamError`, by kind, with the place in the
+file and what to do; warnings are `IvcamWarning`.
+"""
+
+from typing import List, Tuple
+
+from . import _ivcam
+from ._errors import (
+    ArgumentError,
+    DamagedError,
+    FileError,
+    FocusError,
+    IvcamError,
+    IvcamWarning,
+    LimitError,
+    NotFoundError,
+    OutsideFolderError,
+    SceneSyntaxError,
+    UnsupportedError,
+)
+from ._ivcam import Node, __version__
+from ._lens import (
+    BLOCKED,
+    MISSED,
+    PASSED,
+    TOTAL_REFLECTION,
+    Lens,
+    Modulation,
+    Rays,
+    Spot,
+    lenses,
+)
+from ._picture import Picture, Progress, compare, render
+from ._scene import Conversion, Document, Triangles, check, formats, open
+
+
+def render_options() -> List[Tuple[str, str, str]]:
+    """Returns the options of `render`: name, value and help."""
+    return _ivcam.render_options()
+
+
+def lens_options() -> List[Tuple[str, str, str]]:
+    """Returns the options of `Lens`: name, value and help."""
+    return _ivcam.lens_options()
+
+
+__all__ = [
+    "ArgumentError",
+    "BLOCKED",
+    "Conversion",
+    "DamagedError",
+    "Document",
+    "FileError",
+    "FocusError",
+    "IvcamError",
+    "IvcamWarning",
+    "Lens",
+    "LimitError",
+    "MISSED",
+    "Modulation",
+    "Node",
+    "NotFoundError",
+    "OutsideFolderError",
+    "PASSED",
+    "Picture",
+    "Progress",
+    "Rays",
+    "SceneSyntaxError",
+    "Spot",
+    "TOTAL_REFLECTION",
+    "Triangles",
+    "UnsupportedError",
+    "__version__",
+    "check",
+    "compare",
+    "formats",
+    "lens_options",
+    "lenses",
+    "open",
+    "render",
+    "render_options",
+]

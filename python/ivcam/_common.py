@@ -1,0 +1,52 @@
+"""What the modules share: warnings, and checks of arrays."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Dict, Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from ._errors import IvcamWarning
+
+Array = npt.NDArray[np.float64]
+
+
+def text_of(problem: Dict[str, Any]) -> str:
+    """Returns a problem as one line with its place and help."""
+    place = ""
+    if problem.get("file"):
+        place = f"{problem['file']}: "
+        if problem.get("line"):
+            place = f"{problem['file']}:{problem['line']}:{problem['column']}: "
+    times = f" ({problem['count']} times)" if problem.get("count", 1) > 1 else ""
+    help = f" ({problem['help']})" if problem.get("help") else ""
+    return f"{place}{problem['message']}{times}{help}"
+
+
+def warn(problems: Iterable[Dict[str, Any]], level: int = 3) -> None:
+    """Shows problems as warnings of Python."""
+    for problem in problems:
+        warnings.warn(text_of(problem), IvcamWarning, stacklevel=level)
+
+
+def warn_texts(texts: Iterable[str], level: int = 4) -> None:
+    """Shows lines as warnings of Python."""
+    for text in texts:
+        warnings.warn(text.strip(), IvcamWarning, stacklevel=level)
+
+
+def rows(name: str, value: npt.ArrayLike, width: int) -> Array:
+    """Returns numbers as a C-ordered array of N × width doubles; one row may be given alone.
+
+    Raises:
+        ValueError: the array has another shape.
+        TypeError: it does not hold numbers.
+    """
+    array = np.ascontiguousarray(value, dtype=np.float64)
+    if array.ndim == 1 and array.shape == (width,):
+        array = array.reshape(1, width)
+    if array.ndim != 2 or array.shape[1] != width:
+        raise ValueError(f"`{name}` has the shape {array.shape}, and N × {width} is wanted")
+    return array

@@ -1,0 +1,156 @@
+//! Values of fields and JSON as objects of Python.
+
+use ivcam::glam::{Mat4, Vec2, Vec3, Vec4};
+use ivcam::iv::Value;
+use ivcam_inventor::grammar::{Plane, Rotation};
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::IntoPyObjectExt;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use serde_json::Value as Json;
+
+/// Returns JSON as objects of Python.
+pub(crate) fn json<'py>(py: Python<'py>, value: &Json) -> PyResult<Bound<'py, PyAny>> {
+    match value {
+        Json::Null => Ok(py.None().into_bound(py)),
+        Json::Bool(v) => v.into_bound_py_any(py),
+        Json::Number(v) => match (v.as_i64(), v.as_u64()) {
+            (Some(v), _) => v.into_bound_py_any(py),
+            (None, Some(v)) => v.into_bound_py_any(py),
+            _ => v.as_f64().into_bound_py_any(py),
+        },
+        Json::String(v) => v.into_bound_py_any(py),
+        Json::Array(all) => {
+            let list = PyList::empty(py);
+            all.iter().try_for_each(|v| list.append(json(py, v)?))?;
+            Ok(list.into_any())
+        }
+        Json::Object(all) => {
+            let dict = PyDict::new(py);
+            for (key, v) in all {
+                dict.set_item(key, json(py, v)?)?;
+            }
+            Ok(dict.into_any())
+        }
+    }
+}
+
+/// Returns numbers as an array with rows of `N`.
+pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
+    py: Python<'py>,
+    all: Vec<[T; N]>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let count = all.len();
+    let flat = PyArray1::from_vec(py, all.into_flattened());
+    Ok(flat.reshape([count, N])?.into_any())
+}
+
+/// Returns the value of a field: a `bool`, a number, a text, an array, or what `node` makes of the
+/// node with a number.
+pub(crate) fn field<'py>(
+    py: Python<'py>,
+    value: &Value,
+    node: &dyn Fn(u32) -> PyResult<Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let flat = |v: Vec<f32>| Ok(PyArray1::from_vec(py, v).into_any());
+    let turn = |r: &Rotation| [r.axis.x, r.axis.y, r.axis.z, r.angle];
+    let plane = |p: &Plane| [p.normal.x, p.normal.y, p.normal.z, p.distance];
+    match value {
+        Value::Bool(v) => v.into_bound_py_any(py),
+        Value::Int(v) => v.into_bound_py_any(py),
+        Value::UInt(v) => v.into_bound_py_any(py),
+        Value::Float(v) => v.into_bound_py_any(py),
+        Value::Double(v) => v.into_bound_py_any(py),
+        Value::String(v) => (&**v).into_bound_py_any(py),
+        Value::Vec2(v) => flat(v.to_array().to_vec()),
+        Value::Vec3(v) => flat(v.to_array().to_vec()),
+        Value::Vec4(v) => flat(v.to_array().to_vec()),
+        Value::Rotation(v) => flat(turn(v).to_vec()),
+        Value::Plane(v) => flat(plane(v).to_vec()),
+        Value::Matrix(v) => {
+            let matrix = PyArray1::from_vec(py, v.to_cols_array().to_vec());
+            Ok(matrix.reshape([4, 4])?.into_any())
+        }
+        Value::Image(v) => {
+            let shape = [v.depth, v.height, v.width, u32::from(v.components)];
+            let shape = shape.map(|n| n as usize);
+            let whole = shape.iter().product::<usize>() == v.bytes.len();
+            let bytes = PyArray1::from_vec(py, v.bytes.to_vec());
+            match (whole, v.depth) {
+                (false, _) => Ok(bytes.into_any()),
+                (true, 1) => Ok(bytes.reshape([shape[1], shape[2], shape[3]])?.into_any()),
+                (true, _) => Ok(bytes.reshape(shape)?.into_any()),
+            }
+        }
+        Value::Node(None) | Value::Trigger => Ok(py.None().into_bound(py)),
+        Value::Node(Some(id)) => node(id.0),
+        Value::Bools(v) => Ok(PyArray1::from_vec(py, v.clone()).into_any()),
+        Value::Ints(v) => Ok(PyArray1::from_vec(py, v.clone()).into_any()),
+        Value::UInts(v) => Ok(PyArray1::from_vec(py, v.clone()).into_any()),
+        Value::Floats(v) => flat(v.clone()),
+        Value::Doubles(v) => Ok(PyArray1::from_vec(py, v.clone()).into_any()),
+        Value::Strings(v) => v.into_bound_py_any(py),
+        Value::Vec2s(v) => rows(py, v.iter().map(Vec2::to_array).collect()),
+        Value::Vec3s(v) => rows(py, v.iter().map(Vec3::to_array).collect()),
+        Value::Vec4s(v) => rows(py, v.iter().map(Vec4::to_array).collect()),
+        Value::Rotations(v) => rows(py, v.iter().map(turn).collect()),
+        Value::Planes(v) => rows(py, v.iter().map(plane).collect()),
+        Value::Matrices(v) => {
+            let all: Vec<f32> = v.iter().flat_map(Mat4::to_cols_array).collect();
+            Ok(PyArray1::from_vec(py, all)
+                .reshape([v.len(), 4, 4])?
+                .into_any())
+        }
+        Value::Nodes(v) => {
+            let list = PyList::empty(py);
+            v.iter().try_for_each(|id| list.append(node(id.0)?))?;
+            Ok(list.into_any())
+        }
+    }
+}
+
+/// Returns the value of a field that has the type of `like`, from an object of Python; none if the
+/// object does not fit the type. Fields of nodes and images cannot be set.
+pub(crate) fn like(like: &Value, object: &Bound<'_, PyAny>) -> Option<Value> {
+    let numbers = || object.extract::<Vec<f32>>().ok();
+    fn of<const N: usize>(numbers: Option<Vec<f32>>) -> Option<[f32; N]> {
+        numbers?.try_into().ok()
+    }
+    fn rows_of<const N: usize>(object: &Bound<'_, PyAny>) -> Option<Vec<[f32; N]>> {
+        let rows: Vec<Vec<f32>> = object.extract().ok()?;
+        rows.into_iter().map(|row| row.try_into().ok()).collect()
+    }
+    let rotation = |[x, y, z, angle]: [f32; 4]| Rotation {
+        axis: Vec3::new(x, y, z),
+        angle,
+    };
+    Some(match like {
+        Value::Bool(_) => Value::Bool(object.extract().ok()?),
+        Value::Int(_) => Value::Int(object.extract().ok()?),
+        Value::UInt(_) => Value::UInt(object.extract().ok()?),
+        Value::Float(_) => Value::Float(object.extract().ok()?),
+        Value::Double(_) => Value::Double(object.extract().ok()?),
+        Value::String(_) => Value::String(object.extract::<String>().ok()?.into()),
+        Value::Vec2(_) => Value::Vec2(of::<2>(numbers())?.into()),
+        Value::Vec3(_) => Value::Vec3(of::<3>(numbers())?.into()),
+        Value::Vec4(_) => Value::Vec4(of::<4>(numbers())?.into()),
+        Value::Rotation(_) => Value::Rotation(rotation(of(numbers())?)),
+        Value::Matrix(_) => {
+            let rows: [[f32; 4]; 4] = rows_of(object)?.try_into().ok()?;
+            Value::Matrix(Box::new(Mat4::from_cols_array_2d(&rows)))
+        }
+        Value::Bools(_) => Value::Bools(object.extract().ok()?),
+        Value::Ints(_) => Value::Ints(object.extract().ok()?),
+        Value::UInts(_) => Value::UInts(object.extract().ok()?),
+        Value::Floats(_) => Value::Floats(numbers()?),
+        Value::Doubles(_) => Value::Doubles(object.extract().ok()?),
+        Value::Strings(_) => Value::Strings(object.extract().ok()?),
+        Value::Vec2s(_) => Value::Vec2s(rows_of(object)?.into_iter().map(Vec2::from).collect()),
+        Value::Vec3s(_) => Value::Vec3s(rows_of(object)?.into_iter().map(Vec3::from).collect()),
+        Value::Vec4s(_) => Value::Vec4s(rows_of(object)?.into_iter().map(Vec4::from).collect()),
+        Value::Rotations(_) => {
+            Value::Rotations(rows_of(object)?.into_iter().map(rotation).collect())
+        }
+        _ => return None,
+    })
+}

@@ -1,0 +1,144 @@
+"""Lenses beside the program and beside closed forms."""
+
+import json
+import math
+import pathlib
+import subprocess
+
+import numpy as np
+import pytest
+
+import ivcam
+
+LENSES = ["biogon", "double-gauss", "fisheye", "telephoto", "anamorphic"]
+
+
+@pytest.mark.parametrize("name", LENSES)
+def test_numbers_are_those_of_the_program(name: str, command: str) -> None:
+    printed = subprocess.run([command, "lens", name, "--json"], capture_output=True, check=True)
+    assert ivcam.Lens(name).first_order == json.loads(printed.stdout)
+
+
+def test_options_are_those_of_the_program(command: str) -> None:
+    words = ["biogon", "--efl", "50", "--f-number", "8", "--focus", "1.5", "--json"]
+    printed = subprocess.run([command, "lens", *words], capture_output=True, check=True)
+    lens = ivcam.Lens("biogon", efl=50, f_number=8, focus=1.5)
+    assert lens.first_order == json.loads(printed.stdout)
+
+
+def test_the_focal_length_is_in_millimeters() -> None:
+    lens = ivcam.Lens("biogon", efl=50)
+    assert lens.efl == pytest.approx(50, abs=1e-9)
+    assert "biogon" in repr(lens)
+
+
+def test_rays_near_the_axis_meet_at_the_focal_point() -> None:
+    lens = ivcam.Lens("double-gauss")
+    heights = np.linspace(-0.01, 0.01, 9)
+    origins = np.column_stack([np.zeros(9), heights, np.full(9, -50.0)])
+    rays = lens.trace(origins, [0, 0, 2.0])
+    assert rays.passed.all() and (rays.surface == -1).all()
+    np.testing.assert_allclose(np.linalg.norm(rays.directions, axis=1), 1, atol=1e-14)
+    np.testing.assert_allclose(rays.at_z(lens.film_z), 0, atol=1e-6)
+
+
+def test_lost_rays_have_their_code_and_surface() -> None:
+    lens = ivcam.Lens("double-gauss")
+    rays = lens.trace([[0, 0, -50], [0, 500, -50], [0, np.nan, -50]], [0, 0, 1])
+    assert rays.code[0] == ivcam.PASSED
+    assert rays.code[1] in (ivcam.MISSED, ivcam.BLOCKED) and rays.surface[1] == 0
+    assert rays.code[2] == ivcam.MISSED
+    assert np.isnan(rays.origins[1:]).all() and np.isfinite(rays.origins[0]).all()
+
+
+def test_threads_and_blocks_do_not_change_a_bit() -> None:
+    lens = ivcam.Lens("double-gauss")
+    rng = np.random.default_rng(1)
+    origins = rng.uniform(-30, 30, (10_001, 3))
+    origins[:, 2] = -40
+    one = lens.trace(origins, [0.01, 0.02, 1], 486.1)
+    three = lens.trace(origins, [0.01, 0.02, 1], 486.1, threads=3)
+    for a, b in zip(vars(one).values(), vars(three).values()):
+        np.testing.assert_array_equal(a, b)
+    assert 0 < one.passed.sum() < len(origins)
+
+
+def test_rays_return_on_their_way() -> None:
+    lens = ivcam.Lens("double-gauss")
+    out = lens.trace([0, 3, -50], [0, 0.01, 1])
+    back = lens.trace(out.origins, -out.directions, toward="scene")
+    np.testing.assert_allclose(back.directions[0], -np.array([0, 0.01, 1]) / math.hypot(0.01, 1))
+
+
+def test_wrong_arrays_are_refused() -> None:
+    lens = ivcam.Lens("double-gauss")
+    with pytest.raises(ValueError, match="N × 3"):
+        lens.trace([[0, 0]], [[0, 0, 1]])
+    with pytest.raises(ValueError, match="2 origins"):
+        lens.trace(np.zeros((2, 3)), np.ones((3, 3)))
+    with pytest.raises(ValueError):
+        lens.trace(["a", "b", "c"], [0, 0, 1])
+    with pytest.raises(ValueError, match="nm"):
+        lens.trace([0, 0, -1], [0, 0, 1], 5)
+    with pytest.raises(ValueError, match="toward"):
+        lens.trace([0, 0, -1], [0, 0, 1], toward="back")
+    assert len(lens.trace(np.zeros((0, 3)), np.zeros((0, 3))).code) == 0
+
+
+def test_wrong_names_have_the_nearest_one() -> None:
+    with pytest.raises(ivcam.NotFoundError) as error:
+        ivcam.Lens("biogn")
+    assert "biogon" in str(error.value)
+    with pytest.raises(TypeError, match="f_number"):
+        ivcam.Lens("biogon", f_numbr=8)
+    with pytest.raises(ivcam.ArgumentError, match="efl"):
+        ivcam.Lens("biogon", efl=-3)
+    with pytest.raises(ValueError, match="NaN"):
+        ivcam.Lens("biogon", efl=float("nan"))
+    with pytest.raises(ivcam.IvcamError):
+        ivcam.Lens("biogon", focus=0.01)
+    with pytest.raises(TypeError, match="conditions"):
+        ivcam.Lens("biogon").data(feilds=[0])
+
+
+def test_analysis_agrees_with_the_data_sheet() -> None:
+    lens = ivcam.Lens("double-gauss")
+    sheet = lens.data(curves=True)["curves"]
+    mtf = lens.mtf([0, 10, 20], ["0%", "100%"])
+    assert mtf.tangential.shape == (2, 3)
+    np.testing.assert_allclose(mtf.tangential[:, 0], 1)
+    assert (mtf.tangential[:, 2] < 1).all()
+    row = sheet["fields"][20]
+    focused = ivcam.Lens("double-gauss", focus="inf", focus_method="best")
+    found = focused.illumination([0, row["height"]])
+    assert found[0] == 1 and found[1] == pytest.approx(row["relative_illumination"], rel=1e-2)
+    angle = focused.distortion([row["height"]])["angle"][0]
+    assert math.degrees(angle) == pytest.approx(row["angle_degrees"], rel=1e-2)
+    spot = lens.spot()
+    assert spot is not None and spot.points.shape[1] == 2 and spot.best_rms <= spot.rms
+
+
+def test_a_prescription_can_be_changed() -> None:
+    lens = ivcam.Lens("double-gauss")
+    same = ivcam.Lens.from_prescription(lens.prescription())
+    assert same.efl == pytest.approx(lens.efl, rel=1e-12)
+    changed = lens.prescription()
+    changed["surfaces"][0]["R"] *= 1.05
+    assert abs(ivcam.Lens.from_prescription(changed).efl - lens.efl) > 0.1
+
+
+def test_exports_and_drawings_are_made(tmp_path: pathlib.Path) -> None:
+    lens = ivcam.Lens("biogon", efl=50)
+    assert lens._repr_svg_().startswith("<")
+    opencv = lens.export("opencv", film=(36, 24), size=(1920, 1280))
+    assert "1920" in opencv
+    lens.save(tmp_path / "biogon.zmx")
+    assert ivcam.Lens(tmp_path / "biogon.zmx").efl == pytest.approx(50, rel=1e-6)
+    with pytest.raises(ivcam.IvcamError):
+        lens.export("opncv")
+
+
+def test_all_lenses_open() -> None:
+    names = ivcam.lenses()
+    assert len(names) > 20 and "biogon" in names
+    assert {name for name, _, _ in ivcam.lens_options()} >= {"efl", "aperture", "focus"}

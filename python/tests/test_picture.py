@@ -1,0 +1,171 @@
+"""Pictures: the bits of the program, options by name, progress, interrupts, comparison."""
+
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import time
+from typing import List
+
+import numpy as np
+import pytest
+
+import ivcam
+
+SMALL = {"size": (30, 20), "samples": 4, "lens": "double-gauss", "efl": 50, "focus": 5}
+
+
+def test_pictures_have_the_bits_of_the_program(
+    scene: pathlib.Path, tmp_path: pathlib.Path, command: str
+) -> None:
+    cases = [
+        {**SMALL},
+        {**SMALL, "f_number": 8, "seed": 7},
+        {**SMALL, "shading": "path", "headlight": True},
+        {"size": (24, 16), "samples": 2, "lens": "none", "shading": "gl"},
+        {"size": (24, 16), "samples": 2, "era": "1999", "lens": "fisheye", "focus": 5},
+    ]
+    for options in cases:
+        words = []
+        for name, value in options.items():
+            text = "x".join(map(str, value)) if isinstance(value, tuple) else str(value)
+            word = f"--{name.replace('_', '-')}"
+            words.append(word + "=on" if value is True else f"{word}={text}")
+        output = tmp_path / "program.exr"
+        subprocess.run(
+            [command, "render", str(scene), *words, "-o", str(output), "--quiet"], check=True
+        )
+        picture = ivcam.render(scene, **options)
+        mine = tmp_path / "package.exr"
+        picture.save(mine)
+        same = ivcam.compare(mine, output, match="none")
+        assert same["measures"]["mse"] == 0, options
+
+
+def test_a_picture_is_an_array_with_its_error(scene: pathlib.Path) -> None:
+    picture = ivcam.render(scene, **{**SMALL, "samples": 16})
+    assert picture.pixels.shape == (20, 30, 3) and picture.pixels.dtype == np.float32
+    assert not picture.pixels.flags.writeable and picture.pixels is picture.pixels
+    assert picture.error is not None and picture.interval is not None
+    assert picture.interval[0] <= picture.error <= picture.interval[1]
+    assert picture.samples == 16 and "30x20" in repr(picture)
+    assert picture._repr_png_()[:8] == b"\x89PNG\r\n\x1a\n"
+    assert picture.levels().dtype == np.uint8 and picture.levels(16).dtype == np.uint16
+    assert picture.metadata["Command"].startswith("ivcam render")
+    assert picture.report["total_seconds"] > 0
+    with pytest.raises(ValueError, match="layers=True"):
+        picture.layers
+
+
+def test_a_document_is_rendered_as_its_file(scene: pathlib.Path) -> None:
+    document = ivcam.open(scene)
+    one, other = ivcam.render(scene, **SMALL), ivcam.render(document, **SMALL)
+    np.testing.assert_array_equal(one.pixels, other.pixels)
+    next(document.find("Sphere"))["radius"] = 0.5
+    assert (ivcam.render(document, **SMALL).pixels != one.pixels).any()
+    with pytest.raises(ValueError, match="environment"):
+        ivcam.render(document, environment="a.env")
+
+
+def test_threads_do_not_change_a_bit(scene: pathlib.Path) -> None:
+    one = ivcam.render(scene, threads=1, **SMALL)
+    three = ivcam.render(scene, threads=2, **SMALL)
+    np.testing.assert_array_equal(one.pixels, three.pixels)
+
+
+def test_layers_have_the_depth_of_the_ball(scene: pathlib.Path) -> None:
+    picture = ivcam.render(scene, layers=True, lens="none", size=(31, 21), samples=4)
+    depth = picture.layers["Z"]
+    assert depth.shape == (21, 31)
+    assert depth[10, 15] == pytest.approx(3.5, abs=0.05)
+
+
+def test_files_are_written(scene: pathlib.Path, tmp_path: pathlib.Path) -> None:
+    out = tmp_path / "out.png"
+    picture = ivcam.render(scene, output=out, report=tmp_path / "r.json", **SMALL)
+    assert ivcam.compare(out, out)["measures"]["psnr"] is None
+    assert (tmp_path / "r.json").exists()
+    again = tmp_path / "again.png"
+    picture.save(again)
+    assert ivcam.compare(again, out)["measures"]["mse"] == 0
+    with pytest.raises(ivcam.UnsupportedError):
+        picture.save(tmp_path / "a.xyz")
+    with pytest.raises(ivcam.IvcamError):
+        picture.save(tmp_path / "no" / "folder" / "a.png")
+
+
+def test_wrong_options_are_refused(scene: pathlib.Path) -> None:
+    with pytest.raises(TypeError, match="Did you mean `samples`"):
+        ivcam.render(scene, sampels=4)
+    with pytest.raises(TypeError, match="ivcam render --checkpoint"):
+        ivcam.render(scene, checkpoint="a")
+    with pytest.raises(TypeError, match="True or False"):
+        ivcam.render(scene, adaptive="yes")
+    with pytest.raises(ivcam.ArgumentError, match="samples"):
+        ivcam.render(scene, samples=-1)
+    with pytest.raises(ivcam.NotFoundError):
+        ivcam.render(scene, lens="biogn")
+    with pytest.raises(ivcam.IvcamError):
+        ivcam.render(scene.parent / "gone.iv")
+    assert "samples" in {name for name, _, _ in ivcam.render_options()}
+
+
+def test_progress_is_called_and_may_end_the_render(scene: pathlib.Path) -> None:
+    seen: List[ivcam.Progress] = []
+    ivcam.render(scene, progress=seen.append, **SMALL)
+    assert seen and seen[-1].share == pytest.approx(1)
+
+    def stop(_: ivcam.Progress) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError, match="enough"):
+        ivcam.render(scene, progress=stop, samples=4096, size=(300, 200))
+
+
+def test_other_threads_run_during_a_render(scene: pathlib.Path) -> None:
+    counted = 0
+    done = threading.Event()
+
+    def count() -> None:
+        nonlocal counted
+        while not done.is_set():
+            counted += 1
+            time.sleep(0.001)
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    ivcam.render(scene, size=(200, 150), samples=16, lens="double-gauss", focus=5)
+    done.set()
+    thread.join()
+    assert counted > 10
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
+def test_an_interrupt_ends_the_render(scene: pathlib.Path) -> None:
+    timer = threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        ivcam.render(scene, samples=65536, size=(1000, 800))
+    assert time.monotonic() - start < 20
+
+
+def test_arrays_are_compared() -> None:
+    rng = np.random.default_rng(2)
+    a = rng.uniform(0, 1, (40, 50, 3)).astype(np.float32)
+    same = ivcam.compare(a, a)
+    assert same["measures"]["mse"] == 0 and same["measures"]["ssim"] == pytest.approx(1)
+    other = ivcam.compare(a, np.clip(a + 0.1, 0, 1), match="none")
+    assert other["measures"]["mse"] > 0.005
+    levels = (a * 255).round().astype(np.uint8)
+    assert ivcam.compare(levels, levels)["measures"]["mse"] == 0
+    with pytest.raises(ValueError, match="shape"):
+        ivcam.compare(a, np.zeros((3, 4, 5, 6)))
+    with pytest.raises(ivcam.IvcamError):
+        ivcam.compare(a, a[:20])
+    with pytest.raises(ValueError, match="finite"):
+        ivcam.compare(a, np.full_like(a, np.nan))
+    with pytest.raises(ValueError, match="registration"):
+        ivcam.compare(a, a, registration="shift")

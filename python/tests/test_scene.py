@@ -1,0 +1,129 @@
+"""Documents, nodes, triangles, conversions and checks."""
+
+import pathlib
+
+import numpy as np
+import pytest
+from conftest import SCENE
+
+import ivcam
+
+
+def test_nodes_have_their_classes_names_lines_and_fields(scene: pathlib.Path) -> None:
+    document = ivcam.open(scene)
+    assert document.format == "Inventor V2.1 ascii"
+    assert [n.class_name for n in document.roots] == ["Separator"]
+    ball = next(document.find("Sphere"))
+    assert (ball.name, ball.line) == ("Ball", 6)
+    assert ball.fields == {"radius": 1.5}
+    cube = next(document.find("Cube"))
+    assert "height" not in cube.fields and cube["height"] == 2.0
+    assert set(cube.field_names()) == {"width", "height", "depth"}
+    red = next(document.find("Material"))
+    np.testing.assert_array_equal(red["diffuseColor"], [[1, 0, 0]])
+    assert red["diffuseColor"].dtype == np.float32
+
+
+def test_bytes_are_read_as_a_file_is(scene: pathlib.Path) -> None:
+    names = [n.class_name for n in ivcam.open(SCENE).nodes]
+    assert names == [n.class_name for n in ivcam.open(scene).nodes]
+    assert ivcam.open(SCENE).path is None
+
+
+def test_a_field_that_is_set_is_drawn_and_written(scene: pathlib.Path) -> None:
+    document = ivcam.open(scene)
+    ball = next(document.find("Sphere"))
+    before = np.abs(document.triangles().positions[:, 1]).max()
+    ball["radius"] = 3
+    after = np.abs(document.triangles().positions[:, 1]).max()
+    assert after == pytest.approx(2 * before, rel=1e-6)
+    assert b"radius 3" in document.to_bytes()
+
+
+def test_a_wrong_field_is_refused_with_the_nearest_name(scene: pathlib.Path) -> None:
+    ball = next(ivcam.open(scene).find("Sphere"))
+    with pytest.raises(KeyError, match="there is `radius`"):
+        ball["radus"]
+    with pytest.raises(TypeError, match="radius"):
+        ball["radius"] = "wide"
+
+
+def test_cameras_and_lights_are_in_world_space(scene: pathlib.Path) -> None:
+    document = ivcam.open(scene)
+    (camera,) = document.cameras
+    assert camera["class"] == "PerspectiveCamera"
+    assert camera["position"] == (0.0, 0.0, 5.0) or list(camera["position"]) == [0, 0, 5]
+    (light,) = document.lights
+    np.testing.assert_allclose(light["direction"], [0, -(0.5**0.5), -(0.5**0.5)], atol=1e-6)
+
+
+def test_triangles_close_the_ball_and_the_cube(scene: pathlib.Path) -> None:
+    found = ivcam.open(scene).triangles(tolerance=0.0005)
+    a, b, c = (found.positions[found.faces[:, i]].astype(float) for i in range(3))
+    volume = np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+    exact = 4 / 3 * np.pi * 1.5**3 + 0.5 * 2 * 2
+    assert volume == pytest.approx(exact, rel=0.005)
+    np.testing.assert_allclose(np.linalg.norm(found.normals, axis=1), 1, atol=1e-5)
+    assert found.uv.shape == (len(found.positions), 2)
+    assert found.material.shape == found.node.shape == (len(found.faces),)
+    assert found.materials[found.material[0]]["diffuse"] == (1.0, 0.0, 0.0) or list(
+        found.materials[found.material[0]]["diffuse"]
+    ) == [1, 0, 0]
+    assert any(path.endswith("Ball") for path in found.paths)
+
+
+def test_lines_are_reported_and_not_lost_in_silence() -> None:
+    text = b"""#Inventor V2.1 ascii
+Coordinate3 { point [ 0 0 0, 1 0 0 ] } LineSet { numVertices 2 }"""
+    with pytest.warns(ivcam.IvcamWarning, match="1 lines"):
+        found = ivcam.open(text).triangles()
+    assert found.lines == 1 and len(found.faces) == 0
+
+
+def test_a_conversion_writes_its_files_and_names_what_is_lost(
+    scene: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    document = ivcam.open(scene)
+    made = document.convert(tmp_path / "ball.glb")
+    assert (tmp_path / "ball.glb").read_bytes()[:4] == b"glTF"
+    assert made.format == "glb" and not made.empty
+    made = document.convert(tmp_path / "ball.obj")
+    assert [pathlib.Path(f).name for f in made.files] == ["ball.obj", "ball.mtl"]
+    assert {"light", "camera"} <= {loss["feature"] for loss in made.losses}
+    with pytest.raises(ivcam.UnsupportedError, match="glb"):
+        document.convert(tmp_path / "ball.xyz")
+    with pytest.raises(ivcam.ArgumentError, match="file of the scene"):
+        document.convert(scene, format="inventor")
+    assert scene.read_bytes() == SCENE
+
+
+def test_problems_have_their_place_and_help() -> None:
+    document = ivcam.open(b"#Inventor V2.1 ascii\nCube { widht 3 }\n", name="a.iv")
+    (problem,) = document.problems[:1]
+    assert (problem["file"], problem["line"]) == ("a.iv", 2)
+    assert problem["column"] >= 1 and "widht" in problem["message"]
+
+
+def test_dead_files_are_exceptions_by_kind(tmp_path: pathlib.Path) -> None:
+    with pytest.raises(ivcam.IvcamError) as missing:
+        ivcam.open(tmp_path / "gone.iv")
+    assert "gone.iv" in str(missing.value)
+    assert isinstance(missing.value, (ivcam.NotFoundError, ivcam.FileError))
+    (tmp_path / "text.iv").write_bytes(b"nothing of a scene")
+    with pytest.raises(ivcam.IvcamError):
+        ivcam.open(tmp_path / "text.iv")
+    with pytest.raises(ivcam.IvcamError):
+        ivcam.open(b"\x1f\x8b\x08\x00dead")
+    with pytest.raises(TypeError):
+        ivcam.open(b"#Inventor V2.1 ascii\n", contain=".")
+
+
+def test_a_folder_is_checked(scene: pathlib.Path) -> None:
+    (scene.parent / "dead.wrl").write_bytes(b"nothing")
+    records = {pathlib.Path(r["file"]).name: r for r in ivcam.check(scene.parent)}
+    assert records["ball.iv"]["state"] == "whole" and records["ball.iv"]["nodes"] > 6
+    assert records["dead.wrl"]["state"] == "unreadable"
+    with pytest.raises(ivcam.NotFoundError):
+        empty = scene.parent / "empty"
+        empty.mkdir()
+        ivcam.check(empty)
