@@ -266,7 +266,7 @@ class Lens:
         """Returns the modulation transfer.
 
         Args:
-            frequencies: line pairs per millimeter, in rising order [41 that suit the film].
+            frequencies: line pairs per millimeter, above 0 [41 from 0 that suit the film].
             fields: heights in millimeters, or `"70%"`, or `"20deg"` [0, 50, 70 and 100%].
             diffraction: whether by waves; otherwise by rays alone.
             film: its sides or its diagonal in millimeters [the stated field].

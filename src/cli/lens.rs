@@ -200,6 +200,13 @@ pub struct LensOutput {
 /// Runs `ivcam lens` with some arguments, without the name of the program and of the command. What
 /// the command prints is returned, so that a program gets the same numbers as a terminal.
 ///
+/// ```
+/// let words = ["biogon", "--efl", "50", "--json"].map(String::from);
+/// let output = ivcam::cli::lens_output(&words)?;
+/// assert!(output.text.starts_with('{') && output.messages.is_empty());
+/// # Ok::<(), Box<ivcam::Diagnostic>>(())
+/// ```
+///
 /// # Errors
 /// Returns an error if an argument is invalid, the lens cannot be read, or a file not be written.
 pub fn lens_output(words: &[String]) -> Result<LensOutput> {
