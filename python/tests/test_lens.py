@@ -36,7 +36,7 @@ def test_rays_near_the_axis_meet_at_the_focal_point() -> None:
     lens = ivcam.Lens("double-gauss")
     heights = np.linspace(-0.01, 0.01, 9)
     origins = np.column_stack([np.zeros(9), heights, np.full(9, -50.0)])
-    rays = lens.trace(origins, [0, 0, 2.0])
+    rays = lens.trace(origins, [0.0, 0.0, 2.0])
     assert rays.passed.all() and (rays.surface == -1).all()
     np.testing.assert_allclose(np.linalg.norm(rays.directions, axis=1), 1, atol=1e-14)
     np.testing.assert_allclose(rays.at_z(lens.film_z), 0, atol=1e-6)
@@ -44,7 +44,7 @@ def test_rays_near_the_axis_meet_at_the_focal_point() -> None:
 
 def test_lost_rays_have_their_code_and_surface() -> None:
     lens = ivcam.Lens("double-gauss")
-    rays = lens.trace([[0, 0, -50], [0, 500, -50], [0, np.nan, -50]], [0, 0, 1])
+    rays = lens.trace(np.array([[0, 0, -50], [0, 500, -50], [0, np.nan, -50]]), [0, 0, 1])
     assert rays.code[0] == ivcam.PASSED
     assert rays.code[1] in (ivcam.MISSED, ivcam.BLOCKED) and rays.surface[1] == 0
     assert rays.code[2] == ivcam.MISSED

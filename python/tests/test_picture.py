@@ -7,20 +7,20 @@ import subprocess
 import sys
 import threading
 import time
-from typing import List
+from typing import Any, Dict, List
 
 import numpy as np
 import pytest
 
 import ivcam
 
-SMALL = {"size": (30, 20), "samples": 4, "lens": "double-gauss", "efl": 50, "focus": 5}
+SMALL: Dict[str, Any] = {"size": (30, 20), "samples": 4, "lens": "double-gauss", "efl": 50, "focus": 5}
 
 
 def test_pictures_have_the_bits_of_the_program(
     scene: pathlib.Path, tmp_path: pathlib.Path, command: str
 ) -> None:
-    cases = [
+    cases: List[Dict[str, Any]] = [
         {**SMALL},
         {**SMALL, "f_number": 8, "seed": 7},
         {**SMALL, "shading": "path", "headlight": True},
