@@ -171,7 +171,11 @@ impl Player {
     /// Does what the user does up to now.
     fn act(&mut self) {
         let now = self.world.borrow().now;
-        while let Some(action) = self.actions.pop_front_if(|action| action.time <= now) {
+        let is_due = |action: &Action| action.time <= now;
+        while self.actions.front().is_some_and(is_due) {
+            let Some(action) = self.actions.pop_front() else {
+                return;
+            };
             self.world.borrow_mut().begin_cascade();
             self.world.borrow_mut().act(&action);
             self.deliver_all();

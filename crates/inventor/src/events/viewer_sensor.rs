@@ -91,24 +91,17 @@ fn is_in_view(
     let corners: Vec<DVec3> = (0..8).map(corner).collect();
     // The angle and the height are those of the shorter side of the picture.
     let (wide, high) = (aspect.max(1.0), (1.0 / aspect).max(1.0));
-    let inside: [&dyn Fn(&DVec3, f64) -> bool; 2] = match viewer.projection {
-        Projection::Perspective { height_angle } => {
-            let slope = libm::tan(0.5 * height_angle);
-            [
-                &move |p, side| side * p.x < -p.z * slope * wide,
-                &move |p, side| side * p.y < -p.z * slope * high,
-            ]
-        }
-        Projection::Orthographic { height } => [
-            &move |p, side| side * p.x < 0.5 * height * wide,
-            &move |p, side| side * p.y < 0.5 * height * high,
-        ],
+    // The half height of the view at a depth, which for parallel rays is the same at all depths.
+    let half_height = |depth: f64| match viewer.projection {
+        Projection::Perspective { height_angle } => depth * libm::tan(0.5 * height_angle),
+        Projection::Orthographic { height } => 0.5 * height,
     };
-    let sides = inside
-        .iter()
-        .flat_map(|inside| [(inside, -1.0), (inside, 1.0)]);
+    let is_inside = |of: fn(&DVec3) -> f64, extent: f64| {
+        corners.iter().any(|p| of(p) < extent * half_height(-p.z))
+    };
     corners.iter().any(|p| p.z < 0.0)
-        && sides
-            .into_iter()
-            .all(|(inside, side)| corners.iter().any(|p| inside(p, side)))
+        && is_inside(|p| p.x, wide)
+        && is_inside(|p| -p.x, wide)
+        && is_inside(|p| p.y, high)
+        && is_inside(|p| -p.y, high)
 }
