@@ -56,7 +56,7 @@ pub(crate) const MEMORY: Opt = Opt::new(
 pub(crate) const WORK: Opt = Opt::new(
     "work",
     Takes::One("N"),
-    "steps of work that a scene may cause until it can be rendered, such as 500M or 20G [1G]; a ray may take a 16,384th of them between shared parts inside each other; what is beyond is left out with a message",
+    "steps of work that a scene may cause until it can be rendered, such as 500M or 20G [1G]; a ray may take a 262,144th of them between shared parts inside each other; what is beyond is left out with a message",
 )
 .plan(
     |plan, words, _| {

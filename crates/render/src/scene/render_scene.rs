@@ -269,7 +269,7 @@ impl RenderScene {
             "{rays} took more than {most} steps between parts that overlap; what they see is not \
              sure, and the error of the picture is unknown"
         ));
-        let help = "`--work N` raises the limit, of which a ray may take a 16,384th";
+        let help = "`--work N` raises the limit, of which a ray may take a 262,144th";
         let warning = warning.of_kind(ErrorKind::Limit).with_help(help);
         let part = instances.prototypes.get(prototype as usize);
         Some(match part.and_then(|part| part.source.as_ref()) {

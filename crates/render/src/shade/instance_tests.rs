@@ -361,8 +361,12 @@ fn parts_nested_beyond_all_numbers_are_reported() {
         assert!(reports.iter().any(is_reported), "{reports:?}");
         assert!(picture(&scene, Shading::Flat).1 > 0);
     }
-    let array = "Array { numElements1 30000 numElements2 30000 numElements3 30000 ";
-    let scene = format!("{}Cube {{ }}{}", array.repeat(3), "}".repeat(3));
+    // Arrays whose steps are multiples of each other would be one grid.
+    let arrays = [1.0, 0.7, 0.3].map(|step| {
+        let side = "numElements1 30000 numElements2 30000 numElements3 30000";
+        format!("Array {{ {side} separation1 {step} 0 0 ")
+    });
+    let scene = format!("{}Cube {{ }}{}", arrays.concat(), "}".repeat(3));
     let scene = compiled(&scene, Shading::Flat, Instancing::WhereItPays);
     assert!(scene.census().instances.primitives > 1 << 40);
     assert!(!scene.census().diagnostics.is_empty());

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
-use ivcam_base::diag::{ErrorKind, Span};
+use ivcam_base::diag::Span;
 use ivcam_base::work::{self, Budget, Cut};
 
 use super::compute::{self, EngineMoment};
@@ -17,7 +17,11 @@ use crate::snapshot::bounds::{Bounds, Corners};
 
 /// Returns the document with connected fields at their values at a time, or `None` if it has no
 /// connections. Warnings are added to the copy's sink.
-pub(crate) fn evaluate(document: &Document, time: f64, bounds: &dyn Bounds) -> Option<Document> {
+pub(in crate::snapshot) fn evaluate(
+    document: &Document,
+    time: f64,
+    bounds: &dyn Bounds,
+) -> Option<Document> {
     let edges = edges(document);
     if edges.is_empty() {
         return None;
@@ -28,7 +32,6 @@ pub(crate) fn evaluate(document: &Document, time: f64, bounds: &dyn Bounds) -> O
         outputs: HashMap::new(),
         triggers: HashMap::new(),
         warned: HashSet::new(),
-        is_cut: false,
         bounds,
         boxes: 0,
         bytes: 0,
@@ -54,8 +57,6 @@ struct EngineWork<'a> {
     triggers: HashMap<(NodeId, u16), Pulses>,
     /// The warnings that have been reported.
     warned: HashSet<String>,
-    /// Whether values were left out for want of bytes or work, which further warnings are about.
-    is_cut: bool,
     bounds: &'a dyn Bounds,
     /// The number of bounding boxes that have been computed.
     boxes: usize,
@@ -95,10 +96,7 @@ impl EngineWork<'_> {
         if self.warned.insert(message.clone()) {
             let source = self.document.node(node).source().cloned();
             let before = self.document.sink.set_source(source);
-            let warning = self.document.sink.warn(span, message);
-            if self.is_cut {
-                warning.kind = ErrorKind::Limit;
-            }
+            self.document.sink.warn(span, message);
             self.document.sink.set_source(before);
         }
     }
@@ -161,8 +159,14 @@ impl EngineWork<'_> {
     /// Warns that values of a node are left out.
     fn warn_cut(&mut self, node: NodeId, span: Span, cut: Cut) {
         let warning = Budget::current().warning(cut);
-        self.is_cut = true;
-        self.warn(node, span, warning.message);
+        if self.warned.insert(warning.message.clone()) {
+            let source = self.document.node(node).source();
+            let warning = match source {
+                Some(source) => warning.at(source, span),
+                None => warning,
+            };
+            self.document.sink.add(*warning);
+        }
     }
 
     /// Computes the outputs of an engine, unless they are known.
@@ -247,7 +251,6 @@ impl EngineWork<'_> {
         };
         let made = compute::outputs(node, class.id, &moment);
         made.unwrap_or_else(|message| {
-            self.is_cut |= work::is_cut();
             self.warn(from, span, message);
             Vec::new()
         })
