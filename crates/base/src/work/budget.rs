@@ -133,7 +133,8 @@ impl Budget {
             .map_or(Ok(()), |cause| Err(Cut::Stopped(cause)))
     }
 
-    /// Counts bytes that are about to be used, and as many steps as there are words of 8 bytes.
+    /// Counts bytes that are about to be used, and half as many steps: memory that is used for the
+    /// first time costs more than to write to it.
     ///
     /// # Errors
     /// Fails if they are more than are left, or if there are not enough steps.
@@ -143,7 +144,7 @@ impl Budget {
             self.0.used_bytes.fetch_sub(bytes, Ordering::Relaxed);
             return Err(Cut::Memory);
         }
-        self.spend(bytes / 8)
+        self.spend(bytes / 2)
     }
 
     /// Gives back bytes that were counted.

@@ -17,7 +17,7 @@ use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::limits::{Limits, beyond, cut_at};
 
 /// The steps of work that a copy of a node takes.
-const COPY_STEPS: u64 = 100;
+const COPY_STEPS: u64 = 500;
 /// The steps of work that a link, a route or an event takes.
 const LINK_STEPS: u64 = 20;
 
