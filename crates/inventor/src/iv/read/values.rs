@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
+use ivcam_base::work;
 use nom::Parser;
 use nom::branch::alt;
 use nom::combinator::{cut, map_opt, opt};
@@ -92,6 +93,10 @@ fn single<'a, T>(
     one.map(read).parse(input)
 }
 
+/// The number of values after which a list looks whether reading has to end. The reader says so
+/// after the list.
+const TURN: u32 = 1 << 16;
+
 /// Parses the value of a multiple-value field: `[ a, b c, ]`, or one value without brackets.
 /// Several numbers without brackets are accepted too.
 #[inline]
@@ -108,7 +113,15 @@ fn list<'a, T>(
         let (rest, values) = without_brackets(input, one)?;
         return Ok((rest, read(values, None)));
     };
-    let (rest, mut values) = many0(token(|input| one.parse(input))).parse(rest)?;
+    let mut count = 0_u32;
+    let in_time = |input| {
+        count = count.wrapping_add(1);
+        match count.is_multiple_of(TURN) && work::is_cut() {
+            true => fail(input, Problem::Expected("time to read on")),
+            false => one.parse(input),
+        }
+    };
+    let (rest, mut values) = many0(token(in_time)).parse(rest)?;
     match token(mark(']')).parse(rest) {
         Ok((rest, _)) => {
             values.shrink_to_fit();

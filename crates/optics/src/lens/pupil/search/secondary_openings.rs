@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use ivcam_base::math::lanes::LANES;
+use ivcam_base::work;
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::pupil::search::outline::PupilOutline;
@@ -74,6 +75,9 @@ impl PupilSearch<'_> {
         slope: f64,
         fill_limit: f64,
     ) -> Vec<(DVec2, f64)> {
+        if work::is_cut() {
+            return Vec::new(); // No ray would get through.
+        }
         let mirrored = self.mirror_symmetric && film.y == 0.0;
         let side = self.grid * LANES;
         let rows = if mirrored { side / 2 } else { side };
