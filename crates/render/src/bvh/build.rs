@@ -5,6 +5,7 @@
 //! Reasons and measurements are in docs/decisions/0005-who-builds-the-tree.md.
 
 use glam::{Vec3, Vec3A};
+use ivcam_base::work::{Budget, StopSignal};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
@@ -41,6 +42,8 @@ pub(super) struct Method {
     params: BvhBuildParams,
     /// The distance by which every box is enlarged: see [`padding`].
     pad: Vec3,
+    /// The signal that ends the work. Nobody uses a tree that was built after it.
+    stop: StopSignal,
 }
 
 impl Method {
@@ -55,6 +58,7 @@ impl Method {
                 FAST
             },
             pad: padding(items),
+            stop: Budget::current().stop().clone(),
         }
     }
 
@@ -137,7 +141,7 @@ impl BinaryBvh {
                 }
                 sah::Above::Part(range) => {
                     let items = &items[range.clone()];
-                    if items.len() <= method.part {
+                    if items.len() <= method.part && !method.stop.is_set() {
                         tree.graft(at, items);
                     } else {
                         tree.nodes[at] = tree.leaf(items);

@@ -56,11 +56,12 @@ pub(super) struct Outside {
     census: Census,
 }
 
-/// The shape that was recorded last.
+/// The shape that was drawn last, if everything in it is opaque.
 struct LastShape<'a> {
     node: NodeId,
-    state: Box<State<'a>>,
     matrices: Vec<DMat4>,
+    /// Its state. Few shapes follow themselves at one place, so it is kept from the second time on.
+    state: Option<Box<State<'a>>>,
 }
 
 /// The instances of a scene that is being compiled.
@@ -69,7 +70,6 @@ pub(super) struct CompiledInstances<'a> {
     pub prototypes: Option<Prototypes<'a>>,
     /// The innermost recording.
     pub recording: Recording,
-    /// The last shape of it, if everything in the shape is opaque.
     last_shape: Option<LastShape<'a>>,
     store: Box<Instances>,
     /// The counts of each prototype.
@@ -223,29 +223,33 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Whether a shape of what is being recorded is the one before it once more, at the same place.
-    /// It hides that one, or is hidden by it, and need not be drawn.
+    /// Whether a shape is the one before it once more, at the same place. It is hidden by that one and
+    /// need not be drawn.
     pub(super) fn repeats_last(&self, node: NodeRef<'a>, state: &State<'a>) -> bool {
         let last = self.instances.last_shape.as_ref();
-        last.filter(|last| self.builder.is_recording && last.node == node.id)
+        last.filter(|last| last.node == node.id)
             .is_some_and(|last| {
-                let matrices = self.matrices(state);
-                matrices.as_ref() == Some(&last.matrices) && last.state.is_like(state)
+                let before = last.state.as_deref();
+                before.is_some_and(|before| before.is_like(state))
+                    && self.matrices(state).as_ref() == Some(&last.matrices)
             })
     }
 
-    /// Remembers the shape that was recorded. `before` are the lengths before it.
+    /// Remembers the shape that was drawn. `before` are the lengths before it.
     pub(super) fn note_shape(&mut self, node: NodeRef<'a>, before: Lengths, state: &State<'a>) {
+        let last = self.instances.last_shape.take();
         let scene = &self.builder.scene;
         let mut surfaces = scene.surfaces[before.surfaces..].iter();
         let is_opaque = surfaces.all(Surface::is_opaque) && scene.strokes.len() == before.strokes;
-        let matrices = self
-            .matrices(state)
-            .filter(|_| self.builder.is_recording && is_opaque);
-        self.instances.last_shape = matrices.map(|matrices| LastShape {
-            node: node.id,
-            state: Box::new(state.clone()),
-            matrices,
+        let matrices = self.matrices(state).filter(|_| is_opaque);
+        self.instances.last_shape = matrices.map(|matrices| {
+            let is_again = |last: LastShape<'_>| last.node == node.id && last.matrices == matrices;
+            let state = last.is_some_and(is_again).then(|| Box::new(state.clone()));
+            LastShape {
+                node: node.id,
+                matrices,
+                state,
+            }
         });
     }
 
