@@ -40,7 +40,7 @@ class IvcamError(Exception):
         return f"{place}{self.message}{help}"
 
 
-class NotFoundError(IvcamError, LookupError):
+class NotFoundError(IvcamError, FileNotFoundError, LookupError):
     """There is no such file, lens or name."""
 
 
