@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use ivcam::diag::{Diagnostic, Severity, Sink};
-use ivcam::export::{ExportOptions, Target, convert};
+use ivcam::export::{ExportOptions, Losses, Target, convert};
 use ivcam::iv::{FolderLoader, Format, Limits, Loader, NoFiles, NodeId};
 use ivcam::memory::MemoryLimit;
 use ivcam::pose::Projection;
@@ -245,19 +245,10 @@ impl Document {
             Ok((conversion, files))
         });
         let (conversion, files) = made.or_raise(py)?;
-        let losses = PyList::empty(py);
-        for loss in conversion.losses.iter() {
-            let record = PyDict::new(py);
-            record.set_item("feature", &loss.code)?;
-            record.set_item("text", &loss.text)?;
-            add_place(&record, &loss.place)?;
-            record.set_item("count", loss.count)?;
-            losses.append(record)?;
-        }
         let record = PyDict::new(py);
         record.set_item("format", target.name())?;
         record.set_item("files", files)?;
-        record.set_item("losses", losses)?;
+        record.set_item("losses", loss_records(py, &conversion.losses)?)?;
         record.set_item("problems", records(py, &conversion.diagnostics)?)?;
         record.set_item("empty", conversion.is_empty)?;
         Ok(record)
@@ -314,6 +305,19 @@ fn write_all(beside: &[(String, Vec<u8>)], path: &Path, bytes: &[u8]) -> ivcam::
         write_whole(&beside, |file| file.write_all(bytes))?;
     }
     write_whole(path, |file| file.write_all(bytes))
+}
+
+fn loss_records<'py>(py: Python<'py>, losses: &Losses) -> PyResult<Bound<'py, PyList>> {
+    let list = PyList::empty(py);
+    for loss in losses.iter() {
+        let record = PyDict::new(py);
+        record.set_item("feature", &loss.code)?;
+        record.set_item("text", &loss.text)?;
+        add_place(&record, &loss.place)?;
+        record.set_item("count", loss.count)?;
+        list.append(record)?;
+    }
+    Ok(list)
 }
 
 fn add_place(record: &Bound<'_, PyDict>, place: &Place) -> PyResult<()> {

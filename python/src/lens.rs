@@ -157,7 +157,6 @@ impl Lens {
     }
 
     /// Traces rays. The arrays have rows of three and the same length, which the caller checks.
-    #[allow(clippy::needless_pass_by_value)]
     fn trace<'py>(
         &self,
         py: Python<'py>,
@@ -236,7 +235,6 @@ impl Lens {
     }
 
     /// Returns the irradiance at film points, for a scene of radiance 1.
-    #[allow(clippy::needless_pass_by_value)]
     fn irradiance<'py>(
         &self,
         py: Python<'py>,
@@ -251,7 +249,6 @@ impl Lens {
 
     /// Returns the angle of the chief ray, and the distortion against f tan θ and f θ, in rows, at
     /// heights on the film's x or y axis. A height without a chief ray has NaN.
-    #[allow(clippy::needless_pass_by_value)]
     fn distortion<'py>(
         &self,
         py: Python<'py>,

@@ -2,7 +2,7 @@
 
 use ivcam::glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam::iv::Value;
-use ivcam_inventor::grammar::{Plane, Rotation};
+use ivcam_inventor::grammar::{Image, Plane, Rotation};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
@@ -45,6 +45,24 @@ pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
     Ok(flat.reshape([count, N])?.into_any())
 }
 
+/// Returns the bytes of an image as rows × columns × components, after its layers if it has several.
+fn image<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyAny>> {
+    let shape = [
+        image.depth,
+        image.height,
+        image.width,
+        u32::from(image.components),
+    ];
+    let shape = shape.map(|n| n as usize);
+    let is_whole = shape.iter().product::<usize>() == image.bytes.len();
+    let bytes = PyArray1::from_vec(py, image.bytes.to_vec());
+    match (is_whole, image.depth) {
+        (false, _) => Ok(bytes.into_any()),
+        (true, 1) => Ok(bytes.reshape([shape[1], shape[2], shape[3]])?.into_any()),
+        (true, _) => Ok(bytes.reshape(shape)?.into_any()),
+    }
+}
+
 /// Returns the value of a field: a `bool`, a number, a text, an array, or what `node` makes of the
 /// node with a number.
 pub(crate) fn field<'py>(
@@ -71,17 +89,7 @@ pub(crate) fn field<'py>(
             let matrix = PyArray1::from_vec(py, v.to_cols_array().to_vec());
             Ok(matrix.reshape([4, 4])?.into_any())
         }
-        Value::Image(v) => {
-            let shape = [v.depth, v.height, v.width, u32::from(v.components)];
-            let shape = shape.map(|n| n as usize);
-            let whole = shape.iter().product::<usize>() == v.bytes.len();
-            let bytes = PyArray1::from_vec(py, v.bytes.to_vec());
-            match (whole, v.depth) {
-                (false, _) => Ok(bytes.into_any()),
-                (true, 1) => Ok(bytes.reshape([shape[1], shape[2], shape[3]])?.into_any()),
-                (true, _) => Ok(bytes.reshape(shape)?.into_any()),
-            }
-        }
+        Value::Image(v) => image(py, v),
         Value::Node(None) | Value::Trigger => Ok(py.None().into_bound(py)),
         Value::Node(Some(id)) => node(id.0),
         Value::Bools(v) => Ok(PyArray1::from_vec(py, v.clone()).into_any()),
