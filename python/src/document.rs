@@ -110,11 +110,12 @@ impl Document {
     #[staticmethod]
     fn from_bytes(
         py: Python<'_>,
-        bytes: Vec<u8>,
+        bytes: &[u8],
         name: String,
         folder: Option<PathBuf>,
         search: Vec<PathBuf>,
     ) -> PyResult<Self> {
+        let bytes = bytes.to_vec();
         let document = py.detach(|| {
             let limits = Limits::default();
             let loader: Arc<dyn Loader> = match &folder {
@@ -467,10 +468,12 @@ impl Node {
     /// Returns the value of a field: the stated one, or else the default of its class.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let document = self.read();
-        match document.node(NodeId(self.id)).value(name) {
-            Some(value) => values::field(py, value, &|id| self.other(py, id)),
-            None => Err(self.no_field(name)),
+        if let Some(value) = document.node(NodeId(self.id)).value(name) {
+            return values::field(py, value, &|id| self.other(py, id));
         }
+        // Two locks of one thread may wait for a writer between them.
+        drop(document);
+        Err(self.no_field(name))
     }
 
     /// Sets a field. The document, and pictures and triangles of it from now on, are changed.
@@ -478,12 +481,14 @@ impl Node {
         let new = {
             let document = self.read();
             let node = document.node(NodeId(self.id));
-            let old = node.value(name).ok_or_else(|| self.no_field(name))?;
-            values::like(old, value).ok_or_else(|| {
-                let class = node.class_name();
-                PyTypeError::new_err(format!("`{name}` of `{class}` cannot be set to {value}"))
-            })?
+            let class = node.class_name().to_owned();
+            node.value(name)
+                .map(|old| (values::like(old, value), class))
         };
+        let (new, class) = new.ok_or_else(|| self.no_field(name))?;
+        let new = new.ok_or_else(|| {
+            PyTypeError::new_err(format!("`{name}` of `{class}` cannot be set to {value}"))
+        })?;
         let mut document = self.inner.write().unwrap_or_else(PoisonError::into_inner);
         document.set(NodeId(self.id), name, new).or_raise(py)
     }
