@@ -45,7 +45,8 @@ pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
     Ok(flat.reshape([count, N])?.into_any())
 }
 
-/// Returns the bytes of an image as rows × columns × components, after its layers if it has several.
+/// Returns the bytes of an image as rows × columns × components, after its layers if it has
+/// several.
 fn image<'py>(py: Python<'py>, image: &Image) -> PyResult<Bound<'py, PyAny>> {
     let shape = [
         image.depth,

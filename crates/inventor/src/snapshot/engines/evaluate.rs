@@ -17,11 +17,7 @@ use crate::snapshot::bounds::{Bounds, Corners};
 
 /// Returns the document with connected fields at their values at a time, or `None` if it has no
 /// connections. Warnings are added to the copy's sink.
-pub(in crate::snapshot) fn evaluate(
-    document: &Document,
-    time: f64,
-    bounds: &dyn Bounds,
-) -> Option<Document> {
+pub(crate) fn evaluate(document: &Document, time: f64, bounds: &dyn Bounds) -> Option<Document> {
     let edges = edges(document);
     if edges.is_empty() {
         return None;
@@ -251,7 +247,10 @@ impl EngineWork<'_> {
         };
         let made = compute::outputs(node, class.id, &moment);
         made.unwrap_or_else(|message| {
-            self.warn(from, span, message);
+            match Budget::current().cut() {
+                Some(cut) => self.warn_cut(from, span, cut),
+                None => self.warn(from, span, message),
+            }
             Vec::new()
         })
     }

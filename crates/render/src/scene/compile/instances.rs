@@ -223,8 +223,8 @@ impl<'a> Compiler<'a> {
         }
     }
 
-    /// Whether a shape is the one before it once more, at the same place. It is hidden by that one and
-    /// need not be drawn.
+    /// Whether a shape is the one before it once more, at the same place. It is hidden by that one
+    /// and need not be drawn.
     pub(super) fn repeats_last(&self, node: NodeRef<'a>, state: &State<'a>) -> bool {
         let last = self.instances.last_shape.as_ref();
         last.filter(|last| last.node == node.id)
