@@ -192,7 +192,7 @@ fn scripts_that_a_script_creates_end_at_a_limit() {
     let said: Vec<_> = played(scene).into_iter().map(|(_, m)| m).collect();
     assert_eq!(
         said,
-        ["the scene has more than 20 scripts; the rest is not run"]
+        ["the scene has more than 10 scripts; the rest is not run"]
     );
 }
 

@@ -38,7 +38,9 @@ impl PathPoints {
             Some(index) => Sobol::new(key).shuffled_pair(index),
             None => [unit(key), unit(mix(key))],
         };
-        point.map(|x| (x as f32).min(1.0f32.next_down()))
+        // Rounding down keeps a number in its box of the net, and below 1.
+        const STEPS: f32 = (1 << 24) as f32;
+        point.map(|x| (x * f64::from(STEPS)) as u32 as f32 / STEPS)
     }
 }
 
