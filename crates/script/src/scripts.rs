@@ -13,7 +13,7 @@ use super::machine::{Machine, ScriptFailure, ScriptOutputs};
 use super::meter::{CREATED_SCRIPT, Meter};
 
 /// The largest number of scripts in a scene. Each needs about 250 kB. Tests reach the limit sooner.
-const MAX_SCRIPTS: usize = if cfg!(test) { 10 } else { 500 };
+const MAX_SCRIPTS: usize = if cfg!(test) { 20 } else { 500 };
 
 /// The scripts of a scene that run.
 #[derive(Debug)]

@@ -182,6 +182,7 @@ fn nodes_that_are_created_without_end_end_at_a_limit() {
     reaches(protos, "nodes");
 }
 
+/// To prepare a script takes instructions of the scene.
 #[test]
 fn scripts_that_a_script_creates_end_at_a_limit() {
     let scene = "DEF S Script { directOutput TRUE
@@ -192,7 +193,7 @@ fn scripts_that_a_script_creates_end_at_a_limit() {
     let said: Vec<_> = played(scene).into_iter().map(|(_, m)| m).collect();
     assert_eq!(
         said,
-        ["the scene has more than 10 scripts; the rest is not run"]
+        ["all scripts stopped: the scene's scripts execute more than 1000000 instructions"]
     );
 }
 
