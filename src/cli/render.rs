@@ -6,9 +6,10 @@ use std::time::Instant;
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
-use ivcam_base::files::{InputRecord, write_whole};
+use ivcam_base::files::write_whole;
 use ivcam_base::math::use_portable_arithmetic;
-use ivcam_base::work::{Budget, StopCause};
+use ivcam_base::thread_context::ThreadContext;
+use ivcam_base::work::StopCause;
 use ivcam_inventor::iv::Document;
 use ivcam_optics::film::ErrorUnknown;
 use ivcam_optics::picture::Picture;
@@ -125,14 +126,8 @@ impl OutputOptions {
         let pool = pool.map_err(|e| {
             Diagnostic::error(format!("cannot start {} threads: {e}", self.threads))
         })?;
-        let (record, budget) = (InputRecord::current(), Budget::of_thread());
-        Ok(pool.install(|| {
-            InputRecord::share(record);
-            match budget {
-                Some(budget) => budget.during(work),
-                None => work(),
-            }
-        }))
+        let context = ThreadContext::current();
+        Ok(pool.install(|| context.during(work)))
     }
 }
 

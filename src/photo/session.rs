@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use indexmap::IndexMap;
-use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
@@ -294,7 +294,7 @@ impl Session {
             sink.add(*warning);
         }
         for diagnostic in snapshot.diagnostics() {
-            sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+            sink.add_at_most_warning(diagnostic);
         }
         drop(snapshot);
         if nodes == Nodes::Freed {
@@ -305,10 +305,10 @@ impl Session {
         budget.check()?;
         // The picture can be rendered in spite of these, so they are at most warnings.
         for diagnostic in &scene.census().diagnostics {
-            sink.add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+            sink.add_at_most_warning(diagnostic);
         }
-        let is_known = |d: &Diagnostic| sink.items().iter().any(|k| k.message == d.message);
-        let unknown = overview.diagnostics.into_iter().filter(|d| !is_known(d));
+        let found = overview.diagnostics.into_iter();
+        let unknown = found.filter(|d| !sink.has(&d.message));
         for diagnostic in unknown.collect::<Vec<_>>() {
             sink.add(diagnostic);
         }
@@ -441,10 +441,8 @@ impl Session {
         self.studio = options.studio;
         let scene = RenderScene::compile(&snapshot, &options)?;
         for diagnostic in snapshot.diagnostics() {
-            let is_known = |known: &Diagnostic| known.message == diagnostic.message;
-            if !self.sink.items().iter().any(is_known) {
-                self.sink
-                    .add(*Box::new(diagnostic.clone()).at_most(Severity::Warning));
+            if !self.sink.has(&diagnostic.message) {
+                self.sink.add_at_most_warning(diagnostic);
             }
         }
         scene.prepare(usual_rays(&self.plan, &scene));

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 const ORDER: [(&str, &[&str]); 6] = [
     (
         "crates/base/src",
-        &["diag", "memory", "work", "files", "math"],
+        &["diag", "memory", "work", "files", "thread_context", "math"],
     ),
     (
         "crates/inventor/src",

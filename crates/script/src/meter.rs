@@ -5,11 +5,11 @@ use std::cell::{Cell, RefCell};
 use boa_engine::{JsResult, JsString, RuntimeLimitError};
 use ivcam_base::work::{self, Budget, WorkLimit};
 
-/// The steps of work of an instruction that is executed, and those of the whole account for each
-/// instruction that the scripts of a scene may execute together: 20 million of the usual account. A
-/// frame of a usual script takes some hundreds. Each can allocate about 100 bytes, so this also
-/// bounds the memory for objects, to about 1 GB.
+/// The steps of work that one executed instruction takes.
 const STEPS: u64 = 20;
+/// The scripts of a scene may together execute one instruction for this many steps of its limit: 20
+/// million with the usual limit. A frame of a usual script takes some hundreds. Each can allocate
+/// about 100 bytes, so this also bounds the memory for objects, to about 1 GB.
 const STEPS_OF_ACCOUNT: u64 = 50;
 
 /// The number of instructions in tests, which reach the limit sooner.
@@ -41,8 +41,9 @@ const SHORT: usize = 32;
 /// What the scripts of a scene have used, and whether they have reached a limit.
 #[derive(Debug)]
 pub(super) struct Meter {
-    /// The number of instructions that the scripts may execute, and of those that are left.
+    /// The number of instructions that all scripts may execute together.
     limit: usize,
+    /// The number of them that are left.
     instructions: Cell<usize>,
     elements: Cell<f64>,
     written: Cell<f64>,

@@ -48,8 +48,9 @@ impl RunningScripts {
     }
 
     /// Finds the scripts among the nodes that are new. Runs the program of each, which defines its
-    /// functions, and its `initialize`, before the next one: to prepare a script takes 20 ms, which
-    /// is lost if those before it use everything up. Returns whether there were any.
+    /// functions, and its `initialize`, before the next one: preparing a script takes some 10 ms,
+    /// which would be wasted if earlier scripts had used up all instructions. Returns whether there
+    /// were any.
     fn begin_new(&mut self) -> bool {
         let is_created = self.seen > 0;
         let (found, seen) = {

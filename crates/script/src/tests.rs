@@ -182,7 +182,7 @@ fn nodes_that_are_created_without_end_end_at_a_limit() {
     reaches(protos, "nodes");
 }
 
-/// To prepare a script takes instructions of the scene.
+/// Preparing a script counts as instructions of the scene.
 #[test]
 fn scripts_that_a_script_creates_end_at_a_limit() {
     let scene = "DEF S Script { directOutput TRUE
@@ -194,6 +194,19 @@ fn scripts_that_a_script_creates_end_at_a_limit() {
     assert_eq!(
         said,
         ["all scripts stopped: the scene's scripts execute more than 1000000 instructions"]
+    );
+}
+
+#[test]
+fn a_scene_runs_a_limited_number_of_scripts() {
+    let script = "Script { url \"javascript: function initialize() { }\" } ";
+    let said: Vec<_> = played(&script.repeat(30))
+        .into_iter()
+        .map(|(_, m)| m)
+        .collect();
+    assert_eq!(
+        said,
+        ["the scene has more than 20 scripts; the rest is not run"]
     );
 }
 

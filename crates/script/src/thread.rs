@@ -5,7 +5,7 @@ use std::thread::Builder;
 use std::time::{Duration, Instant};
 
 use ivcam_base::diag::{Diagnostic, Severity};
-use ivcam_base::files::InputRecord;
+use ivcam_base::thread_context::ThreadContext;
 use ivcam_base::work::{Budget, StopSignal};
 use ivcam_inventor::events::Played;
 use ivcam_inventor::iv::Document;
@@ -28,16 +28,15 @@ pub(crate) fn in_own_thread(
     play: impl FnOnce(Document) -> Played + Send + 'static,
 ) -> Played {
     let copy = document.clone();
-    let (record, budget) = (InputRecord::current(), Budget::current());
-    let stop = budget.stop().clone();
+    let context = ThreadContext::current();
+    let stop = Budget::current().stop().clone();
     let (send, receive) = channel();
     let thread = Builder::new()
         .name("scripts".into())
         .stack_size(STACK)
         .spawn(move || {
-            InputRecord::share(record);
             // The receiver is gone if the deadline has passed.
-            let _ = send.send(budget.during(|| play(copy)));
+            let _ = send.send(context.during(|| play(copy)));
         });
     let reason = match thread {
         Err(error) => format!("no thread could be started: {error}"),

@@ -70,6 +70,18 @@ impl Sink {
         &mut self.items[index]
     }
 
+    /// Adds a copy of a diagnostic about something that the work goes on without: an error becomes
+    /// a warning.
+    pub fn add_at_most_warning(&mut self, diagnostic: &Diagnostic) {
+        let copy = Box::new(diagnostic.clone());
+        self.add(*copy.at_most(Severity::Warning));
+    }
+
+    /// Returns whether the list has a message.
+    pub fn has(&self, message: &str) -> bool {
+        self.items.iter().any(|item| item.message == message)
+    }
+
     /// Creates an error about a range of the current source. It is not added to the list.
     pub fn error(&self, span: Span, message: impl Into<String>) -> Box<Diagnostic> {
         let error = Diagnostic::error(message);

@@ -15,6 +15,9 @@ const SILENT: Duration = Duration::from_secs(60);
 /// The time between two looks.
 const TURN: Duration = Duration::from_millis(20);
 
+/// The flag that opens a pipe without waiting for its other end.
+const WITHOUT_WAITING: i32 = OFlags::NONBLOCK.bits() as i32;
+
 /// Returns whether a path is a pipe.
 pub(super) fn is_pipe(path: &Path) -> bool {
     path.metadata().is_ok_and(|m| m.file_type().is_fifo())
@@ -25,22 +28,22 @@ pub(super) fn is_pipe(path: &Path) -> bool {
 /// # Errors
 /// Fails if it cannot be opened, or if no bytes come in time.
 pub(super) fn open_to_read(path: &Path) -> std::io::Result<impl Read> {
-    let flags = OFlags::NONBLOCK.bits() as i32;
     let mut file = OpenOptions::new()
         .read(true)
-        .custom_flags(flags)
+        .custom_flags(WITHOUT_WAITING)
         .open(path)?;
     let mut first = [0; 4096];
-    let mut since = (Instant::now(), Instant::now());
+    let start = Instant::now();
+    let mut alone_since = start;
     let count = loop {
         match file.read(&mut first) {
-            Ok(0) if since.0.elapsed() > ALONE => {
+            Ok(0) if alone_since.elapsed() > ALONE => {
                 return Err(late("no program writes to this pipe"));
             }
             Ok(0) => {}
             Err(e) if e.kind() == ErrorKind::WouldBlock => {
-                since.0 = Instant::now();
-                if since.1.elapsed() > SILENT {
+                alone_since = Instant::now();
+                if start.elapsed() > SILENT {
                     return Err(late("nothing was written to this pipe for 60 s"));
                 }
             }
@@ -58,12 +61,11 @@ pub(super) fn open_to_read(path: &Path) -> std::io::Result<impl Read> {
 /// # Errors
 /// Fails if it cannot be opened, or if no program reads it in time.
 pub(super) fn open_to_write(path: &Path) -> std::io::Result<File> {
-    let flags = OFlags::NONBLOCK.bits() as i32;
     let start = Instant::now();
     loop {
         let opened = OpenOptions::new()
             .write(true)
-            .custom_flags(flags)
+            .custom_flags(WITHOUT_WAITING)
             .open(path);
         match opened {
             Err(e) if e.raw_os_error() == Some(rustix::io::Errno::NXIO.raw_os_error()) => {

@@ -14,8 +14,8 @@ const SUFFIXES: [(&str, u64); 4] = [
     ("T", 1_000_000_000_000),
 ];
 
-/// A ray may take this part of the steps of the scene: 3,814 of the usual number. Rays through
-/// forests of 160,000 groves with 256 leaves each take less than 500.
+/// One ray may take the steps of the scene divided by this number: 3,814 with the usual limit. Rays
+/// through forests of 160,000 groves with 256 leaves each take less than 500.
 const RAYS: u64 = 1 << 18;
 
 impl Default for WorkLimit {

@@ -1,7 +1,7 @@
 //! How much work a scene may cause, and when work ends before it is done.
 //!
 //! A [`Budget`] is the account of one scene: the bytes and the steps that all who read, expand,
-//! evaluate and compile it may use together, and a [`StopSignal`] that long loops look at. A thread
+//! evaluate and compile it may use together, and a [`StopSignal`] that long loops read. A thread
 //! works on one account at a time ([`Budget::during`]); code deep inside a reader or a search draws
 //! from it by [`spend`] without receiving it as an argument. A thread that works for another one
 //! takes its account over ([`Budget::current`]), as with the record of files.

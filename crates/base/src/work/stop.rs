@@ -15,8 +15,8 @@ pub enum StopCause {
     Canceled,
 }
 
-/// A signal that ends work before it is done. To look at it costs one load of an atomic, so loops
-/// of more than a millisecond look at it in every turn.
+/// A signal that ends work before it is done. Reading it costs one atomic load, so a loop that may
+/// run for more than a millisecond reads it in every iteration.
 #[derive(Clone, Debug, Default)]
 pub struct StopSignal {
     is_set: Arc<AtomicBool>,
