@@ -1,5 +1,6 @@
 //! What a user does with a scene: sends an event to a node, or touches it.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result, nearest};
@@ -9,7 +10,7 @@ use super::world::{Event, World};
 use crate::grammar::{FieldType, anchor, class, vrml_sensor};
 use crate::iv::{Document, Limits, NoFiles, NodeId, NodeRef, Value};
 use crate::snapshot::BindableKind;
-use crate::traversal::each_child;
+use crate::traversal::{Parents, each_child};
 
 /// Something that a user does at a time, or that stands for it in a still picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -151,43 +152,46 @@ impl World {
         if is_touched(document.node(id)) {
             return vec![id];
         }
-        let mut level = vec![id];
+        let parents = Parents::of(document);
+        // The node, and the instance of a prototype that it represents.
+        let all = (0..document.nodes.len() as u32).map(NodeId);
+        let same = all.filter(|other| document.node(*other).id == id);
+        let mut level: BTreeSet<NodeId> = same.collect();
         let mut known = level.clone();
         while !level.is_empty() {
-            let mut parents = Vec::new();
-            let mut sensors = Vec::new();
-            for parent in (0..document.nodes.len() as u32).map(NodeId) {
-                let mut children = Vec::new();
-                each_child(document, parent, |child| {
-                    children.push(document.node(child).id);
-                });
-                if !children.iter().any(|child| level.contains(child)) {
-                    continue;
-                }
-                if document.node(parent).class_id() == Some(class::ANCHOR) {
-                    sensors.push(parent);
-                }
-                sensors.extend(children.into_iter().filter(|child| {
-                    let node = document.node(*child);
-                    is_touched(node) && node.class_id() != Some(class::ANCHOR)
-                }));
-                if !known.contains(&parent) {
-                    known.push(parent);
-                    parents.push(parent);
-                }
-            }
-            if level.iter().any(|id| document.roots.contains(id)) {
-                let roots = document.roots.iter().map(|id| document.node(*id));
-                sensors.extend(roots.filter(|node| is_sensor(*node)).map(|node| node.id));
+            let above = level.iter().flat_map(|node| parents.of_node(*node));
+            let above: BTreeSet<NodeId> = above.collect();
+            let groups = above.iter().flat_map(|group| self.sensors_of(*group));
+            let mut sensors: BTreeSet<NodeId> = groups.collect();
+            if document.roots.iter().any(|root| level.contains(root)) {
+                let roots = document.roots().filter(|node| is_sensor(*node));
+                sensors.extend(roots.map(|node| node.id));
             }
             if !sensors.is_empty() {
-                sensors.sort_unstable_by_key(|id| id.0);
-                sensors.dedup();
-                return sensors;
+                return sensors.into_iter().collect();
             }
-            level = parents;
+            level = &above - &known;
+            known.extend(&level);
         }
         Vec::new()
+    }
+
+    /// Returns what acts for the shapes below a group: the sensors among its children, and the
+    /// group itself if it is an `Anchor`.
+    fn sensors_of(&self, group: NodeId) -> Vec<NodeId> {
+        let document = &self.document;
+        let node = document.node(group);
+        let mut sensors = Vec::new();
+        if node.class_id() == Some(class::ANCHOR) {
+            sensors.push(node.id);
+        }
+        each_child(document, group, |child| {
+            let child = document.node(child);
+            if is_sensor(child) {
+                sensors.push(child.id);
+            }
+        });
+        sensors
     }
 
     /// Sends what a pointing-device sensor sends when the pointer comes, presses and releases.

@@ -23,7 +23,6 @@ impl World {
             return;
         };
         let top = self.binding.top(kind);
-        let view = self.viewer_pose();
         let stack = &mut self.binding.stacks[kind as usize];
         stack.retain(|other| *other != node);
         if binds {
@@ -35,7 +34,7 @@ impl World {
         }
         self.binding.is_changed = true;
         if kind == BindableKind::Viewpoint {
-            self.change_viewpoint(top, new, view);
+            self.change_viewpoint(top, new);
         }
         if let Some(old) = top {
             self.announce(old, false);
@@ -46,21 +45,22 @@ impl World {
     }
 
     /// Puts the viewer at a `Viewpoint` that is newly bound, or leaves it where it is.
-    fn change_viewpoint(&mut self, old: Option<NodeId>, new: Option<NodeId>, view: DMat4) {
+    fn change_viewpoint(&mut self, old: Option<NodeId>, new: Option<NodeId>) {
         let binding = &mut self.binding;
+        let old_from_viewer = binding.viewpoint_from_viewer;
         if let Some(old) = old {
-            binding.saved.insert(old, binding.viewpoint_from_viewer);
+            binding.saved.insert(old, old_from_viewer);
         }
-        let Some(new) = new else {
-            binding.viewpoint_from_viewer = DMat4::IDENTITY;
-            return;
-        };
-        let saved = binding.saved.remove(&new);
+        let saved = new.and_then(|new| binding.saved.remove(&new));
         binding.viewpoint_from_viewer = saved.unwrap_or(DMat4::IDENTITY);
-        if !self.document.node(new).get(viewpoint::JUMP) {
-            self.binding.viewpoint_from_viewer = DMat4::IDENTITY;
-            let world_from_new = self.viewer_pose();
-            self.binding.viewpoint_from_viewer = world_from_new.inverse() * view;
+        if let Some(new) = new
+            && !self.document.node(new).get(viewpoint::JUMP)
+        {
+            let survey = self.survey();
+            let view = self.viewer_at(&survey, old, old_from_viewer);
+            let place = self.viewer_at(&survey, Some(new), DMat4::IDENTITY);
+            self.binding.viewpoint_from_viewer =
+                place.world_from_camera().inverse() * view.world_from_camera();
         }
     }
 

@@ -20,7 +20,7 @@ mod options;
 pub mod play;
 mod reach;
 mod source;
-mod stage;
+mod survey;
 mod take;
 mod timer;
 mod viewer;
@@ -34,7 +34,7 @@ pub use options::SnapshotOptions;
 pub use play::FRAME;
 pub use reach::script_input;
 pub use source::{ProgramSource, scripts, source};
-pub use stage::depends_on_viewer;
+pub use survey::depends_on_viewer;
 pub use world::{Event, World};
 
 #[cfg(test)]

@@ -23,3 +23,14 @@ pub struct SnapshotOptions {
     /// Whether the events that nodes send are recorded. Default: no.
     pub log: bool,
 }
+
+impl SnapshotOptions {
+    /// Returns the time, which is finite.
+    pub(super) fn moment(&self) -> f64 {
+        if self.time.is_finite() {
+            self.time
+        } else {
+            0.0
+        }
+    }
+}

@@ -42,9 +42,7 @@ pub(super) fn play(document: &Document, options: &SnapshotOptions) -> Option<Pla
         return None;
     }
     let mut options = options.clone();
-    if !options.time.is_finite() {
-        options.time = 0.0;
-    }
+    options.time = options.moment();
     options.actions.sort_by(|a, b| a.time.total_cmp(&b.time));
     options.scripts = options.scripts.filter(|_| has_scripts);
     if let Some(engine) = options.scripts {

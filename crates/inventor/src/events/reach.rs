@@ -2,7 +2,7 @@
 
 use super::cascade::is_script;
 use super::log::MAX_LOGGED;
-use super::stage::Stage;
+use super::survey::WorldSurvey;
 use super::wires::output_name;
 use super::world::{Event, World};
 use crate::grammar::FieldType;
@@ -157,7 +157,7 @@ impl World {
         self.document.routes.extend(created);
         self.find_timers(first);
         self.find_viewer_sensors(first);
-        self.leading = Stage::leading(&self.document);
+        self.leading = WorldSurvey::leading(&self.document);
         self.holds_new_nodes = true;
     }
 }

@@ -10,7 +10,7 @@ use crate::traversal::{Instance, Leading, State, Visitor, WalkOptions, walk};
 
 /// The places of sensors and viewpoints, and the bindable nodes that come first.
 #[derive(Debug, Default)]
-pub(super) struct Stage {
+pub(super) struct WorldSurvey {
     /// The first bindable node of each kind that is not in an inlined file.
     pub first: [Option<NodeId>; BindableKind::COUNT],
     /// The poses of the `Viewpoint`s.
@@ -20,7 +20,7 @@ pub(super) struct Stage {
     pub sensors: Vec<(NodeId, DMat4)>,
 }
 
-impl Stage {
+impl WorldSurvey {
     /// Looks at a scene at a time. `leading` finds what is looked for.
     pub(super) fn of(
         document: &Document,
@@ -33,12 +33,12 @@ impl Stage {
             camera: viewer.cloned(),
             ..WalkOptions::default()
         };
-        let mut search = StageSearch {
-            stage: Self::default(),
+        let mut search = SurveyCollector {
+            survey: Self::default(),
             leading,
         };
         walk(&snapshot, &options, &mut search);
-        search.stage
+        search.survey
     }
 
     /// Finds the nodes that lead to what is looked for.
@@ -63,22 +63,22 @@ pub(super) fn is_viewer_sensor(node: NodeRef<'_>) -> bool {
     )
 }
 
-struct StageSearch<'l> {
-    stage: Stage,
+struct SurveyCollector<'l> {
+    survey: WorldSurvey,
     leading: &'l Leading,
 }
 
-impl StageSearch<'_> {
+impl SurveyCollector<'_> {
     fn meet(&mut self, node: NodeRef<'_>, state: &State<'_>) {
         if let Some(kind) = BindableKind::of(node)
             && state.bindables.include(node.id)
         {
-            self.stage.first[kind as usize].get_or_insert(node.id);
+            self.survey.first[kind as usize].get_or_insert(node.id);
         }
     }
 }
 
-impl<'a> Visitor<'a> for StageSearch<'_> {
+impl<'a> Visitor<'a> for SurveyCollector<'_> {
     fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
 
     fn instance(&mut self, part: Instance<'a>, _: &State<'a>) -> bool {
@@ -88,7 +88,7 @@ impl<'a> Visitor<'a> for StageSearch<'_> {
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         self.meet(node, state);
         if let Some(pose) = CameraPose::from_node(node, state.world_from_object) {
-            self.stage.viewpoints.push((node.id, pose));
+            self.survey.viewpoints.push((node.id, pose));
         }
     }
 
@@ -98,7 +98,7 @@ impl<'a> Visitor<'a> for StageSearch<'_> {
 
     fn sensor(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         if is_viewer_sensor(node) {
-            self.stage.sensors.push((node.id, state.world_from_object));
+            self.survey.sensors.push((node.id, state.world_from_object));
         }
     }
 }

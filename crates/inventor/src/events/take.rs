@@ -11,11 +11,7 @@ impl<'a> Snapshot<'a> {
     /// Delivers the events up to the time, evaluates the document's engines, and adds handles if
     /// `options` request them. The document is copied only if this changes it.
     pub fn take(document: &'a Document, options: &SnapshotOptions, bounds: &dyn Bounds) -> Self {
-        let time = if options.time.is_finite() {
-            options.time
-        } else {
-            0.0
-        };
+        let time = options.moment();
         let mut snapshot = Self::of_part(document, time);
         if let Some(played) = play(document, options) {
             snapshot.document = Cow::Owned(played.document);

@@ -2,7 +2,7 @@
 
 use glam::DMat4;
 
-use super::stage::{Stage, is_viewer_sensor};
+use super::survey::{WorldSurvey, is_viewer_sensor};
 use super::viewer_sensor::{Output, ViewerSensor};
 use super::world::World;
 use crate::iv::{NodeId, NodeRef};
@@ -21,14 +21,9 @@ impl World {
         }
     }
 
-    /// Returns the transform from the viewer to the world.
-    pub(super) fn viewer_pose(&self) -> DMat4 {
-        self.viewer_on(&self.stage()).world_from_camera()
-    }
-
     /// Looks where sensors and viewpoints are now.
-    pub(super) fn stage(&self) -> Stage {
-        Stage::of(
+    pub(super) fn survey(&self) -> WorldSurvey {
+        WorldSurvey::of(
             &self.document,
             self.now,
             self.viewer.as_ref(),
@@ -36,18 +31,21 @@ impl World {
         )
     }
 
-    /// Returns the viewer: the one that was given, or the one at the bound `Viewpoint`.
-    fn viewer_on(&self, stage: &Stage) -> CameraPose {
+    /// Returns the viewer: the one that was given, or the one at a `Viewpoint`, from which it may
+    /// have moved.
+    pub(super) fn viewer_at(
+        &self,
+        survey: &WorldSurvey,
+        viewpoint: Option<NodeId>,
+        viewpoint_from_viewer: DMat4,
+    ) -> CameraPose {
         if let Some(viewer) = &self.viewer {
             return viewer.clone();
         }
-        let bound = self.binding.top(BindableKind::Viewpoint);
-        let found = stage
-            .viewpoints
-            .iter()
-            .find(|(node, _)| Some(*node) == bound);
+        let mut found = survey.viewpoints.iter();
+        let found = found.find(|(node, _)| Some(*node) == viewpoint);
         let mut pose = found.map_or_else(CameraPose::default_viewpoint, |(_, pose)| pose.clone());
-        move_viewer(&mut pose, self.binding.viewpoint_from_viewer);
+        move_viewer(&mut pose, viewpoint_from_viewer);
         pose
     }
 
@@ -56,8 +54,9 @@ impl World {
         if self.viewer_sensors.is_empty() {
             return Vec::new();
         }
-        let stage = self.stage();
-        let viewer = self.viewer_on(&stage);
+        let survey = self.survey();
+        let bound = self.binding.top(BindableKind::Viewpoint);
+        let viewer = self.viewer_at(&survey, bound, self.binding.viewpoint_from_viewer);
         let mut outputs = Vec::new();
         let mut sensors = std::mem::take(&mut self.viewer_sensors);
         for (id, sensor) in &mut sensors {
@@ -65,7 +64,7 @@ impl World {
                 document: &self.document,
                 id: *id,
             };
-            let places = stage.sensors.iter().filter(|(other, _)| other == id);
+            let places = survey.sensors.iter().filter(|(other, _)| other == id);
             let places: Vec<DMat4> = places.map(|(_, place)| *place).collect();
             let events = sensor.look(node, &places, (&viewer, self.aspect), self.now);
             outputs.extend(events.into_iter().map(|(name, value)| (*id, name, value)));

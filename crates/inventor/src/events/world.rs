@@ -7,7 +7,7 @@ use ivcam_base::work::{Budget, spend};
 
 use super::binding::BindingStacks;
 use super::log::EventLog;
-use super::stage::Stage;
+use super::survey::WorldSurvey;
 use super::timer::{Timer, TimerEvents};
 use super::viewer_sensor::{Output, ViewerSensor};
 use super::wires::{End, Wires};
@@ -75,8 +75,8 @@ pub struct World {
 impl World {
     /// Creates a scene that is about to play.
     pub(super) fn new(document: Document, now: f64) -> Self {
-        let leading = Stage::leading(&document);
-        let stage = Stage::of(&document, now, None, &leading);
+        let leading = WorldSurvey::leading(&document);
+        let survey = WorldSurvey::of(&document, now, None, &leading);
         let mut world = Self {
             wires: Wires::of(&document),
             log: None,
@@ -84,7 +84,7 @@ impl World {
             document,
             now,
             viewer_sensors: BTreeMap::new(),
-            binding: BindingStacks::new(stage.first),
+            binding: BindingStacks::new(survey.first),
             viewer: None,
             aspect: 1.0,
             leading,
@@ -118,7 +118,9 @@ impl World {
     /// nothing happens. `output` is the name that `output_name` returns.
     pub fn send(&mut self, from: NodeId, output: &str, value: &Value) {
         let end = (from, Box::<str>::from(output));
-        if let Some(outputs) = &mut self.outputs {
+        // The value of a field is in the field.
+        if self.outputs.is_some() && self.output_type(from, output).is_some() {
+            let outputs = self.outputs.get_or_insert_default();
             outputs.insert(end.clone(), value.clone());
         }
         self.log(from, output, value);

@@ -23,20 +23,11 @@ impl Leading {
         if found.is_empty() {
             return Self(leads);
         }
-        let mut parents: Vec<(NodeId, NodeId)> = Vec::new();
-        ids().for_each(|id| each_child(document, id, |child| parents.push((child, id))));
-        parents.sort_unstable_by_key(|(child, _)| child.0);
+        let parents = Parents::of(document);
         while let Some(id) = found.pop() {
-            if std::mem::replace(&mut leads[id.0 as usize], true) {
-                continue;
+            if !std::mem::replace(&mut leads[id.0 as usize], true) {
+                found.extend(parents.of_node(id));
             }
-            let first = parents.partition_point(|(child, _)| child.0 < id.0);
-            let above = parents[first..].iter();
-            found.extend(
-                above
-                    .take_while(|(child, _)| *child == id)
-                    .map(|(_, id)| *id),
-            );
         }
         Self(leads)
     }
@@ -44,6 +35,30 @@ impl Leading {
     /// Whether there is a wanted node in a part of the document.
     pub fn is_in(&self, part: Instance<'_>) -> bool {
         self.0[part.node().id.0 as usize]
+    }
+}
+
+/// The nodes that have a node below them.
+pub(crate) struct Parents(Vec<(NodeId, NodeId)>);
+
+impl Parents {
+    /// Finds the parents of all nodes of a document.
+    pub(crate) fn of(document: &Document) -> Self {
+        let mut parents = Vec::new();
+        for id in (0..document.nodes.len() as u32).map(NodeId) {
+            each_child(document, id, |child| parents.push((child, id)));
+        }
+        parents.sort_unstable_by_key(|(child, _)| child.0);
+        Self(parents)
+    }
+
+    /// Returns the parents of a node.
+    pub(crate) fn of_node(&self, node: NodeId) -> impl Iterator<Item = NodeId> {
+        let first = self.0.partition_point(|(child, _)| child.0 < node.0);
+        let above = self.0[first..].iter();
+        above
+            .take_while(move |(child, _)| *child == node)
+            .map(|(_, parent)| *parent)
     }
 }
 

@@ -183,6 +183,15 @@ impl<'d> Assembler<'d> {
         work::spend(steps).map_err(|cut| cut_at(&self.document.sink, span, cut))
     }
 
+    /// Counts the work of a step of a reader, which has read some bytes up to a place in the file.
+    /// A number of four bytes takes a step of work.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Self::spend`].
+    pub(super) fn spend_read(&self, bytes: usize, at: usize) -> Result<()> {
+        self.spend(bytes as u64 / 4 + 2, Span::at(at))
+    }
+
     /// Returns a node's entry in the arena.
     pub(super) fn data(&mut self, node: NodeId) -> &mut Node {
         &mut self.document.nodes[node.0 as usize]

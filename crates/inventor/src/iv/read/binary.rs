@@ -130,8 +130,8 @@ pub(super) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>>
         let before = reader.rest.len();
         match reader.step() {
             Ok(true) => {
-                let steps = (before - reader.rest.len()) as u64 / 4 + 2;
-                reader.asm.spend(steps, Span::at(reader.at()))?;
+                let at = reader.at();
+                reader.asm.spend_read(before - reader.rest.len(), at)?;
             }
             Ok(false) => break,
             Err(stop) => {

@@ -316,7 +316,7 @@ pub(super) fn route_ends(document: &Document, node: NodeId, name: &str) -> Vec<(
             out.push((node, name));
             continue;
         };
-        if ivcam_base::work::spend(1 + event_bindings.len() as u64).is_err() {
+        if work::spend(1 + event_bindings.len() as u64).is_err() {
             return Vec::new(); // Whoever follows is cut too, and says so.
         }
         let same =

@@ -106,10 +106,10 @@ impl EngineWork<'_> {
         }
         let (Slot::Field(_, kind) | Slot::Input(_, kind)) = edge.slot;
         self.compute_once(edge.from, edge.span);
-        let Some(value) = self.output(edge.from, &edge.output) else {
+        let output = self.output(edge.from, &edge.output);
+        let Some(bytes) = output.map(Value::list_bytes) else {
             return;
         };
-        let bytes = value.list_bytes();
         if let Err(cut) = self.take(bytes) {
             return self.warn_cut(to, edge.span, cut);
         }

@@ -19,7 +19,7 @@ use crate::traversal::state::State;
 
 /// How a property changes the state.
 #[derive(Clone, Copy)]
-enum Action {
+enum PropertyAction {
     /// Sets elements of the state.
     Elements(for<'a> fn(&mut State<'a>, NodeRef<'a>)),
     /// Sets elements of texture unit 0. If another unit is current it does nothing, because only
@@ -31,11 +31,11 @@ enum Action {
     Motion(fn(NodeRef<'_>, f64) -> DMat4),
 }
 
-use Action::{Elements, Matrix, Motion, Texture};
+use PropertyAction::{Elements, Matrix, Motion, Texture};
 
 /// The actions by class. A class that is not listed has the action of its nearest listed base
 /// class.
-const ACTIONS: &[(ClassId, Action)] = &[
+const ACTIONS: &[(ClassId, PropertyAction)] = &[
     (class::MATERIAL, Elements(material)),
     (class::BASE_COLOR, Elements(base_color)),
     (class::PACKED_COLOR, Elements(packed_color)),
@@ -115,8 +115,8 @@ pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> 
 }
 
 /// Returns the action of a class, from a table that is built once.
-fn action_of(class: &Class) -> Option<Action> {
-    static TABLE: OnceLock<Vec<Option<Action>>> = OnceLock::new();
+fn action_of(class: &Class) -> Option<PropertyAction> {
+    static TABLE: OnceLock<Vec<Option<PropertyAction>>> = OnceLock::new();
     let listed = |class: &Class| ACTIONS.iter().find(|(id, _)| *id == class.id);
     let find = |class: &Class| class.lineage().find_map(listed).map(|(_, action)| *action);
     TABLE.get_or_init(|| CLASSES.iter().map(find).collect())[usize::from(class.id.0)]

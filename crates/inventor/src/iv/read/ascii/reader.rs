@@ -93,10 +93,8 @@ pub(crate) fn read(asm: &mut Assembler<'_>, text: &[u8]) -> Result<Vec<NodeId>> 
         if !reader.step()? {
             return Ok(reader.roots);
         }
-        // A number of four characters takes a step.
-        let steps = (before - reader.rest.len()) as u64 / 4 + 2;
         let at = reader.offset(reader.rest);
-        reader.asm.spend(steps, Span::at(at))?;
+        reader.asm.spend_read(before - reader.rest.len(), at)?;
     }
 }
 
