@@ -1,13 +1,11 @@
 //! Conversion of colors from a screen's values to linear light.
 
+use ivcam_render::scene::ColorCoding;
+
 /// Returns the linear light of a value from 0 to 1, by the curve of sRGB (IEC 61966-2-1). Values
 /// outside continue the curve's ends.
 pub(super) fn linear(value: f32) -> f32 {
-    if value <= 0.04045 {
-        value / 12.92
-    } else {
-        libm::powf((value + 0.055) / 1.055, 2.4)
-    }
+    ColorCoding::Display.light_of(value)
 }
 
 /// Returns the illuminance of a light whose level of white is `level`: π for 1. Levels are limited

@@ -25,25 +25,15 @@ pub(super) fn environment_picture(path: &Path, plan: &Plan) -> Result<Environmen
     let (width, height) = (raster.width as usize, raster.height as usize);
     // The radiances, and the table of choices with its makings.
     memory.take(&what, (width * height) as u64 * 48)?;
-    let coded = |level: f32| plan.light.colors.light_of(level);
-    let samples: Vec<f32> = match raster.samples {
-        Samples::U8(levels) => levels
-            .iter()
-            .map(|v| coded(f32::from(*v) / 255.0))
-            .collect(),
-        Samples::U16(levels) => {
-            let share = |v: &u16| coded(f32::from(*v) / 65_535.0);
-            levels.iter().map(share).collect()
+    let is_coded = !matches!(raster.samples, Samples::F32(_));
+    let light = |pixel: usize| {
+        let color = Vec3::from(raster.color(pixel));
+        match is_coded {
+            true => color.map(|level| plan.light.colors.light_of(level)),
+            false => color,
         }
-        Samples::F32(samples) => samples,
     };
-    let pixels = samples
-        .chunks_exact(raster.channels.max(1))
-        .map(|pixel| match *pixel {
-            [r, g, b, ..] => Vec3::new(r, g, b),
-            [gray, ..] => Vec3::splat(gray),
-            [] => Vec3::ZERO,
-        });
+    let pixels = (0..raster.pixels()).map(light);
     EnvironmentLight::new(width, height, pixels.collect()).ok_or_else(|| {
         Diagnostic::error(format!("`{name}` has no pixels")).with_help(
             "`--environment-light` needs an equirectangular picture, twice as wide as high",

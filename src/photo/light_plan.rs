@@ -58,7 +58,7 @@ pub struct LightPlan {
 
 impl LightPlan {
     /// Returns what is added to a scene in a box; nothing if it has none.
-    pub(crate) fn studio(&self, bounds: Option<(DVec3, DVec3)>) -> Option<Studio> {
+    pub(crate) fn studio(&self, bounds: impl FnOnce() -> Option<(DVec3, DVec3)>) -> Option<Studio> {
         let color = match self.backdrop {
             Some(Backdrop::Color(color)) => Some(color),
             Some(Backdrop::None) => None,
@@ -66,8 +66,11 @@ impl LightPlan {
         };
         let has_backdrop = color.is_some();
         let color = color.or(self.ground.then_some(WHITE_PAPER));
-        (self.studio || color.is_some()).then_some(Studio {
-            bounds: bounds?,
+        if !self.studio && color.is_none() {
+            return None;
+        }
+        Some(Studio {
+            bounds: bounds()?,
             ground: color.map(|color| color.map(|level| self.colors.light_of(level))),
             has_backdrop,
             has_lamps: self.studio,
@@ -77,11 +80,6 @@ impl LightPlan {
     /// Whether the plan itself lights the scene.
     pub(crate) fn shines(&self) -> bool {
         self.studio || self.surroundings.is_some()
-    }
-
-    /// Whether anything is added to the scene.
-    pub(crate) fn adds_to_scene(&self) -> bool {
-        self.studio(Some((DVec3::ZERO, DVec3::ONE))).is_some()
     }
 }
 

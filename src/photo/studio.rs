@@ -15,10 +15,7 @@ const SMALLEST: f64 = 64.0;
 
 /// Returns what the plan adds to a scene.
 pub(super) fn studio_of(plan: &Plan, snapshot: &Snapshot<'_>) -> Option<Studio> {
-    match plan.light.adds_to_scene() {
-        true => plan.light.studio(inventor_bounds(snapshot, plan)),
-        false => None,
-    }
+    plan.light.studio(|| inventor_bounds(snapshot, plan))
 }
 
 /// Returns the plan with the lens stopped down so that the studio's scene is sharp from front to

@@ -73,7 +73,7 @@ pub struct SquaredError {
     heaviest: (usize, f64),
     /// The light with the largest squared error that may have been missed.
     pub missed: Option<MissedLight>,
-    /// The number of rays that were cut, whose light is not sure.
+    /// The number of rays that were cut short; what they would have seen is unknown.
     pub cut_rays: u64,
 }
 

@@ -1,4 +1,4 @@
-//! The random numbers of a light path: pairs of points in the unit square, as many as it has turns.
+//! The random numbers of a light path: points in the unit square, as many as the path needs.
 //!
 //! Each pair is the first two dimensions of a Sobol' sequence with its own scrambling and its own
 //! order of the samples (padding: Burley, "Practical hash-based Owen scrambling", 2020). So a

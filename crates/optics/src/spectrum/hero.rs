@@ -26,7 +26,7 @@ const FIRST: i32 = 380;
 const LAST: i32 = 780;
 
 /// The matrix from XYZ to linear sRGB (IEC 61966-2-1).
-const RGB_FROM_XYZ: DMat3 = DMat3::from_cols_array(&[
+pub const RGB_FROM_XYZ: DMat3 = DMat3::from_cols_array(&[
     3.2406, -0.9689, 0.0557, -1.5372, 1.8758, -0.2040, -0.4986, 0.0415, 1.0570,
 ]);
 

@@ -17,4 +17,4 @@
 
 mod hero;
 
-pub use hero::{HERO, MAIN, OTHERS, SETS, SpectralLine, Spectrum};
+pub use hero::{HERO, MAIN, OTHERS, RGB_FROM_XYZ, SETS, SpectralLine, Spectrum};

@@ -283,12 +283,16 @@ impl<'a> Batch<'a> {
         for (number, packet) in packets.iter().enumerate() {
             let hits = &mut hits[if keeps_hits { number } else { 0 }];
             let radiances = &mut self.radiances[number];
-            if shader.follows_paths() {
-                let points = packet.samples.map(|sample| path_of(&self.paths, sample));
-                shader.radiances_of_samples(&packet.rays, &points, hits, radiances, &mut self.work);
-            } else {
-                shader.radiances(&packet.rays, hits, radiances, &mut self.work);
-            }
+            let points = shader
+                .follows_paths()
+                .then(|| packet.samples.map(|sample| path_of(&self.paths, sample)));
+            shader.radiances(
+                &packet.rays,
+                points.as_ref(),
+                hits,
+                radiances,
+                &mut self.work,
+            );
         }
     }
 
@@ -320,12 +324,10 @@ impl<'a> Batch<'a> {
         self.light.resize(packets.len(), [[0.0; LANES]; 3]);
         for (packet, light) in packets.iter().zip(&mut self.light) {
             let hits = &mut others[0];
-            if shader.follows_paths() {
-                let points = packet.samples.map(|sample| path_of(&self.paths, sample));
-                shader.radiances_of_samples(&packet.rays, &points, hits, light, &mut self.work);
-            } else {
-                shader.radiances(&packet.rays, hits, light, &mut self.work);
-            }
+            let points = shader
+                .follows_paths()
+                .then(|| packet.samples.map(|sample| path_of(&self.paths, sample)));
+            shader.radiances(&packet.rays, points.as_ref(), hits, light, &mut self.work);
         }
         let camera = self.render.camera;
         camera.expose(accepted, &self.light, &mut self.exposures);

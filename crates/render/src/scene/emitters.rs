@@ -2,8 +2,9 @@
 //! and those that show their color unlit.
 //!
 //! One is chosen in proportion to its area times the brightness of its surface, and a point on it
-//! evenly. What is in no list (lines, and the shapes of prototypes that are drawn more than
-//! [`MOST_INSTANCED`] times) lights the scene only where a ray meets it by chance.
+//! evenly. Lines are in no list, nor are the shapes of prototypes if [`MOST_INSTANCED`] of them or
+//! more are luminous, counted as often as they are drawn. Those light the scene only where a ray
+//! meets them by chance.
 
 use std::collections::HashSet;
 
@@ -35,7 +36,7 @@ pub(crate) struct EmitterPoint {
 }
 
 /// Returns a color with NaN and negative values as 0, and none above [`MAX_EMISSION`].
-pub(crate) fn sound_emission(color: Vec3) -> Vec3 {
+pub(crate) fn sound_color(color: Vec3) -> Vec3 {
     color.map(|x| if x > 0.0 { x.min(MAX_EMISSION) } else { 0.0 })
 }
 
@@ -169,10 +170,10 @@ impl Emitters {
 fn brightness_of(surface: &Surface) -> f32 {
     let color = match surface.base_color {
         true => {
-            let sum: Vec3 = surface.diffuse.iter().copied().map(sound_emission).sum();
+            let sum: Vec3 = surface.diffuse.iter().copied().map(sound_color).sum();
             sum / surface.diffuse.len() as f32
         }
-        false => sound_emission(surface.emissive),
+        false => sound_color(surface.emissive),
     };
     color.element_sum() / 3.0
 }
@@ -234,7 +235,7 @@ impl RenderScene {
             let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
             let lights: Vec3 = self.lights_of(surface).map(|light| light.ambient).sum();
             let ambient = surface.ambient_at(diffuse) * (surface.environment.ambient + lights);
-            let ambient = sound_emission(ambient);
+            let ambient = sound_color(ambient);
             if seen.insert([diffuse, ambient].map(|v| v.to_array().map(f32::to_bits))) {
                 shown += ambient.as_dvec3();
                 full += diffuse.as_dvec3();
@@ -242,7 +243,7 @@ impl RenderScene {
         }
         let ratio = |shown: f64, full: f64| if full > 0.0 { shown / full } else { 0.0 };
         let [r, g, b] = [0, 1, 2].map(|i| ratio(shown[i], full[i]) as f32);
-        sound_emission(Vec3::new(r, g, b))
+        sound_color(Vec3::new(r, g, b))
     }
 
     /// The number of materials whose diffuse and specular colors exceed 1 in sum.
@@ -256,14 +257,14 @@ impl RenderScene {
 
     /// The number of materials whose emission is not a number, negative, or too bright.
     pub fn unsound_emitters(&self) -> usize {
-        let unsound = |s: &&Surface| sound_emission(s.emissive) != s.emissive;
+        let unsound = |s: &&Surface| sound_color(s.emissive) != s.emissive;
         self.surfaces.iter().filter(unsound).count()
     }
 
     /// Whether any lit shape is meant as a lamp: its emission, times a factor, is at least half of
     /// white.
     pub fn has_lamps(&self, emission: f32) -> bool {
-        let glows = |s: &Surface| emission * sound_emission(s.emissive).max_element() >= 0.5;
+        let glows = |s: &Surface| emission * sound_color(s.emissive).max_element() >= 0.5;
         self.surfaces.iter().any(|s| !s.base_color && glows(s))
     }
 

@@ -38,7 +38,7 @@ mod unapplied;
 
 pub(crate) use alias::AliasTable;
 pub use census::{Census, InstanceCounts};
-pub(crate) use emitters::sound_emission;
+pub(crate) use emitters::sound_color;
 pub use left_out::Unneeded;
 pub use looks::components as texture_components;
 pub use looks::{IncidentLight, Light, SHADOW_END, Surface};

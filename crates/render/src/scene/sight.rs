@@ -22,11 +22,11 @@ impl Point<'_> {
 
     /// Returns a ray from the point in any direction, also along its surface.
     ///
-    /// The distance of a hit on the point's own plane is computed with an error of a few ulps of
-    /// the coordinates' size, those of its corners too, whatever the plane's direction. So the ray
-    /// starts that far away.
-    /// [`Point::leave`] keeps the error of the position only: from a floor at the camera's height,
-    /// 17% of the rays of a cosine lobe met the floor again.
+    /// Where a ray meets the plane that it starts on, the distance has an error of a few ulps of
+    /// the largest coordinate of the point or of the triangle's corners, whatever the plane's
+    /// direction. So the ray starts that far from the surface. [`Point::leave`] allows only for the
+    /// error of the position: from a floor at the camera's height, 17% of the rays of a cosine lobe
+    /// met the floor again.
     pub(crate) fn leave_anywhere(&self, direction: Vec3) -> Ray {
         let side = match direction.dot(self.geometric) < 0.0 {
             true => -self.geometric,

@@ -54,7 +54,7 @@ fn picture(scene: &RenderScene, shading: Shading) -> (Vec<[u32; 3]>, u32) {
         }
         let mut radiances = Vec3Lanes::default();
         let mut found = PacketHits::default();
-        shader.radiances(&rays, &mut found, &mut radiances, &mut work);
+        shader.radiances(&rays, None, &mut found, &mut radiances, &mut work);
         hits += found.mask.count_ones();
         let pixel = |lane: usize| of_lane(&radiances, lane).to_array().map(f32::to_bits);
         pixels.extend((0..LANES).map(pixel));

@@ -15,20 +15,6 @@ impl Shader<'_> {
         self.shading == Shading::Path
     }
 
-    /// Computes the hits of a packet of rays, and the radiances along them, each with the random
-    /// numbers of its sample.
-    pub(crate) fn radiances_of_samples(
-        &self,
-        rays: &RayPacket,
-        points: &Lanes<PathPoints>,
-        hits: &mut PacketHits,
-        radiances: &mut Vec3Lanes,
-        work: &mut Work,
-    ) {
-        self.hits(rays, hits, work);
-        self.path_radiances(rays, hits, Some(points), radiances, work);
-    }
-
     /// Computes the radiances along the rays of a packet whose hits are known. Without the numbers
     /// of samples, those of a ray depend on its bits.
     pub(super) fn path_radiances(

@@ -295,7 +295,7 @@ mod tests {
             }
             let mut radiances = Vec3Lanes::default();
             let mut hits = PacketHits::default();
-            shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
+            shader.radiances(&rays, None, &mut hits, &mut radiances, &mut work);
             for lane in 0..LANES {
                 let known = shader.radiance(&rays.ray(lane), &mut alone);
                 differences.push((of_lane(&radiances, lane) - known).element_sum());

@@ -13,7 +13,7 @@
 //! Here E is the Environment's ambient light, C the light's color times its intensity, A the
 //! ambient part of a VRML 97 light, a the attenuation and s the spot factor. H lies halfway between
 //! L and the camera's backward direction. This is OpenGL's viewer at infinity, which Inventor does
-//! not change.
+//! not change. For VRML97, H lies halfway between L and the direction to the viewer.
 //!
 //! Model `i` is another one: see `path`.
 

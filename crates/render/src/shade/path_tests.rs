@@ -42,7 +42,7 @@ fn mean(scene: &RenderScene, options: &ShadeOptions, ray: &Ray, count: u64) -> (
             PathPoints::independent(first * LANES as u64 + lane as u64 + 1)
         });
         let mut radiances = Vec3Lanes::default();
-        shader.radiances_of_samples(&rays, &points, &mut hits, &mut radiances, &mut work);
+        shader.radiances(&rays, Some(&points), &mut hits, &mut radiances, &mut work);
         for lane in 0..LANES {
             let value = f64::from(of_lane(&radiances, lane).x);
             (sum, square) = (sum + value, square + value * value);

@@ -3,7 +3,8 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use ivcam_base::math::lanes::{Vec3Lanes, bits, set_lane};
+use ivcam_base::math::lanes::{Lanes, Vec3Lanes, bits, set_lane};
+use ivcam_optics::sampling::PathPoints;
 
 use super::counts::RayCounts;
 use super::lanes::{PointLanes, SurfaceValues};
@@ -184,17 +185,19 @@ impl<'a> Shader<'a> {
     }
 
     /// Computes the hits of a packet of rays, and the radiances along them. They equal those of
-    /// [`Shader::radiance`] up to rounding and take less time.
+    /// [`Shader::radiance`] up to rounding and take less time. `points` are the random numbers of
+    /// the samples, for model `i`; without them, those of a ray depend on its bits.
     pub(crate) fn radiances(
         &self,
         rays: &RayPacket,
+        points: Option<&Lanes<PathPoints>>,
         hits: &mut PacketHits,
         radiances: &mut Vec3Lanes,
         work: &mut Work,
     ) {
         self.hits(rays, hits, work);
         if self.shading == Shading::Path {
-            return self.path_radiances(rays, hits, None, radiances, work);
+            return self.path_radiances(rays, hits, points, radiances, work);
         }
         let done = self.shade_packet(rays, hits, radiances, work);
         for lane in bits(rays.mask & !done) {
@@ -638,7 +641,7 @@ mod tests {
             }
             let mut radiances = Vec3Lanes::default();
             let mut hits = PacketHits::default();
-            shader.radiances(&rays, &mut hits, &mut radiances, &mut work);
+            shader.radiances(&rays, None, &mut hits, &mut radiances, &mut work);
             for lane in 0..LANES {
                 let found = of_lane(&radiances, lane);
                 let known = shader.radiance(&rays.ray(lane), &mut alone);

@@ -16,8 +16,8 @@ const SURFACE_STEPS: u64 = 32;
 
 impl Lens {
     /// The fills of rays from a film point through points of the rear vertex plane. If the account
-    /// of the scene is used up, all rays are lost; whoever searches a pupil asks for that at the
-    /// end.
+    /// of the scene is used up, all rays are lost; the caller that searches for a pupil checks the
+    /// account afterwards.
     pub(crate) fn fills(&self, film: DVec3, x: &Lane, y: &Lane) -> Fills {
         let tracer = &self.tracer(Toward::Scene, false);
         let toward = self.length();

@@ -46,7 +46,7 @@ pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4]
 /// those below the `proxy` of a `Collision` and nowhere else.
 fn proxies(document: &Document) -> HashSet<NodeId> {
     let ids = (0..document.nodes.len() as u32).map(NodeId);
-    let proxies: Vec<NodeId> = ids
+    let proxies: HashSet<NodeId> = ids
         .filter_map(|id| document.node(id).get_node(collision::PROXY))
         .map(|node| node.id)
         .collect();
@@ -64,7 +64,7 @@ fn proxies(document: &Document) -> HashSet<NodeId> {
         found
     };
     let seen = below(document.roots.clone(), &|id| !proxies.contains(&id));
-    let mut unseen = below(proxies.clone(), &|_| true);
+    let mut unseen = below(proxies.iter().copied().collect(), &|_| true);
     unseen.retain(|id| !seen.contains(id));
     unseen
 }

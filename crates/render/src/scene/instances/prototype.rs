@@ -116,8 +116,8 @@ impl Prototype {
         (is_first && matrices.iter().all(only_moves)).then_some((matrices, *prototype, grid))
     }
 
-    /// Drops the instances that a later one covers: one of the same prototype at the same place, as
-    /// `is_opaque` says of its number.
+    /// Drops an instance if a later one of the same prototype has the same matrices and grid, and
+    /// the prototype is opaque. `is_opaque` answers for the number of a prototype.
     pub(in crate::scene) fn drop_covered(&mut self, is_opaque: impl Fn(u32) -> bool) {
         let mut last: HashMap<u64, usize> = HashMap::new();
         let mut is_covered = vec![false; self.elements.len()];

@@ -88,7 +88,8 @@ impl Background {
         }
     }
 
-    /// Returns the background as light, where its colors have a meaning.
+    /// Returns the background with its colors decoded to light, if `colors` says that they are
+    /// levels of a display.
     pub(in crate::scene) fn into_light(mut self, colors: ColorCoding) -> Self {
         let bands = self.sky.iter_mut().chain(&mut self.ground);
         bands.for_each(|(_, color)| *color = colors.light(*color));

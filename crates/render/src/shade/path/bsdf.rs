@@ -19,8 +19,10 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::environment::mean;
 use super::frame::cosine_direction;
 use super::microfacets::{AlbedoRow, Microfacets, schlick};
+use crate::scene::sound_color;
 
 /// The reflectances of a surface at a point, none above 1 in sum.
 #[derive(Clone, Copy, Debug)]
@@ -36,8 +38,7 @@ pub(super) struct Reflectance {
 /// Scales two reflectances so that no channel of their sum exceeds 1. NaN and what is negative
 /// become 0.
 pub(super) fn conserving(diffuse: Vec3, specular: Vec3) -> (Vec3, Vec3) {
-    let sound = |v: Vec3| v.map(|x| if x > 0.0 { x.min(1e9) } else { 0.0 });
-    let (diffuse, specular) = (sound(diffuse), sound(specular));
+    let (diffuse, specular) = (sound_color(diffuse), sound_color(specular));
     let most = (diffuse + specular).max_element();
     match most > 1.0 {
         true => (diffuse / most, specular / most),
@@ -76,10 +77,6 @@ pub(super) struct BsdfSample {
     pub(super) weight: Vec3,
     /// The density over solid angle; infinite for a mirrored direction.
     pub(super) pdf: f32,
-}
-
-fn mean(v: Vec3) -> f32 {
-    v.element_sum() / 3.0
 }
 
 impl Bsdf {
@@ -196,9 +193,9 @@ mod tests {
     use ivcam_optics::sampling::{mix, unit};
 
     /// Random numbers from a seed.
-    struct Random(u64);
+    struct TestNumbers(u64);
 
-    impl Random {
+    impl TestNumbers {
         fn next(&mut self) -> f32 {
             self.0 = self.0.wrapping_add(1);
             (unit(mix(self.0)) as f32).min(1.0f32.next_down())
@@ -237,7 +234,7 @@ mod tests {
 
     #[test]
     fn light_takes_the_same_way_in_both_directions() {
-        let mut random = Random(1);
+        let mut random = TestNumbers(1);
         for _ in 0..10_000 {
             let (own, a, b) = (random.material(), random.direction(), random.direction());
             let there = Bsdf::new(own, a, false).eval(b).0 / b.z;
@@ -254,7 +251,7 @@ mod tests {
     /// exceeds 1, a z-value above 5 has a probability of 3e-7, and one of 30,000 of 0.9%.
     #[test]
     fn no_material_of_ten_thousand_sends_back_more_light_than_it_gets() {
-        let mut random = Random(1 << 40);
+        let mut random = TestNumbers(1 << 40);
         let mut sum = 0.0;
         for number in 0..10_000u32 {
             let own = random.material();
@@ -280,7 +277,7 @@ mod tests {
     /// Under white light from everywhere a metal that absorbs nothing is as bright as the light.
     #[test]
     fn a_white_metal_vanishes_in_a_white_furnace() {
-        let mut random = Random(2);
+        let mut random = TestNumbers(2);
         for n in [0.0, 3.0, 20.0, 128.0] {
             for cosine in [0.1f32, 0.4, 0.95] {
                 let own = Reflectance {
@@ -312,7 +309,7 @@ mod tests {
     /// of the sphere. The p-value of each of 24 materials must exceed 1e-5.
     #[test]
     fn directions_are_drawn_with_the_stated_density() {
-        let mut random = Random(3);
+        let mut random = TestNumbers(3);
         for number in 0..24 {
             let own = random.material();
             let bsdf = Bsdf::new(own, cone_direction(Vec3::Z, 0.2, random.pair()), false);
@@ -374,7 +371,7 @@ mod tests {
     /// The mean of the weights is the integral of the BSDF by a grid over the hemisphere.
     #[test]
     fn samples_have_the_light_of_the_integral() {
-        let mut random = Random(4);
+        let mut random = TestNumbers(4);
         for number in 0..20 {
             let own = random.material();
             let bsdf = Bsdf::new(own, cone_direction(Vec3::Z, 0.2, random.pair()), false);

@@ -4,7 +4,7 @@ use std::f32::consts::{PI, TAU};
 
 use glam::Vec3;
 
-use crate::scene::{AliasTable, sound_emission};
+use crate::scene::{AliasTable, sound_color};
 
 /// An equirectangular picture: its rows go from the zenith to the nadir, and its middle column is
 /// toward −z, its left half toward −x. A pixel has one radiance.
@@ -25,10 +25,12 @@ impl EnvironmentLight {
         if width == 0 || height == 0 || pixels.len() != width.checked_mul(height)? {
             return None;
         }
-        let pixels: Vec<Vec3> = pixels.into_iter().map(sound_emission).collect();
-        let weights: Vec<f32> = (pixels.iter().enumerate())
-            .map(|(i, color)| mean(*color) * solid_angle(width, height, i / width))
-            .collect();
+        let pixels: Vec<Vec3> = pixels.into_iter().map(sound_color).collect();
+        let mut weights = Vec::with_capacity(pixels.len());
+        for (row, pixels) in pixels.chunks_exact(width).enumerate() {
+            let solid_angle = solid_angle(width, height, row) as f32;
+            weights.extend(pixels.iter().map(|color| mean(*color) * solid_angle));
+        }
         Some(Self {
             width,
             height,
@@ -69,15 +71,16 @@ impl EnvironmentLight {
     }
 }
 
-fn mean(color: Vec3) -> f32 {
+/// The mean of the channels.
+pub(super) fn mean(color: Vec3) -> f32 {
     color.element_sum() / 3.0
 }
 
-/// The solid angle of a pixel of a row.
-fn solid_angle(width: usize, height: usize, row: usize) -> f32 {
+/// The solid angle of a pixel of a row, in steradians.
+pub(super) fn solid_angle(width: usize, height: usize, row: usize) -> f64 {
     let cosine = |row: usize| libm::cos(std::f64::consts::PI * row as f64 / height as f64);
     let turn = std::f64::consts::TAU / width as f64;
-    (turn * (cosine(row) - cosine(row + 1))) as f32
+    turn * (cosine(row) - cosine(row + 1))
 }
 
 #[cfg(test)]
@@ -99,12 +102,12 @@ mod tests {
             (sum, square) = (sum + value, square + value * value);
         }
         let exact: f64 = (0..32)
-            .map(|i| f64::from(light.pixels[i].z * solid_angle(8, 4, i / 8)))
+            .map(|i| f64::from(light.pixels[i].z * solid_angle(8, 4, i / 8) as f32))
             .sum();
         let mean = sum / f64::from(n);
         let sigma = ((square / f64::from(n) - mean * mean) / f64::from(n)).sqrt();
         assert!((mean - exact).abs() < 3.0 * sigma, "{mean} {exact} {sigma}");
-        let all: f32 = (0..4).map(|row| 8.0 * solid_angle(8, 4, row)).sum();
+        let all: f32 = (0..4).map(|row| 8.0 * solid_angle(8, 4, row) as f32).sum();
         assert!((all - 4.0 * PI).abs() < 1e-4);
     }
 

@@ -4,13 +4,13 @@ use glam::Vec3;
 
 /// Three axes at right angles.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct ShadingFrame {
     x: Vec3,
     y: Vec3,
     z: Vec3,
 }
 
-impl Frame {
+impl ShadingFrame {
     /// The axes around a normal of length 1 (Duff and others, "Building an orthonormal basis,
     /// revisited", 2017).
     pub(super) fn around(z: Vec3) -> Self {
@@ -47,7 +47,7 @@ pub(super) fn cone_direction(axis: Vec3, least_cosine: f32, u: [f32; 2]) -> Vec3
     let z = 1.0 - u[0] * (1.0 - least_cosine);
     let (r, turn) = ((1.0 - z * z).max(0.0).sqrt(), std::f32::consts::TAU * u[1]);
     let local = Vec3::new(r * libm::cosf(turn), r * libm::sinf(turn), z);
-    Frame::around(axis).world(local)
+    ShadingFrame::around(axis).world(local)
 }
 
 #[cfg(test)]
@@ -59,7 +59,7 @@ mod tests {
         for i in 0..1000 {
             let u = [(i as f32 + 0.5) / 1000.0, (0.618_034 * i as f32).fract()];
             let z = cone_direction(Vec3::Y, -1.0, u);
-            let frame = Frame::around(z);
+            let frame = ShadingFrame::around(z);
             let (x, y) = (frame.world(Vec3::X), frame.world(Vec3::Y));
             assert!((x.cross(y) - z).length() < 1e-5, "{z}");
             assert!((frame.local(frame.world(u[0] * Vec3::ONE)) - u[0]).length() < 1e-5);

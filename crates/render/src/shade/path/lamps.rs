@@ -10,13 +10,13 @@ use std::f32::consts::PI;
 use glam::Vec3;
 use ivcam_inventor::traversal::state::LightKind;
 
-use super::frame::{Frame, cone_direction};
-use super::material::Material;
+use super::frame::{ShadingFrame, cone_direction};
+use super::material::ScatteringMaterial;
 use super::sky::SUN_ANGLE;
 use super::tracer::PathTracer;
 use super::vertex::Vertex;
 use crate::bvh::Ray;
-use crate::scene::{Light, Point, SHADOW_END};
+use crate::scene::{IncidentLight, Light, Point, SHADOW_END};
 
 /// The largest number of lights of which each is considered; of more, as many are drawn.
 const CONSIDERED: usize = 16;
@@ -43,7 +43,7 @@ pub(super) fn power_heuristic(own: f32, other: f32) -> f32 {
 
 impl PathTracer<'_> {
     /// Draws some lights of the file in proportion to their light at a point without shadows, and
-    /// passes their rays. If no more lights than that shine there, each is taken once.
+    /// passes their rays. If at most `most` lights shine on the point, each is taken once.
     pub(super) fn file_lights(
         &self,
         (point, vertex): (&Point<'_>, &Vertex),
@@ -60,7 +60,7 @@ impl PathTracer<'_> {
             + usize::from(own.sun.is_some());
         let lights = set.chain(settings.headlight).chain(&own.sun);
         let is_sized = own.light_radius > 0.0 || own.sun_angle > 0.0 || own.sun.is_some();
-        let mut shining: [Option<(&Light, f32)>; CONSIDERED] = [None; CONSIDERED];
+        let mut shining: [Option<(&Light, IncidentLight, f32)>; CONSIDERED] = [None; CONSIDERED];
         let (mut next, mut used, mut total) = (0, 0, 0.0f32);
         for (number, light) in lights.enumerate() {
             if count > CONSIDERED && number != stratum(next, count, choice[1]) {
@@ -75,14 +75,14 @@ impl PathTracer<'_> {
             };
             let weight = value.element_sum();
             if weight > 0.0 && weight.is_finite() {
-                shining[used] = Some((light, weight));
+                shining[used] = Some((light, incident, weight));
                 (used, total) = (used + 1, total + weight);
             }
         }
         let considered = count.max(1) as f32 / next.max(1) as f32;
         // The lights lie end to end on a line, and the picks at equal distances.
         let (mut end, mut before) = (choice[0], 0u32);
-        for (light, weight) in shining.iter().flatten() {
+        for (light, incident, weight) in shining.iter().flatten() {
             let expected = weight / total * most as f32;
             end += expected;
             let picks = end as u32 - before;
@@ -92,22 +92,22 @@ impl PathTracer<'_> {
                 false => picks as f32 / expected,
             };
             if factor > 0.0 {
-                let lamp = self.light_at(light, point, vertex, u, factor * considered);
+                let lamp =
+                    self.light_at((light, incident), (point, vertex), u, factor * considered);
                 lamp.into_iter().for_each(&mut found);
             }
         }
     }
 
-    /// The light of a light of the file at a point, times a factor.
+    /// The light of a light of the file at a point, times a factor. `incident` is that of its
+    /// center.
     fn light_at(
         &self,
-        light: &Light,
-        point: &Point<'_>,
-        vertex: &Vertex,
+        (light, incident): (&Light, &IncidentLight),
+        (point, vertex): (&Point<'_>, &Vertex),
         u: [f32; 2],
         factor: f32,
     ) -> Option<LampRay> {
-        let incident = light.reach(point.position);
         let own = self.settings.own;
         let is_sun = own.sun.as_ref().is_some_and(|sun| std::ptr::eq(sun, light));
         let sun_angle = own.sun_angle.max(if is_sun { SUN_ANGLE } else { 0.0 });
@@ -123,7 +123,7 @@ impl PathTracer<'_> {
                 let (r, turn) = (radius * u[0].sqrt(), std::f32::consts::TAU * u[1]);
                 let across = Vec3::new(r * libm::cosf(turn), r * libm::sinf(turn), 0.0);
                 let to = incident.distance * incident.toward
-                    + Frame::around(incident.toward).world(across);
+                    + ShadingFrame::around(incident.toward).world(across);
                 (to.normalize_or(incident.toward), to.length())
             }
             _ => (incident.toward, incident.distance),
@@ -167,7 +167,7 @@ impl PathTracer<'_> {
             return None;
         }
         let there = self.scene.point(&ray, &hit);
-        let emission = Material::of(&there, &self.settings).emission;
+        let emission = ScatteringMaterial::emission_of(&there, &self.settings);
         let facing = there.geometric.dot(toward).abs();
         let density = lamp.density * distance * distance / facing;
         let weight = power_heuristic(density, pdf) / density;

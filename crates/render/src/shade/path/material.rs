@@ -5,11 +5,11 @@ use glam::Vec3;
 use super::bsdf::{Reflectance, conserving};
 use super::microfacets::Microfacets;
 use super::options::PathSettings;
-use crate::scene::{Point, sound_emission};
+use crate::scene::{Point, sound_color};
 
 /// The material at a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Material {
+pub(super) struct ScatteringMaterial {
     /// The radiance of the opaque part.
     pub emission: Vec3,
     /// The scattering of the opaque part; `None` if the shape is unlit.
@@ -18,14 +18,25 @@ pub(super) struct Material {
     pub is_mirror: bool,
 }
 
-impl Material {
+impl ScatteringMaterial {
+    /// The radiance of the opaque part of a surface at a point.
+    pub(super) fn emission_of(point: &Point<'_>, settings: &PathSettings<'_>) -> Vec3 {
+        let surface = point.surface;
+        if surface.base_color {
+            return sound_color(point.textured(point.diffuse));
+        }
+        let emissive = point.textured(surface.emissive) - point.textured(Vec3::ZERO);
+        sound_color(emissive * settings.own.emission)
+    }
+
     /// The material of a point. A texture replaces or changes the diffuse color, the specular color
     /// and the emission by OpenGL's rules; what it paints over a surface is lit as the surface is.
     pub(super) fn of(point: &Point<'_>, settings: &PathSettings<'_>) -> Self {
         let surface = point.surface;
+        let emission = Self::emission_of(point, settings);
         if surface.base_color {
             return Self {
-                emission: sound_emission(point.textured(point.diffuse)),
+                emission,
                 reflectance: None,
                 is_mirror: false,
             };
@@ -42,7 +53,7 @@ impl Material {
             linear(specular),
         );
         Self {
-            emission: sound_emission(linear(surface.emissive) * settings.own.emission),
+            emission,
             reflectance: Some(Reflectance {
                 diffuse,
                 specular,

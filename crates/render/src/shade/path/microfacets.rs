@@ -24,7 +24,7 @@ impl Microfacets {
         }
     }
 
-    /// The density of normals, times the cosine of which the integral is 1.
+    /// The density D of microfacet normals: the integral of D·cos over the hemisphere is 1.
     fn density(self, h: Vec3) -> f32 {
         let a = self.alpha * self.alpha;
         let d = h.z * h.z * (a - 1.0) + 1.0;
@@ -102,16 +102,16 @@ const COSINES: usize = 32;
 const SAMPLE_BITS: u32 = 10;
 
 /// The albedos of a roughness by the cosine of the direction, and their means over all directions.
-struct Row {
+struct TableRow {
     at: [LobeAlbedo; COSINES + 1],
     mean: LobeAlbedo,
 }
 
-static TABLE: OnceLock<Vec<Row>> = OnceLock::new();
+static TABLE: OnceLock<Vec<TableRow>> = OnceLock::new();
 
 /// The albedos by roughness, from 0 to 1. They are integrated over 1024 visible normals,
 /// at Hammersley's points: an entry is right to 1e-3.
-fn table() -> &'static [Row] {
+fn table() -> &'static [TableRow] {
     TABLE.get_or_init(|| (0..=ROUGH).map(row).collect())
 }
 
@@ -120,7 +120,7 @@ fn cosine_of(entry: usize) -> f32 {
     (x * x).max(1e-4)
 }
 
-fn row(number: usize) -> Row {
+fn row(number: usize) -> TableRow {
     let facets = Microfacets {
         alpha: (number as f32 / ROUGH as f32).max(1e-3),
     };
@@ -139,7 +139,7 @@ fn row(number: usize) -> Row {
         mean.base += pair[0].base * (all - upper) + pair[1].base * upper;
         mean.edge += pair[0].edge * (all - upper) + pair[1].edge * upper;
     }
-    Row { at, mean }
+    TableRow { at, mean }
 }
 
 fn albedo(facets: Microfacets, cosine: f32) -> LobeAlbedo {
@@ -167,8 +167,8 @@ fn albedo(facets: Microfacets, cosine: f32) -> LobeAlbedo {
 /// The albedos of one roughness: a function of the cosine, and its mean over all directions.
 #[derive(Clone, Copy)]
 pub(super) struct AlbedoRow {
-    low: &'static Row,
-    high: &'static Row,
+    low: &'static TableRow,
+    high: &'static TableRow,
     share: f32,
 }
 
@@ -188,7 +188,7 @@ impl AlbedoRow {
     pub(super) fn at(&self, cosine: f32) -> LobeAlbedo {
         let x = cosine.clamp(0.0, 1.0).sqrt() * COSINES as f32;
         let low = (x as usize).min(COSINES - 1);
-        let of = |row: &Row| row.at[low].lerp(row.at[low + 1], x - low as f32);
+        let of = |row: &TableRow| row.at[low].lerp(row.at[low + 1], x - low as f32);
         of(self.low).lerp(of(self.high), self.share)
     }
 

@@ -7,11 +7,12 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use ivcam_inventor::traversal::state::LightKind;
+use ivcam_optics::spectrum::RGB_FROM_XYZ;
 use libm::{acos, cos, exp, pow, sin, tan};
 
-use super::environment::EnvironmentLight;
+use super::environment::{EnvironmentLight, solid_angle};
 use crate::scene::Light;
 
 /// The pixels of the sky's picture. A pixel is 0.7° across.
@@ -57,14 +58,11 @@ impl ClearSky {
         };
         let mut pixels = Vec::with_capacity(width * height);
         let mut level = DVec3::ZERO;
-        let each = |row: usize| {
-            let edge = |row: usize| cos(PI * row as f64 / height as f64);
-            TAU / width as f64 * (edge(row) - edge(row + 1))
-        };
         for row in 0..height / 2 {
+            let solid_angle = solid_angle(width, height, row);
             for column in 0..width {
                 let (light, cosine) = radiance(row, column);
-                level += light * (cosine * each(row) / PI);
+                level += light * (cosine * solid_angle / PI);
                 pixels.push(light);
             }
         }
@@ -172,13 +170,6 @@ fn distribution([a, b, c, d, e]: &[f64; 5], from_zenith: f64, from_sun: f64) -> 
     let cosine = cos(from_sun);
     (1.0 + a * exp(b / cos(from_zenith))) * (1.0 + c * exp(d * from_sun) + e * cosine * cosine)
 }
-
-/// The matrix from CIE XYZ to linear sRGB (IEC 61966-2-1).
-const RGB_FROM_XYZ: DMat3 = DMat3::from_cols(
-    DVec3::new(3.2406, -0.9689, 0.0557),
-    DVec3::new(-1.5372, 1.8758, -0.2040),
-    DVec3::new(-0.4986, 0.0415, 1.0570),
-);
 
 #[cfg(test)]
 mod tests {

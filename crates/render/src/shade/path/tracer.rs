@@ -5,11 +5,11 @@ use ivcam_base::math::lanes::LANES;
 use ivcam_optics::sampling::PathPoints;
 
 use super::lamps::{LampRay, power_heuristic};
-use super::material::Material;
+use super::material::ScatteringMaterial;
 use super::options::PathSettings;
 use super::vertex::{Vertex, refract};
 use crate::bvh::{Hit, Ray, RayPacket};
-use crate::scene::{Point, RenderScene, sound_emission};
+use crate::scene::{Point, RenderScene, sound_color};
 use crate::shade::counts::RayCounts;
 use crate::shade::lighting::clearness;
 
@@ -48,7 +48,7 @@ impl PathLights {
             Some(_) => Vec3::ZERO,
             None => scene.ambient_radiance(),
         };
-        let emitters = !scene.emitters().is_empty();
+        let emitters = scene.has_emitters();
         let is_lit = emitters
             || sky != Vec3::ZERO
             || scene.has_lights()
@@ -73,7 +73,8 @@ pub(in crate::shade) struct CameraPath {
 }
 
 /// A path that is followed.
-struct Walk {
+#[derive(Debug)]
+struct PathState {
     lane: usize,
     ray: Ray,
     hit: Option<Hit>,
@@ -90,11 +91,9 @@ struct Walk {
     pdf: f32,
     /// Whether only mirrors and glass have turned the path, which then shows what the camera sees.
     is_straight: bool,
-    /// Whether the ray is the camera's own.
-    is_first: bool,
 }
 
-impl Walk {
+impl PathState {
     fn new(path: CameraPath) -> Self {
         Self {
             lane: path.lane,
@@ -107,8 +106,12 @@ impl Walk {
             turns: 0,
             pdf: f32::INFINITY,
             is_straight: true,
-            is_first: true,
         }
+    }
+
+    /// Returns a pair of random numbers for the surface that was met last.
+    fn pair(&self, number: u32) -> [f32; 2] {
+        self.points.pair((self.steps - 1) * PAIRS + number)
     }
 
     /// Adds light that surfaces have scattered a number of times.
@@ -121,18 +124,14 @@ impl Walk {
 }
 
 /// The buffers of a thread.
-#[derive(Default)]
+#[derive(Debug, Default)]
 pub(in crate::shade) struct PathWork {
-    walks: Vec<Walk>,
+    walks: Vec<PathState>,
+    /// The numbers of the paths that go on.
+    live: Vec<usize>,
     /// Rays toward lamps, each with the number of its path and of the surfaces that scatter its
     /// light.
     lamps: Vec<(usize, u32, LampRay)>,
-}
-
-impl std::fmt::Debug for PathWork {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("PathWork").finish_non_exhaustive()
-    }
 }
 
 /// Computes radiances by following paths.
@@ -151,20 +150,21 @@ impl PathTracer<'_> {
         counts: &mut RayCounts,
         mut found: impl FnMut(usize, Vec3),
     ) {
-        let PathWork { walks, lamps } = work;
+        let PathWork { walks, live, lamps } = work;
         walks.clear();
-        walks.extend(paths.map(Walk::new));
-        let mut live: Vec<usize> = (0..walks.len()).collect();
+        walks.extend(paths.map(PathState::new));
+        live.clear();
+        live.extend(0..walks.len());
         while !live.is_empty() {
             lamps.clear();
             live.retain(|&i| self.step(i, &mut walks[i], lamps));
             self.light_up(walks, lamps, counts);
             counts.scene += live.len() as u64;
-            for &i in &live {
+            for &i in live.iter() {
                 let walk = &mut walks[i];
-                walk.hit = match walk.is_first {
-                    true => self.scene.hit(&walk.ray),
-                    false => self.scene.hit_seen(&walk.ray),
+                walk.hit = match walk.turns {
+                    0 => self.scene.hit(&walk.ray),
+                    _ => self.scene.hit_seen(&walk.ray),
                 };
             }
         }
@@ -182,7 +182,7 @@ impl PathTracer<'_> {
     /// Adds the light of lamps to their paths, where nothing is in the way.
     fn light_up(
         &self,
-        walks: &mut [Walk],
+        walks: &mut [PathState],
         lamps: &mut [(usize, u32, LampRay)],
         counts: &mut RayCounts,
     ) {
@@ -221,16 +221,19 @@ impl PathTracer<'_> {
     }
 
     /// Takes a path from the end of its ray to its next ray. Returns whether it goes on.
-    fn step(&self, number: usize, walk: &mut Walk, lamps: &mut Vec<(usize, u32, LampRay)>) -> bool {
+    fn step(
+        &self,
+        number: usize,
+        walk: &mut PathState,
+        lamps: &mut Vec<(usize, u32, LampRay)>,
+    ) -> bool {
         let Some(hit) = walk.hit else {
             self.leave_scene(walk);
             return false;
         };
         let point = self.scene.point(&walk.ray, &hit);
-        let first = walk.steps * PAIRS;
-        let pair = |points: &PathPoints, of: u32| points.pair(first + of);
         walk.steps += 1;
-        let [lobe, passing] = pair(&walk.points, 0);
+        let [lobe, passing] = walk.pair(0);
         if point.transparency > 0.0 && passing < point.transparency {
             return self.pass(walk, &hit, &point, lobe);
         }
@@ -244,20 +247,18 @@ impl PathTracer<'_> {
                 walk.share *= clear;
             }
         }
-        let material = Material::of(&point, &self.settings);
+        let material = ScatteringMaterial::of(&point, &self.settings);
         self.add_emission(walk, &hit, &point, material.emission);
-        let most = self.settings.own.max_depth.unwrap_or(u32::MAX);
-        let Some(reflectance) = material.reflectance.filter(|_| walk.turns < most) else {
+        let Some(reflectance) = material.reflectance.filter(|_| self.may_turn(walk)) else {
             return false;
         };
         let direction = walk.ray.direction.normalize_or(Vec3::NEG_Z);
         let vertex = Vertex::new(&point, direction, reflectance, material.is_mirror);
         self.gather_light((number, &*walk), &point, &vertex, lamps);
-        let points = &walk.points;
-        let Some((toward, drawn)) = vertex.sample(lobe, pair(points, 1)) else {
+        let Some((toward, drawn)) = vertex.sample(lobe, walk.pair(1)) else {
             return false;
         };
-        let [survival, _] = pair(points, 7);
+        let [survival, _] = walk.pair(7);
         let ray = point.leave_anywhere(toward);
         self.turn(walk, ray, drawn.weight, drawn.pdf, survival)
     }
@@ -265,13 +266,11 @@ impl PathTracer<'_> {
     /// Adds the rays toward the lamps that are sampled where a path turns.
     fn gather_light(
         &self,
-        (number, walk): (usize, &Walk),
+        (number, walk): (usize, &PathState),
         point: &Point<'_>,
         vertex: &Vertex,
         lamps: &mut Vec<(usize, u32, LampRay)>,
     ) {
-        let first = (walk.steps - 1) * PAIRS;
-        let pair = |of: u32| walk.points.pair(first + of);
         let (share, scattered) = (walk.share, walk.turns + 1);
         let mut add = |mut lamp: LampRay| {
             lamp.light *= share;
@@ -279,19 +278,19 @@ impl PathTracer<'_> {
         };
         let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
         let place = (point, vertex);
-        self.file_lights(place, most, pair(2), pair(3), &mut add);
+        self.file_lights(place, most, walk.pair(2), walk.pair(3), &mut add);
         let found = [
             match self.lights.emitters {
                 true => {
-                    let [choice, _] = pair(6);
-                    self.luminous_shape(point, vertex, choice, pair(4))
+                    let [choice, _] = walk.pair(6);
+                    self.luminous_shape(point, vertex, choice, walk.pair(4))
                 }
                 false => None,
             },
             match self.settings.own.environment.is_some() {
                 true => {
-                    let [_, choice] = pair(6);
-                    self.environment_light(point, vertex, choice, pair(5))
+                    let [_, choice] = walk.pair(6);
+                    self.environment_light(point, vertex, choice, walk.pair(5))
                 }
                 false => None,
             },
@@ -300,7 +299,7 @@ impl PathTracer<'_> {
     }
 
     /// Adds the emission of a surface to a path that meets it.
-    fn add_emission(&self, walk: &mut Walk, hit: &Hit, point: &Point<'_>, emission: Vec3) {
+    fn add_emission(&self, walk: &mut PathState, hit: &Hit, point: &Point<'_>, emission: Vec3) {
         if emission == Vec3::ZERO {
             return;
         }
@@ -317,7 +316,7 @@ impl PathTracer<'_> {
     }
 
     /// Adds the light from outside of the scene to a path that leaves it.
-    fn leave_scene(&self, walk: &mut Walk) {
+    fn leave_scene(&self, walk: &mut PathState) {
         let background = self.scene.background();
         let direction = walk.ray.direction;
         let own = self.settings.own;
@@ -330,7 +329,7 @@ impl PathTracer<'_> {
         } else {
             let mut light = self.lights.sky;
             if self.lights.background {
-                light += sound_emission(background.color(direction));
+                light += sound_color(background.color(direction));
             }
             if let Some(environment) = environment {
                 let (radiance, density) = environment.radiance(direction);
@@ -342,7 +341,7 @@ impl PathTracer<'_> {
     }
 
     /// Takes a path through a transparent surface, straight on or bent by its index of refraction.
-    fn pass(&self, walk: &mut Walk, hit: &Hit, point: &Point<'_>, choice: f32) -> bool {
+    fn pass(&self, walk: &mut PathState, hit: &Hit, point: &Point<'_>, choice: f32) -> bool {
         let index = point.surface.refraction;
         if index == 1.0 || !(index > 0.0) {
             walk.ray = self.scene.continue_behind(&walk.ray, hit);
@@ -357,9 +356,8 @@ impl PathTracer<'_> {
             Some((share, ahead)) if choice >= share => ahead,
             _ => mirrored(),
         };
-        let most = self.settings.own.max_depth.unwrap_or(u32::MAX);
-        let [survival, _] = walk.points.pair(walk.steps * PAIRS - 1);
-        walk.turns < most
+        let [survival, _] = walk.pair(7);
+        self.may_turn(walk)
             && self.turn(
                 walk,
                 point.leave_anywhere(direction),
@@ -369,13 +367,18 @@ impl PathTracer<'_> {
             )
     }
 
+    /// Whether another surface may scatter a path.
+    fn may_turn(&self, walk: &PathState) -> bool {
+        let most = self.settings.own.max_depth;
+        most.is_none_or(|most| walk.turns < most)
+    }
+
     /// Sends a path on along a ray. Returns false if it ends here.
-    fn turn(&self, walk: &mut Walk, ray: Ray, weight: Vec3, pdf: f32, survival: f32) -> bool {
+    fn turn(&self, walk: &mut PathState, ray: Ray, weight: Vec3, pdf: f32, survival: f32) -> bool {
         walk.ray = ray;
         walk.share *= weight;
         walk.turns += 1;
         walk.is_straight &= pdf == f32::INFINITY;
-        walk.is_first = false;
         walk.pdf = pdf;
         if walk.turns > CERTAIN_TURNS {
             let goes_on = walk.share.max_element().min(MOST_SURVIVORS);

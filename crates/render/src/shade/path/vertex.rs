@@ -3,12 +3,12 @@
 use glam::Vec3;
 
 use super::bsdf::{Bsdf, BsdfSample, Reflectance};
-use super::frame::Frame;
+use super::frame::ShadingFrame;
 use crate::scene::Point;
 
 /// The scattering at a point that is seen along a ray.
 pub(super) struct Vertex {
-    frame: Frame,
+    frame: ShadingFrame,
     /// The normal of the face, toward the side that is seen.
     geometric: Vec3,
     bsdf: Bsdf,
@@ -36,7 +36,7 @@ impl Vertex {
             true => (own + short * wo).normalize_or(point.geometric),
             false => own,
         };
-        let frame = Frame::around(normal);
+        let frame = ShadingFrame::around(normal);
         Self {
             bsdf: Bsdf::new(reflectance, frame.local(wo), is_mirror),
             frame,
