@@ -1,31 +1,8 @@
 //! What the default picture of a scene shows, as far as it is known from a standard or from what
 //! every viewer of the time drew.
-//!
-//! Every scene has a file name of its own: tests of movies run at the same time, and a movie
-//! notices that a file which the process reads has changed.
 
-use ivcam_optics::film::Resolution;
-
-use super::common::Folder;
-use crate::photo::{Era, Optics, Override, Plan, Session, WholeView};
-
-/// A plan of a scene of a folder without a lens, with pictures of 240×160 pixels.
-fn plan(folder: &Folder, scene: &str) -> Plan {
-    let mut plan = Plan::of_era(Era::Modern, folder.path(scene));
-    plan.optics = Optics::Pinhole;
-    plan.resolution = Resolution::new(240, 160).expect("a size");
-    plan
-}
-
-/// Returns the levels of some pixels of a plan's picture, and its session.
-fn levels(plan: Plan, pixels: &[(usize, usize)]) -> (Vec<[u8; 3]>, Session) {
-    let session = Session::open(plan).expect("the scene can be read");
-    let picture = session.develop(&session.expose(&|_| {}), "");
-    let level = |x: f32| (255.0 * x).round().clamp(0.0, 255.0) as u8;
-    let width = picture.width as usize;
-    let of = |(x, y): &(usize, usize)| picture.pixels[y * width + x].map(level);
-    (pixels.iter().map(of).collect(), session)
-}
+use super::common::{Folder, levels, pinhole_plan};
+use crate::photo::{Override, WholeView};
 
 /// Two posts, of which the far one is beside the near one in the picture.
 const POSTS: &str = "#VRML V2.0 utf8\nViewpoint { position 0 0 6 fieldOfView .8 }
@@ -40,17 +17,17 @@ fn nothing_that_is_seen_is_in_the_shadow_of_the_headlight() {
     let folder = Folder::new("headlight");
     folder.file("posts.wrl", POSTS);
     let at = [(64, 79), (100, 79)];
-    let (lit, session) = levels(plan(&folder, "posts.wrl"), &at);
+    let (lit, session) = levels(pinhole_plan(&folder, "posts.wrl"), &at);
     assert_eq!(lit, [[255; 3]; 2]);
     assert_eq!(session.expose(&|_| {}).counts.shadow_rays, 0);
-    let mut vintage = plan(&folder, "posts.wrl");
+    let mut vintage = pinhole_plan(&folder, "posts.wrl");
     vintage.unseen_shadows = true;
     assert_eq!(levels(vintage, &at).0, [[255; 3], [0; 3]]);
 
     // A stated light at the eye.
     let light = "NavigationInfo { headlight FALSE } PointLight { location 0 0 6 }";
     folder.file("lamp.wrl", &format!("{POSTS}{light}"));
-    let (lit, _) = levels(plan(&folder, "lamp.wrl"), &at);
+    let (lit, _) = levels(pinhole_plan(&folder, "lamp.wrl"), &at);
     assert!(lit.iter().all(|rgb| rgb[0] > 230), "{lit:?}");
 }
 
@@ -70,14 +47,14 @@ fn a_face_that_is_culled_throws_no_shadow() {
     {
         let [inside, outside] = ["inside", "outside"].map(|name| format!("{name}-{i}.wrl"));
         folder.file(&inside, &format!("#VRML V2.0 utf8\n{text}"));
-        let (seen, _) = levels(plan(&folder, &inside), &[(120, 80)]);
+        let (seen, _) = levels(pinhole_plan(&folder, &inside), &[(120, 80)]);
         assert!(seen[0][0] > 245 && seen[0][1] == 0, "{seen:?}");
         // The faces that the light sees do.
         folder.file(
             &outside,
             &format!("#VRML V2.0 utf8\n{text}").replace("FALSE coord", "TRUE coord"),
         );
-        let (seen, _) = levels(plan(&folder, &outside), &[(120, 80)]);
+        let (seen, _) = levels(pinhole_plan(&folder, &outside), &[(120, 80)]);
         assert!(seen[0][0] > 245 && seen[0][1] == 0, "{seen:?}");
     }
 }
@@ -92,7 +69,7 @@ fn a_material_with_highlights_is_no_mirror_unless_the_plan_says_so() {
         DirectionalLight { direction 1 0 -.1 } Cube { }\n";
     folder.file("chrome.iv", text);
     let green = |mirrors| {
-        let mut plan = plan(&folder, "chrome.iv");
+        let mut plan = pinhole_plan(&folder, "chrome.iv");
         plan.mirrors = mirrors;
         levels(plan, &[(120, 80)]).0[0][1]
     };
@@ -109,7 +86,7 @@ fn fog_before_a_mirror_dims_what_it_mirrors() {
         Transform { translation 1.5 0 0 children Shape { geometry Sphere { } appearance Appearance {
         material Material { emissiveColor 1 1 0 specularColor 1 1 1 } } } }\n";
     folder.file("fog.wrl", text);
-    let mut plan = plan(&folder, "fog.wrl");
+    let mut plan = pinhole_plan(&folder, "fog.wrl");
     plan.mirrors = Some(0.0);
     assert_eq!(levels(plan, &[(157, 79)]).0, [[51, 26, 77]]);
 }
@@ -125,14 +102,14 @@ fn the_bindable_nodes_of_an_inlined_file_are_not_bound() {
     let main = "#VRML V2.0 utf8\nInline { url \"part.wrl\" } Viewpoint { position 0 0 10 }
         Background { skyColor 1 0 0 } NavigationInfo { headlight TRUE }\n";
     folder.file("main.wrl", main);
-    let (seen, session) = levels(plan(&folder, "main.wrl"), &[(23, 15), (119, 79)]);
+    let (seen, session) = levels(pinhole_plan(&folder, "main.wrl"), &[(23, 15), (119, 79)]);
     assert_eq!(seen, [[255, 0, 0], [204; 3]]);
     assert!(session.headlight.is_some());
     assert_eq!(session.pose.position.z, 10.0);
 
     // Nor if the main file has none of them.
     folder.file("none.wrl", "#VRML V2.0 utf8\nInline { url \"part.wrl\" }\n");
-    let (seen, session) = levels(plan(&folder, "none.wrl"), &[(2, 2), (119, 79)]);
+    let (seen, session) = levels(pinhole_plan(&folder, "none.wrl"), &[(2, 2), (119, 79)]);
     assert_eq!(seen, [[0; 3], [204; 3]]);
     assert!(session.pose.position.z < 10.0);
 }
@@ -159,7 +136,7 @@ fn a_scene_without_a_camera_is_seen_from_the_front_unless_that_shows_nothing() {
         let name = format!("side-{i}.iv");
         let rest = if body.starts_with("Persp") { FLAT } else { "" };
         folder.file(&name, &format!("#Inventor V2.1 ascii\n{body}{rest}"));
-        let (seen, session) = levels(plan(&folder, &name), &[(120, 80)]);
+        let (seen, session) = levels(pinhole_plan(&folder, &name), &[(120, 80)]);
         let notice = session.view_notice();
         assert_eq!(notice.is_some(), side.is_some(), "{body}: {notice:?}");
         if let Some(side) = side {
@@ -188,7 +165,7 @@ fn a_view_and_a_background_of_the_plan_go_before_or_after_those_of_the_scene() {
         ("silent.wrl", true, true, [0, 255, 0]),
         ("silent.wrl", false, true, [0, 255, 0]),
     ] {
-        let mut plan = plan(&folder, scene);
+        let mut plan = pinhole_plan(&folder, scene);
         let top = WholeView::Side(ViewDirection::new(0.0, 90.0));
         (plan.view, plan.background) = match always {
             true => (Some(Override::Always(top)), Some(Override::Always(green))),
@@ -213,7 +190,7 @@ fn a_point_that_is_not_a_number_costs_only_that_point() {
         coord Coordinate { point [\n-1.#IND -1.#IND00 1.#QNAN,\n 0 0 0, 1 0 0, 1 1 0, 0 1 0 ] }
         coordIndex [ 1 2 3 4 -1 ] } }\n";
     folder.file("msvc.wrl", text);
-    let (seen, session) = levels(plan(&folder, "msvc.wrl"), &[(120, 80)]);
+    let (seen, session) = levels(pinhole_plan(&folder, "msvc.wrl"), &[(120, 80)]);
     assert!(seen[0][0] > 245, "{seen:?}");
     assert_eq!(session.scene.primitives().0, 2);
     let place = session.sink.items().iter().find_map(|d| d.location().1);

@@ -2,29 +2,15 @@
 //! light.
 
 use ivcam_inventor::events::{Action, ActionKind};
-use ivcam_optics::film::Resolution;
 use ivcam_render::scene::TextureFilter;
 
-use super::common::Folder;
-use crate::photo::{Era, Optics, Override, Plan, Session, WholeView};
+use super::common::{Folder, levels, pinhole_plan};
+use crate::photo::{Override, Plan, WholeView};
 
-/// A plan of a scene of a folder without a lens, with pictures of 240×160 pixels.
+/// Writes a scene to a folder, and returns its plan without a lens.
 fn plan(folder: &Folder, scene: &str, text: &str) -> Plan {
     folder.file(scene, &format!("#VRML V2.0 utf8\n{text}"));
-    let mut plan = Plan::of_era(Era::Modern, folder.path(scene));
-    plan.optics = Optics::Pinhole;
-    plan.resolution = Resolution::new(240, 160).expect("a size");
-    plan
-}
-
-/// Returns the levels of some pixels of a plan's picture, and its session.
-fn levels(plan: Plan, pixels: &[(usize, usize)]) -> (Vec<[u8; 3]>, Session) {
-    let session = Session::open(plan).expect("the scene can be read");
-    let picture = session.develop(&session.expose(&|_| {}), "");
-    let level = |x: f32| (255.0 * x).round().clamp(0.0, 255.0) as u8;
-    let width = picture.width as usize;
-    let of = |(x, y): &(usize, usize)| picture.pixels[y * width + x].map(level);
-    (pixels.iter().map(of).collect(), session)
+    pinhole_plan(folder, scene)
 }
 
 fn event(time: f64, node: &str, event: &str, value: &str) -> Action {
@@ -154,10 +140,8 @@ fn highlights_of_vrml97_depend_on_the_viewers_position() {
         Material { diffuseColor 0 0 0 specularColor 1 1 1 shininess .25 }
         Cube { width 8 height 6 depth .0001 }\n",
     );
-    let mut plan = Plan::of_era(Era::Modern, folder.path("infinite.iv"));
-    plan.optics = Optics::Pinhole;
-    plan.resolution = Resolution::new(240, 160).expect("a size");
-    assert_eq!(levels(plan, &[(180, 79)]).0, [[255; 3]]);
+    let infinite = pinhole_plan(&folder, "infinite.iv");
+    assert_eq!(levels(infinite, &[(180, 79)]).0, [[255; 3]]);
 }
 
 /// A textured card: two texels, of which the corners of the card have the middles.
