@@ -31,15 +31,15 @@ fn allowance() -> Allowance {
 }
 
 /// A scene that was read, which several nodes share.
-#[pyclass(frozen, module = "ivcam._ivcam")]
-pub(crate) struct Document {
+#[pyclass(frozen, module = "ivcam._ivcam", name = "Document")]
+pub(crate) struct PyDocument {
     inner: Arc<RwLock<ivcam::Document>>,
     /// The file that it was read from.
     path: Option<PathBuf>,
     search: Vec<PathBuf>,
 }
 
-impl Document {
+impl PyDocument {
     pub(crate) fn read(&self) -> RwLockReadGuard<'_, ivcam::Document> {
         self.inner.read().unwrap_or_else(PoisonError::into_inner)
     }
@@ -67,7 +67,7 @@ impl Document {
     /// Returns an object of Python for a node.
     fn node<'py>(&self, py: Python<'py>, id: u32) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.inner.clone();
-        Ok(Bound::new(py, Node { inner, id })?.into_any())
+        Ok(Bound::new(py, PyNode { inner, id })?.into_any())
     }
 }
 
@@ -85,7 +85,7 @@ fn model_options(search: &[PathBuf], tolerance: Option<f64>, recenter: bool) -> 
 }
 
 #[pymethods]
-impl Document {
+impl PyDocument {
     #[staticmethod]
     fn open(
         py: Python<'_>,
@@ -256,7 +256,7 @@ impl Document {
     }
 }
 
-impl Document {
+impl PyDocument {
     /// Refuses to write over the scene or a file that the scene uses.
     fn keep_inputs(
         &self,
@@ -371,13 +371,13 @@ fn light_record<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDi
 }
 
 /// A node of a document.
-#[pyclass(frozen, module = "ivcam._ivcam")]
-pub(crate) struct Node {
+#[pyclass(frozen, module = "ivcam._ivcam", name = "Node")]
+pub(crate) struct PyNode {
     inner: Arc<RwLock<ivcam::Document>>,
     id: u32,
 }
 
-impl Node {
+impl PyNode {
     fn read(&self) -> RwLockReadGuard<'_, ivcam::Document> {
         self.inner.read().unwrap_or_else(PoisonError::into_inner)
     }
@@ -389,7 +389,7 @@ impl Node {
 }
 
 #[pymethods]
-impl Node {
+impl PyNode {
     /// The number of the node in its document.
     #[getter]
     fn id(&self) -> u32 {
@@ -512,7 +512,7 @@ impl Node {
     }
 }
 
-impl Node {
+impl PyNode {
     /// Returns the exception that a node has no such field, with the nearest name.
     fn no_field(&self, name: &str) -> PyErr {
         let names = self.field_names();

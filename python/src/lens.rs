@@ -21,14 +21,14 @@ const BLOCK: usize = 4096;
 
 /// A ray, and how it left the lens.
 #[derive(Clone, Copy)]
-struct Outcome {
+struct RayOutcome {
     origin: [f64; 3],
     direction: [f64; 3],
     code: u8,
     surface: i32,
 }
 
-impl Outcome {
+impl RayOutcome {
     const LOST: [f64; 3] = [f64::NAN; 3];
 
     fn of(result: std::result::Result<LensRay, Loss>) -> Self {
@@ -54,8 +54,8 @@ impl Outcome {
 }
 
 /// A lens, focused if it has a distance.
-#[pyclass(frozen, module = "ivcam._ivcam")]
-pub(crate) struct Lens {
+#[pyclass(frozen, module = "ivcam._ivcam", name = "Lens")]
+pub(crate) struct PyLens {
     lens: ivcam::Lens,
     /// The lens before it was focused.
     unfocused: ivcam::Lens,
@@ -66,7 +66,7 @@ pub(crate) struct Lens {
     sink: Sink,
 }
 
-impl Lens {
+impl PyLens {
     fn setting(&self) -> SheetSetting<'_> {
         SheetSetting {
             unfocused: Some(&self.unfocused),
@@ -84,7 +84,7 @@ type Traced<'py> = (
 );
 
 #[pymethods]
-impl Lens {
+impl PyLens {
     #[new]
     fn new(
         py: Python<'_>,
@@ -181,8 +181,8 @@ impl Lens {
         let lens = lens.as_ref().unwrap_or(&self.lens);
         let (all, _) = from.as_chunks::<3>();
         let (ways, _) = along.as_chunks::<3>();
-        let mut origin = vec![Outcome::LOST; all.len()];
-        let mut direction = vec![Outcome::LOST; all.len()];
+        let mut origin = vec![RayOutcome::LOST; all.len()];
+        let mut direction = vec![RayOutcome::LOST; all.len()];
         let (mut code, mut surface) = (vec![0_u8; all.len()], vec![0_i32; all.len()]);
         py.detach(|| {
             let share = all.len().div_ceil(threads.max(1)).max(1);
@@ -260,7 +260,7 @@ impl Lens {
         let heights = heights.as_slice()?;
         let at = |height: &f64| match self.lens.distortion(plane, *height, film_z) {
             Some(found) => [found.angle, found.f_tan, found.f_theta],
-            None => Outcome::LOST,
+            None => RayOutcome::LOST,
         };
         let all = py.detach(|| heights.iter().map(at).collect());
         rows(py, all)
@@ -304,7 +304,7 @@ fn trace_part(
             direction: DVec3::from_array(*d),
         }));
         for (i, result) in (block * BLOCK..).zip(lens.trace_all(&rays, toward)) {
-            let out = Outcome::of(result);
+            let out = RayOutcome::of(result);
             (o[i], d[i], c[i], s[i]) = (out.origin, out.direction, out.code, out.surface);
         }
     }

@@ -18,10 +18,10 @@ use pyo3::prelude::*;
 #[pymodule(gil_used = false)]
 fn _ivcam(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_class::<document::Document>()?;
-    module.add_class::<document::Node>()?;
-    module.add_class::<lens::Lens>()?;
-    module.add_class::<picture::Picture>()?;
+    module.add_class::<document::PyDocument>()?;
+    module.add_class::<document::PyNode>()?;
+    module.add_class::<lens::PyLens>()?;
+    module.add_class::<picture::PyPicture>()?;
     module.add_function(wrap_pyfunction!(document::check, module)?)?;
     module.add_function(wrap_pyfunction!(document::formats, module)?)?;
     module.add_function(wrap_pyfunction!(lens::shipped_lenses, module)?)?;

@@ -23,7 +23,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
-use crate::document::Document;
+use crate::document::PyDocument;
 use crate::errors::{OrRaise, records};
 use crate::options::{Keywords, OF_PROCESSES};
 use crate::values;
@@ -76,7 +76,7 @@ impl Outputs {
 }
 
 /// What a render made.
-struct Made {
+struct RenderOutput {
     picture: ivcam::Picture,
     layers: Option<ChannelImage>,
     depth: Depth,
@@ -88,8 +88,8 @@ struct Made {
 }
 
 /// A picture in linear exposure values, with its error and its provenance.
-#[pyclass(frozen, module = "ivcam._ivcam")]
-pub(crate) struct Picture {
+#[pyclass(frozen, module = "ivcam._ivcam", name = "Picture")]
+pub(crate) struct PyPicture {
     pixels: Py<PyArray3<f32>>,
     size: [u32; 2],
     response: Response,
@@ -106,8 +106,8 @@ pub(crate) struct Picture {
     samples: u32,
 }
 
-impl Picture {
-    fn new(py: Python<'_>, made: Made) -> PyResult<Self> {
+impl PyPicture {
+    fn new(py: Python<'_>, made: RenderOutput) -> PyResult<Self> {
         let picture = made.picture;
         let (width, height) = (picture.width as usize, picture.height as usize);
         let flat = PyArray1::from_vec(py, picture.pixels.into_flattened());
@@ -144,7 +144,7 @@ impl Picture {
 }
 
 #[pymethods]
-impl Picture {
+impl PyPicture {
     #[getter]
     fn pixels(&self, py: Python<'_>) -> Py<PyArray3<f32>> {
         self.pixels.clone_ref(py)
@@ -235,10 +235,10 @@ pub(crate) fn render(
     options: &Bound<'_, PyDict>,
     progress: Option<&Bound<'_, PyAny>>,
     layers: bool,
-) -> PyResult<Picture> {
+) -> PyResult<PyPicture> {
     let known: Vec<_> = all().filter(|o| !OF_PROCESSES.contains(&o.name)).collect();
     let Keywords { given, .. } = Keywords::read("render", options, &known)?;
-    let document = scene.cast::<Document>().ok().map(|d| d.get());
+    let document = scene.cast::<PyDocument>().ok().map(|d| d.get());
     let path = match document {
         Some(document) => document.source_path(),
         None => scene.extract()?,
@@ -273,7 +273,7 @@ pub(crate) fn render(
                 .map(|_| ()),
         },
     })?;
-    Picture::new(py, made.or_raise(py)?)
+    PyPicture::new(py, made.or_raise(py)?)
 }
 
 /// Does some work on another thread, while this one listens for signals and calls `look`. An
@@ -287,7 +287,7 @@ fn listening<T: Send>(
     std::thread::scope(|scope| {
         let (sender, receiver) = channel();
         scope.spawn(move || sender.send(work()));
-        // A receiver is of one thread, and the closure is told to run on any.
+        // `detach` asks for a closure that any thread may run, and a receiver is not.
         let receiver = Mutex::new(receiver);
         let wait = |time| {
             let receiver = receiver.lock().unwrap_or_else(PoisonError::into_inner);
@@ -327,7 +327,7 @@ fn make(
     outputs: &Outputs,
     sink: Sink,
     seen: &Mutex<Option<Progress>>,
-) -> Result<Made> {
+) -> Result<RenderOutput> {
     let mut session = match document {
         Some(document) => Session::with_document(plan, document)?,
         None => Session::open_once(plan)?,
@@ -360,7 +360,7 @@ fn make(
     });
     let report = write_all(&session, outputs, &exposure, (&picture, layers.as_ref()))?;
     let headlight = session.headlight_notice().map(str::to_owned);
-    Ok(Made {
+    Ok(RenderOutput {
         depth: session.plan.depth,
         error: exposure.film.error().ok(),
         samples: exposure.samples,

@@ -18,7 +18,7 @@ use crate::photo::options::all;
 const THUMBNAIL: (u32, u32) = (256, 192);
 const LARGEST: u32 = 1024;
 const SAMPLES: u32 = 4;
-/// The time that each scene may take, unless `--time` says another. No search is recorded: usual
+/// The time that each scene may take, unless `--time` gives another. No search is recorded: usual
 /// scenes take less than a second.
 const USUAL_TIME: Duration = Duration::from_secs(60);
 

@@ -65,7 +65,7 @@ pub(crate) enum ShootEvent<'a> {
 const FRAMED_FRAMES: u32 = 16;
 
 /// What the first frame of a process opens and the others use again.
-struct Studio {
+struct MovieSession {
     session: Session,
     /// The camera's pose in the scene.
     start: CameraPose,
@@ -73,7 +73,7 @@ struct Studio {
     journal: Journal,
 }
 
-impl Studio {
+impl MovieSession {
     fn open(shoot: &Shoot, report: &mut dyn FnMut(ShootEvent<'_>)) -> Result<Self> {
         let record = InputRecord::begin();
         let session = Session::open(shoot.plan.clone())?;
@@ -179,7 +179,7 @@ impl Shoot {
                 if !self.is_done(number) {
                     let studio = match &mut studio {
                         Some(studio) => studio,
-                        none => none.insert(Studio::open(self, report)?),
+                        none => none.insert(MovieSession::open(self, report)?),
                     };
                     self.make(number, claim.is_taken_over(), studio, report)?;
                 }
@@ -203,7 +203,7 @@ impl Shoot {
         &self,
         number: u32,
         is_taken_over: bool,
-        studio: &mut Studio,
+        studio: &mut MovieSession,
         report: &mut dyn FnMut(ShootEvent<'_>),
     ) -> Result<()> {
         let path = frame_path(&self.folder, number);

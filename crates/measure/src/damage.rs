@@ -22,6 +22,7 @@ use ivcam_optics::sampling::mix;
 use ivcam_render::bvh::Ray;
 use ivcam_render::scene::{CompileOptions, RenderScene};
 
+use super::shared::pictures::peak_kilobytes;
 use super::shared::scenes;
 
 /// A random number generator with a seed.
@@ -234,8 +235,5 @@ fn huge(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
 
 /// Returns the peak memory of the process, if the system provides it.
 fn peak_megabytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|l| l.split_whitespace().next()?.parse::<f64>().ok());
-    kilobytes.unwrap_or(0.0) / 1e3
+    peak_kilobytes().unwrap_or(0) as f64 / 1e3
 }

@@ -11,6 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
+use super::shared::pictures::peak_kilobytes_of;
+
 /// The memory that a command may use, in kilobytes, and its time.
 const KILOBYTES: u64 = 2 << 20;
 const TIME: Duration = Duration::from_secs(5);
@@ -402,7 +404,7 @@ const KINDS: [Kind; 52] = [
 ];
 
 /// What a command took.
-struct Cost {
+struct CaseCost {
     seconds: f64,
     megabytes: f64,
     message: String,
@@ -456,7 +458,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
 }
 
 /// Renders and checks a scene.
-fn measured(program: &Path, folder: &Path, text: &str) -> std::io::Result<Cost> {
+fn measured(program: &Path, folder: &Path, text: &str) -> std::io::Result<CaseCost> {
     let scene = folder.join("scene.iv");
     std::fs::write(&scene, text)?;
     let picture = folder.join("picture.png");
@@ -467,7 +469,7 @@ fn measured(program: &Path, folder: &Path, text: &str) -> std::io::Result<Cost> 
     render.push(&picture);
     let render = one(program, folder, &render)?;
     let check = one(program, folder, &["check", "scene.iv"])?;
-    Ok(Cost {
+    Ok(CaseCost {
         seconds: render.seconds.max(check.seconds),
         megabytes: render.megabytes.max(check.megabytes),
         message: if render.is_good {
@@ -480,7 +482,7 @@ fn measured(program: &Path, folder: &Path, text: &str) -> std::io::Result<Cost> 
 }
 
 /// Runs a command with its limits.
-fn one(program: &Path, folder: &Path, words: &[&str]) -> std::io::Result<Cost> {
+fn one(program: &Path, folder: &Path, words: &[&str]) -> std::io::Result<CaseCost> {
     let log = folder.join("messages");
     let limited = format!("ulimit -v {KILOBYTES}; exec \"$0\" \"$@\"");
     let start = Instant::now();
@@ -512,7 +514,7 @@ fn one(program: &Path, folder: &Path, words: &[&str]) -> std::io::Result<Cost> {
             .iter()
             .any(|w| line.starts_with(w))
     };
-    Ok(Cost {
+    Ok(CaseCost {
         seconds: start.elapsed().as_secs_f64(),
         megabytes: peak,
         message: said
@@ -526,8 +528,5 @@ fn one(program: &Path, folder: &Path, words: &[&str]) -> std::io::Result<Cost> {
 
 /// Returns the most memory that a process has had so far.
 fn peak_megabytes(status: &str) -> Option<f64> {
-    let text = std::fs::read_to_string(status).ok()?;
-    let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
-    let kilobytes: f64 = line.trim().strip_suffix("kB")?.trim().parse().ok()?;
-    Some(kilobytes / 1024.0)
+    Some(peak_kilobytes_of(status)? as f64 / 1024.0)
 }

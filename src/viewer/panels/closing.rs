@@ -39,10 +39,9 @@ fn ask(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
             }
         });
     });
-    if modal.should_close() && model.closing == Closing::Asked {
+    // The picture may have been saved while the question was open.
+    let is_over = modal.should_close() || model.saving.is_empty();
+    if model.closing == Closing::Asked && is_over {
         model.closing = Closing::Not;
-    }
-    if model.saving.is_empty() && model.closing == Closing::Asked {
-        model.closing = Closing::Not; // It was saved while the question was open.
     }
 }

@@ -85,7 +85,12 @@ pub(crate) fn remove_saved() {
 
 /// Returns the largest memory of this process so far in kB, if the system reports it.
 pub(crate) fn peak_kilobytes() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    peak_kilobytes_of("/proc/self/status")
+}
+
+/// Returns the largest memory so far in kB of the process with a status file.
+pub(crate) fn peak_kilobytes_of(status: &str) -> Option<u64> {
+    let status = std::fs::read_to_string(status).ok()?;
     let peak = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;
     peak.split_whitespace().next()?.parse().ok()
 }
