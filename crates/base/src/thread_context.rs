@@ -1,4 +1,4 @@
-//! What a thread works for, and hands on to a thread that works for it.
+//! What a thread works for, and passes to a thread that works for it.
 
 use crate::files::InputRecord;
 use crate::work::Budget;
