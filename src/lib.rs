@@ -121,7 +121,7 @@ pub mod viewer;
 
 pub use glam;
 pub use ivcam_base::{diag, math, memory};
-pub use ivcam_inventor::{grammar, iv, pose, snapshot};
+pub use ivcam_inventor::{events, grammar, iv, pose, snapshot};
 pub use ivcam_optics::{film, lens, picture, prescription};
 pub use ivcam_render::{camera, render, scene};
 
