@@ -13,6 +13,7 @@ use ivcam_inventor::traversal::state::FogKind;
 use ivcam_render::bvh::{Hit, Ray};
 use ivcam_render::scene::model::{Model, ModelOptions};
 use ivcam_render::scene::{CompileOptions, RenderScene};
+use ivcam_render::shade::{ShadeOptions, Shader, Shading, Work};
 
 fn document(text: &str) -> Document {
     Document::read("test", text.into(), Arc::new(NoFiles), &Limits::default()).expect("reads")
@@ -54,6 +55,16 @@ fn color_at(scene: &RenderScene, x: f32, y: f32) -> Vec3 {
     let ray = ray(x, y);
     let hit = scene.hit(&ray).expect("something is there");
     scene.point(&ray, &hit).texel.expect("a texture").truncate()
+}
+
+/// The color that is seen, without lights.
+fn radiance_at(scene: &RenderScene, x: f32, y: f32) -> Vec3 {
+    shown(scene, Shading::Flat, x, y)
+}
+
+fn shown(scene: &RenderScene, shading: Shading, x: f32, y: f32) -> Vec3 {
+    let shader = Shader::new(scene, shading, ShadeOptions::default());
+    shader.radiance(&ray(x, y), &mut Work::default())
 }
 
 #[test]
@@ -171,12 +182,86 @@ fn a_shape_that_casts_no_shadow_lets_light_through() {
     );
 }
 
+/// OpenGL cuts the lit color, as viewers of VRML97 show it; Inventor's libraries keep the color of
+/// the material in bytes, so model `g` cuts it before.
 #[test]
-fn only_the_first_texture_unit_is_drawn() {
-    let scene = compile(
-        "Texture2 { image 1 1 3 0xff0000 } TextureUnit { unit 1 } Texture2 { image 1 1 3 0x0000ff } Cube { width 20 }",
+fn a_diffuse_color_above_one_is_cut_after_lighting() {
+    let face = "Coordinate3 { point [ -9 -9 0, 9 -9 0, 0 9 0 ] }
+        IndexedFaceSet { coordIndex [ 0, 1, 2, -1 ] }";
+    let head =
+        "Environment { ambientIntensity 0 } DirectionalLight { direction 0 0 -1 intensity .5 }
+        Material { diffuseColor 1.7 .5 255 }";
+    let lit = compile(&format!("{head} {face}"));
+    assert_eq!(
+        shown(&lit, Shading::Phong, 0.0, 0.0),
+        Vec3::new(0.85, 0.25, 1.0)
     );
-    assert_eq!(color_at(&scene, 5.0, 0.0), Vec3::X);
+    assert_eq!(
+        shown(&lit, Shading::Recursive, 0.0, 0.0),
+        Vec3::new(0.85, 0.25, 127.5)
+    );
+    assert_eq!(
+        shown(&lit, Shading::Gl, 0.0, 0.0),
+        Vec3::new(0.5, 0.25, 0.5)
+    );
+    let unlit = compile(&format!("LightModel {{ model BASE_COLOR }} {head} {face}"));
+    for shading in [
+        Shading::Phong,
+        Shading::Gl,
+        Shading::Recursive,
+        Shading::Path,
+    ] {
+        let color = shown(&unlit, shading, 0.0, 0.0);
+        assert_eq!(color, Vec3::new(1.0, 0.5, 1.0), "{shading:?}");
+    }
+}
+
+#[test]
+fn the_textures_of_all_units_are_applied_in_their_order() {
+    let units = |first: &str, second: &str| {
+        let scene = compile(&format!(
+            "LightModel {{ model BASE_COLOR }} TextureUnit {{ unit 1 }} Texture2 {{ {second} }}
+             TextureUnit {{ unit 0 }} Texture2 {{ {first} }} Cube {{ width 20 }}"
+        ));
+        (radiance_at(&scene, 5.0, 0.0) * 255.0).round()
+    };
+    let orange = "image 1 1 3 0xff8000";
+    let modulated = units(orange, "image 1 1 3 0x8080ff");
+    assert_eq!(modulated, Vec3::new(0.8 * 128.0, 0.8 * 64.0, 0.0).round());
+    let decal = units(orange, "model DECAL image 1 1 4 0x0000ff33");
+    let under = Vec3::new(255.0, 128.0, 0.0) * 0.8;
+    assert_eq!(decal, under.lerp(Vec3::Z * 255.0, 0.2).round());
+    let blend = units(orange, "model BLEND blendColor 0 0 1 image 1 1 1 0x33");
+    assert_eq!(blend, under.lerp(Vec3::Z * 255.0, 0.2).round());
+    assert_eq!(
+        units(orange, "model REPLACE image 1 1 3 0x00ff00"),
+        Vec3::Y * 255.0
+    );
+    assert_eq!(units("", "image 1 1 3 0x0000ff"), Vec3::Z * 204.0);
+}
+
+/// The left half of the first texture is white and the second's right half; the second unit has
+/// coordinates of its own, which exchange left and right, or a matrix that does.
+#[test]
+fn a_texture_unit_has_its_own_coordinates_and_matrix() {
+    let face = "Coordinate3 { point [ -9 -9 0, 9 -9 0, 9 9 0, -9 9 0 ] }";
+    let first = "TextureCoordinate2 { point [ 0 0, 1 0, 1 1, 0 1 ] }
+                 Texture2 { image 2 1 1 0xff 0x80 wrapS CLAMP }";
+    let second = "TextureUnit { unit 3 } Texture2 { image 2 1 3 0xff0000 0x00ff00 wrapS CLAMP }";
+    for own in [
+        "TextureCoordinate2 { point [ 1 0, 0 0, 0 1, 1 1 ] }",
+        "TextureCoordinate2 { point [ 0 0, 1 0, 1 1, 0 1 ] }
+         Texture2Transform { center .5 .5 scaleFactor -1 1 }",
+        "TextureCoordinatePlane { directionS -.055555556 0 0 } Texture2Transform { translation .5 0 }",
+    ] {
+        let scene = compile(&format!(
+            "LightModel {{ model BASE_COLOR }} {face} {first} {second} {own}
+             IndexedFaceSet {{ coordIndex [ 0, 1, 2, 3, -1 ] }}"
+        ));
+        let at = |x: f32| (radiance_at(&scene, x, 1.0) * 255.0).round();
+        assert_eq!(at(-8.0), Vec3::Y * 204.0, "{own}");
+        assert_eq!(at(8.0), Vec3::X * (0.8 * 128.0_f32).round(), "{own}");
+    }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! The VRML97 `Shape`, which draws a geometry with an appearance.
 
+use std::sync::Arc;
+
 use glam::{Mat4, Vec2, Vec3};
 
 use super::frame::WalkFrame;
@@ -62,6 +64,7 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
         repeat_r: true,
         quality: 0.5,
     });
+    state.further_textures = Arc::default();
     state.texture_matrix =
         node(appearance::TEXTURE_TRANSFORM).map_or(Mat4::IDENTITY, texture_transform);
     state.texture_coordinates = TextureCoordinates::Default;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::light_list::LightList;
 use super::state::{
     Coordinates, Diffuse, List, MaterialElement, ProfileCoordinates, ProfileElement, State,
-    TextureCoordinates, TextureElement,
+    TextureCoordinates, TextureElement, UnitTexture,
 };
 
 impl State<'_> {
@@ -25,6 +25,7 @@ impl State<'_> {
             material,
             material_binding,
             texture,
+            further_textures,
             texture_matrix,
             texture_coordinates,
             texture_indexed,
@@ -48,6 +49,7 @@ impl State<'_> {
         let appearance = is_same_material(material, &other.material)
             && *material_binding == other.material_binding
             && is_same_texture(texture.as_ref(), other.texture.as_ref())
+            && are_same_units(further_textures, &other.further_textures)
             && *texture_matrix == other.texture_matrix
             && is_same_mapping(texture_coordinates, &other.texture_coordinates)
             && *texture_indexed == other.texture_indexed
@@ -156,6 +158,16 @@ fn is_same_mapping(a: &TextureCoordinates<'_>, b: &TextureCoordinates<'_>) -> bo
         (TextureCoordinates::Three(a), TextureCoordinates::Three(b)) => is_one(a, b),
         (a, b) => a == b,
     }
+}
+
+fn are_same_units(a: &Arc<Vec<UnitTexture<'_>>>, b: &Arc<Vec<UnitTexture<'_>>>) -> bool {
+    let same = |(a, b): (&UnitTexture<'_>, &UnitTexture<'_>)| {
+        a.unit == b.unit
+            && a.matrix == b.matrix
+            && is_same_mapping(&a.coordinates, &b.coordinates)
+            && is_same_texture(a.texture.as_ref(), b.texture.as_ref())
+    };
+    Arc::ptr_eq(a, b) || a.len() == b.len() && a.iter().zip(b.iter()).all(same)
 }
 
 fn is_same_texture(a: Option<&TextureElement<'_>>, b: Option<&TextureElement<'_>>) -> bool {

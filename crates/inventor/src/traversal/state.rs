@@ -467,6 +467,24 @@ pub struct TextureElement<'a> {
     pub repeat_t: bool,
 }
 
+/// The texture elements of a `TextureUnit` other than the first (Coin).
+#[derive(Clone, Copy)]
+pub struct UnitTexture<'a> {
+    /// The number of the unit, from 1 to [`UnitTexture::LAST`].
+    pub unit: i32,
+    /// The texture, if any.
+    pub texture: Option<TextureElement<'a>>,
+    /// The matrix that is applied to its texture coordinates.
+    pub matrix: glam::Mat4,
+    /// The source of its texture coordinates.
+    pub coordinates: TextureCoordinates<'a>,
+}
+
+impl UnitTexture<'_> {
+    /// The last unit whose texture is drawn: the number of units that OpenGL names, less one.
+    pub const LAST: i32 = 31;
+}
+
 /// The font element.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FontElement<'a> {
@@ -561,6 +579,9 @@ pub struct State<'a> {
     pub material_binding: Binding,
     /// The texture of unit 0, if any.
     pub texture: Option<TextureElement<'a>>,
+    /// The textures of the other units, in the order of their units. Each is applied to the color
+    /// that those before it leave.
+    pub further_textures: Arc<Vec<UnitTexture<'a>>>,
     /// The matrix that is applied to texture coordinates.
     pub texture_matrix: glam::Mat4,
     /// The source of texture coordinates.
@@ -582,7 +603,7 @@ pub struct State<'a> {
     pub bindables: Bindables<'a>,
     /// The highlight of the nearest enclosing `LocateHighlight` that is on.
     pub highlight: Option<Highlight>,
-    /// The current `TextureUnit`. Textures of units other than 0 are not drawn.
+    /// The current `TextureUnit`, which texture nodes set.
     pub texture_unit: i32,
     /// The complexity.
     pub complexity: Complexity,
@@ -632,13 +653,51 @@ impl Bindables<'_> {
 /// The default of Inventor's coordinate element: one point at the origin.
 static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
 
-impl State<'_> {
+impl<'a> State<'a> {
     /// Multiplies the matrix by one of the nodes that follow.
     pub(super) fn multiply(&mut self, matrix: DMat4) {
         self.world_from_object *= matrix;
         if let Some(steps) = &self.steps {
             self.steps = Some(steps.then(matrix));
         }
+    }
+
+    /// Changes the texture elements of the current unit. Those of a unit that does not exist are
+    /// left alone.
+    pub(super) fn in_unit(&mut self, change: impl FnOnce(&mut Self)) {
+        let unit = self.texture_unit;
+        if unit == 0 {
+            return change(self);
+        }
+        if !(1..=UnitTexture::LAST).contains(&unit) {
+            return;
+        }
+        let mut units = std::mem::take(&mut self.further_textures);
+        let list = Arc::make_mut(&mut units);
+        let at = list.partition_point(|other| other.unit < unit);
+        if list.get(at).is_none_or(|other| other.unit != unit) {
+            let (matrix, coordinates) = (glam::Mat4::IDENTITY, TextureCoordinates::Default);
+            list.insert(
+                at,
+                UnitTexture {
+                    unit,
+                    texture: None,
+                    matrix,
+                    coordinates,
+                },
+            );
+        }
+        self.exchange(&mut list[at]);
+        change(self);
+        self.exchange(&mut list[at]);
+        self.further_textures = units;
+    }
+
+    /// Exchanges the texture elements of unit 0 and those of another.
+    fn exchange(&mut self, other: &mut UnitTexture<'a>) {
+        std::mem::swap(&mut self.texture, &mut other.texture);
+        std::mem::swap(&mut self.texture_matrix, &mut other.matrix);
+        std::mem::swap(&mut self.texture_coordinates, &mut other.coordinates);
     }
 
     /// The state at the root of a scene.
@@ -652,6 +711,7 @@ impl State<'_> {
             material: MaterialElement::DEFAULT,
             material_binding: Binding::Overall,
             texture: None,
+            further_textures: Arc::default(),
             texture_matrix: glam::Mat4::IDENTITY,
             texture_coordinates: TextureCoordinates::Default,
             texture_indexed: true,

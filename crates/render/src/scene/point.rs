@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::TextureModel;
 
-use super::looks::{Mapping, Surface, TextureUse, decoded_texel};
+use super::looks::{Mapping, Surface, TextureUse, between, decoded_texel};
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
@@ -26,6 +26,8 @@ pub struct Point<'a> {
     pub transparency: f32,
     /// The texture's color and alpha at the point, unless the diffuse color includes them.
     pub texel: Option<Vec4>,
+    /// What the textures of further units do to a color.
+    pub(crate) overlay: Option<Overlay>,
     /// The surface of the shape.
     pub surface: &'a Surface,
     /// A bound of the position's rounding error, in meters.
@@ -54,6 +56,31 @@ pub(crate) struct TrianglePoint {
     pub doubled_area: f32,
 }
 
+/// What textures do to a color, which is multiplied and added to.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Overlay {
+    scale: Vec3,
+    offset: Vec3,
+}
+
+impl Overlay {
+    /// What changes no color.
+    const NONE: Self = Self {
+        scale: Vec3::ONE,
+        offset: Vec3::ZERO,
+    };
+
+    /// Adds a texture after the others, by OpenGL's texture environment.
+    fn then(self, texture: &TextureUse, texel: Vec4) -> Self {
+        let on = |color: Vec3| texture.on(color, texel);
+        let offset = on(self.offset);
+        Self {
+            scale: on(self.offset + self.scale) - offset,
+            offset,
+        }
+    }
+}
+
 impl Point<'_> {
     /// Whether the texture determines the diffuse color.
     pub(crate) fn has_color_of_texture(&self) -> bool {
@@ -75,19 +102,33 @@ impl Point<'_> {
 
     /// Adds the texture at its stored coordinates, where a pixel covers `texels` texels across.
     fn add_texture(&mut self, texture: &TextureUse, ray: &Ray, stored: Vec3, texels: f32) {
-        let at = texture.at(self, ray, stored);
-        let mut texel = texture
-            .texture
-            .sample_deep(at, texels, texture.filter, texture.repeat);
-        if texture.is_coded {
-            texel = decoded_texel(texel);
-        }
-        self.transparency = match texture.model {
-            TextureModel::Decal => self.transparency,
-            TextureModel::Diffuse if texture.texture.has_alpha() => 1.0 - texel.w,
-            _ => 1.0 - (1.0 - self.transparency) * texel.w,
-        };
+        let texel = texture.texel(self, ray, stored, texels);
+        self.transparency = texture.transparency(self.transparency, texel);
         self.texel = Some(texel);
+    }
+
+    /// Adds the textures of further units. `stored` are the coordinates of the surface.
+    #[inline(never)]
+    fn add_further_textures(&mut self, scene: &RenderScene, ray: &Ray, hit: &Hit, stored: Vec3) {
+        let local = (hit.primitive - self.surface.first) as usize;
+        let mut overlay = Overlay::NONE;
+        for further in &self.surface.further_textures {
+            let texture = &further.texture;
+            let corners = scene.corners(hit.primitive, hit.place);
+            let (coordinates, wide) = match (corners, further.coordinates.get(local)) {
+                (Some([a, b, c]), Some(own)) => {
+                    let doubled_area = (b - a).cross(c - a).length();
+                    let corners = (texture, Some(own));
+                    let wide = scene.texels_on_triangle(self, ray, hit, corners, doubled_area);
+                    (between(own, hit.u, hit.v).extend(0.0), wide)
+                }
+                _ => (stored, scene.texels_across(self, ray, hit, texture)),
+            };
+            let texel = texture.texel(self, ray, coordinates, wide);
+            self.transparency = texture.transparency(self.transparency, texel);
+            overlay = overlay.then(texture, texel);
+        }
+        self.overlay = Some(overlay);
     }
 
     /// Moves a texture that is part of the material to the diffuse color.
@@ -106,11 +147,13 @@ impl Point<'_> {
         }
     }
 
-    /// Makes the diffuse color white if a texture of colors replaces it (VRML 97).
-    pub(crate) fn make_diffuse_white(&mut self) {
-        if self.has_white_diffuse() {
-            self.diffuse = Vec3::ONE;
-        }
+    /// Makes the diffuse color that of an OpenGL program: white if a texture of colors replaces it
+    /// (VRML 97), and at most 1, because Inventor's libraries keep it in bytes.
+    pub(crate) fn prepare_for_opengl(&mut self) {
+        self.diffuse = match self.has_white_diffuse() {
+            true => Vec3::ONE,
+            false => self.diffuse.min(Vec3::ONE),
+        };
     }
 
     /// Whether a texture of colors replaces the diffuse color.
@@ -123,15 +166,13 @@ impl Point<'_> {
 
     /// Applies the texture to a lit color by OpenGL's texture environment.
     pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
-        let (Some(texel), Some(texture)) = (self.texel, &self.surface.texture) else {
-            return color;
+        let color = match (self.texel, &self.surface.texture) {
+            (Some(texel), Some(texture)) => texture.on(color, texel),
+            _ => color,
         };
-        let rgb = texel.truncate();
-        match texture.model {
-            TextureModel::Modulate | TextureModel::Diffuse => color * rgb,
-            TextureModel::Decal => color.lerp(rgb, texel.w),
-            TextureModel::Blend => color * (Vec3::ONE - rgb) + texture.blend_color * rgb,
-            TextureModel::Replace => rgb,
+        match self.overlay {
+            Some(overlay) => color * overlay.scale + overlay.offset,
+            None => color,
         }
     }
 }
@@ -173,14 +214,20 @@ impl RenderScene {
             diffuse: place.diffuse,
             transparency: surface.transparency_between(local, hit.u, hit.v),
             texel: None,
+            overlay: None,
             surface,
             error: place.error,
             extent: 0.0,
         };
         if let Some(texture) = &surface.texture {
             let stored = surface.coordinates_between(local, hit.u, hit.v);
-            let wide = self.texels_on_triangle(&out, ray, hit, texture, place.doubled_area);
+            let corners = (texture, surface.coordinates.get(local));
+            let wide = self.texels_on_triangle(&out, ray, hit, corners, place.doubled_area);
             out.add_texture(texture, ray, stored, wide);
+        }
+        if !surface.further_textures.is_empty() {
+            let stored = surface.coordinates_between(local, hit.u, hit.v);
+            out.add_further_textures(self, ray, hit, stored);
         }
         out
     }
@@ -189,7 +236,7 @@ impl RenderScene {
     /// lighting. The diffuse color under a texture of colors is then white (VRML 97).
     pub(crate) fn point_before_texture(&self, ray: &Ray, hit: &Hit) -> Point<'_> {
         let mut point = point(self, ray, hit);
-        point.make_diffuse_white();
+        point.prepare_for_opengl();
         point
     }
 
@@ -207,7 +254,7 @@ impl RenderScene {
                 2 * usize::from(v == 1.0)
             };
             let (mut point, _) = untextured(self, ray, &Hit { u, v, ..*hit });
-            point.make_diffuse_white();
+            point.prepare_for_opengl();
             (point, weights[i])
         }))
     }
@@ -219,6 +266,9 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     if let Some(texture) = &out.surface.texture {
         let wide = scene.texels_across(&out, ray, hit, texture);
         out.add_texture(texture, ray, coordinates, wide);
+    }
+    if !out.surface.further_textures.is_empty() {
+        out.add_further_textures(scene, ray, hit, coordinates);
     }
     out
 }
@@ -241,6 +291,7 @@ fn untextured<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> (Point<'a>, V
         diffuse: surface.diffuse[0],
         transparency: surface.transparency[0],
         texel: None,
+        overlay: None,
         surface,
         error: 0.0,
         extent: 0.0,
@@ -252,7 +303,8 @@ fn untextured<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> (Point<'a>, V
     if surface.two_sided && !front {
         out.normal = -out.normal;
     }
-    out.diffuse = out.diffuse.clamp(Vec3::ZERO, Vec3::ONE);
+    let limit = Vec3::splat(surface.diffuse_limit());
+    out.diffuse = out.diffuse.clamp(Vec3::ZERO, limit);
     (out, coordinates)
 }
 
@@ -328,6 +380,38 @@ fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hi
 }
 
 impl TextureUse {
+    /// Returns the color and alpha at a point, where a pixel covers `texels` texels across.
+    fn texel(&self, point: &Point<'_>, ray: &Ray, stored: Vec3, texels: f32) -> Vec4 {
+        let at = self.at(point, ray, stored);
+        let texel = self
+            .texture
+            .sample_deep(at, texels, self.filter, self.repeat);
+        match self.is_coded {
+            true => decoded_texel(texel),
+            false => texel,
+        }
+    }
+
+    /// Returns the transparency of a surface with the texture.
+    fn transparency(&self, without: f32, texel: Vec4) -> f32 {
+        match self.model {
+            TextureModel::Decal => without,
+            TextureModel::Diffuse if self.texture.has_alpha() => 1.0 - texel.w,
+            _ => 1.0 - (1.0 - without) * texel.w,
+        }
+    }
+
+    /// Applies a texel to a color by OpenGL's texture environment.
+    fn on(&self, color: Vec3, texel: Vec4) -> Vec3 {
+        let rgb = texel.truncate();
+        match self.model {
+            TextureModel::Modulate | TextureModel::Diffuse => color * rgb,
+            TextureModel::Decal => color.lerp(rgb, texel.w),
+            TextureModel::Blend => color * (Vec3::ONE - rgb) + self.blend_color * rgb,
+            TextureModel::Replace => rgb,
+        }
+    }
+
     /// Returns the texture coordinates of a point. `stored` are those of its primitive.
     fn at(&self, point: &Point<'_>, ray: &Ray, stored: Vec3) -> Vec3 {
         let plain = match self.mapping {

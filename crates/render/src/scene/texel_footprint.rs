@@ -27,7 +27,9 @@ impl RenderScene {
         let wide = match self.primitive(hit) {
             Primitive::Triangle([a, b, c]) => {
                 let doubled_area = (b - a).cross(c - a).length();
-                return self.texels_on_triangle(point, ray, hit, texture, doubled_area);
+                let local = (hit.primitive - point.surface.first) as usize;
+                let corners = point.surface.coordinates.get(local);
+                return self.texels_on_triangle(point, ray, hit, (texture, corners), doubled_area);
             }
             Primitive::Quadric(quadric) => {
                 let at = |p: Vec3| {
@@ -53,18 +55,18 @@ impl RenderScene {
         if wide.is_finite() { wide } else { 1.0 }
     }
 
-    /// Does what [`RenderScene::texels_across`] does at a hit on a triangle.
+    /// Does what [`RenderScene::texels_across`] does at a hit on a triangle whose corners have
+    /// texture coordinates.
     #[inline(always)]
     pub(super) fn texels_on_triangle(
         &self,
         point: &Point<'_>,
         ray: &Ray,
         hit: &Hit,
-        texture: &TextureUse,
+        (texture, corners): (&TextureUse, Option<&[Vec2; 3]>),
         doubled_area: f32,
     ) -> f32 {
-        let local = (hit.primitive - point.surface.first) as usize;
-        let Some([a, b, c]) = point.surface.coordinates.get(local) else {
+        let Some([a, b, c]) = corners else {
             return 1.0;
         };
         let (s, t) = (texture.matrix.x_axis, texture.matrix.y_axis);

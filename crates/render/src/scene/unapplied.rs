@@ -5,6 +5,7 @@ use std::sync::OnceLock;
 
 use ivcam_inventor::grammar::{CLASSES, Class, class, texture_unit};
 use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::traversal::state::UnitTexture;
 
 /// The classes by name, in all dialects, and what the picture lacks.
 const UNAPPLIED: [(&str, &str); 25] = [
@@ -45,8 +46,14 @@ const UNAPPLIED: [(&str, &str); 25] = [
 pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
     let known = node.known_class()?;
     if known.id == class::TEXTURE_UNIT {
-        let is_first = node.get(texture_unit::UNIT) == 0;
-        return (!is_first).then_some("the textures of its unit are not drawn");
+        let is_drawn = (0..=UnitTexture::LAST).contains(&node.get(texture_unit::UNIT));
+        let is_bump = node.find(texture_unit::MAPPING_METHOD)
+            == Some(texture_unit::MAPPING_METHOD_BUMP_MAPPING);
+        return match (is_drawn, is_bump) {
+            (false, _) => Some("the textures of its unit are not drawn"),
+            (true, true) => Some("its textures are drawn as colors, not as bumps"),
+            (true, false) => None,
+        };
     }
     // A walk asks for every node, so the names are searched once for every class.
     static LACKS: OnceLock<Vec<Option<&'static str>>> = OnceLock::new();
@@ -156,8 +163,14 @@ mod tests {
     }
 
     #[test]
-    fn only_a_texture_unit_other_than_the_first_is_reported() {
-        for (unit, problems) in [(0, 0), (1, 1)] {
+    fn only_a_texture_unit_that_is_not_drawn_is_reported() {
+        for (unit, problems) in [
+            ("0", 0),
+            ("31", 0),
+            ("32", 1),
+            ("-1", 1),
+            ("1 mappingMethod BUMP_MAPPING", 1),
+        ] {
             let text = format!("#Inventor V2.1 ascii\nTextureUnit {{ unit {unit} }} Cube {{ }}\n");
             let document = Document::read_headerless("a.iv", text.into_bytes()).unwrap();
             let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());

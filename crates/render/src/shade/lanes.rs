@@ -82,6 +82,8 @@ impl Placed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceValues {
     diffuse: Vec3,
+    /// The largest diffuse color that is not cut.
+    diffuse_limit: f32,
     /// The light without any light source, if it is the same for all points.
     glow: Option<Vec3>,
     /// The specular color; zero if the shading model has no highlights.
@@ -106,13 +108,20 @@ pub(super) struct SurfaceValues {
 
 impl SurfaceValues {
     pub(super) fn new(surface: &Surface, shading: Shading, is_mirror: bool) -> Self {
-        let diffuse = surface.diffuse_at(0).clamp(Vec3::ZERO, Vec3::ONE);
+        let diffuse_limit = match shading {
+            Shading::Gl => 1.0,
+            _ => surface.diffuse_limit(),
+        };
+        let diffuse = surface
+            .diffuse_at(0)
+            .clamp(Vec3::ZERO, Vec3::splat(diffuse_limit));
         // Otherwise the ambient light of a point depends on its own diffuse color.
         let has_one_glow = surface.ambient_intensity.is_none()
             || surface.materials.is_empty()
             || surface.environment.ambient == Vec3::ZERO;
         Self {
             diffuse,
+            diffuse_limit,
             glow: has_one_glow.then(|| surface.glow(diffuse)),
             specular: match shading {
                 Shading::Diffuse => Vec3::ZERO,
@@ -125,7 +134,7 @@ impl SurfaceValues {
             two_sided: surface.two_sided,
             base_color: surface.base_color,
             local_viewer: surface.local_viewer,
-            is_plain: surface.texture.is_none()
+            is_plain: surface.textures().next().is_none()
                 && !surface.base_color
                 && !is_mirror
                 && surface.environment.fog == FogKind::None
@@ -301,7 +310,7 @@ impl PointLanes {
         let diffuse = if values.has_materials {
             let surface = &scene.surfaces()[number];
             let blend = surface.diffuse_between(local, hits.u[lane], hits.v[lane]);
-            blend.clamp(Vec3::ZERO, Vec3::ONE)
+            blend.clamp(Vec3::ZERO, Vec3::splat(values.diffuse_limit))
         } else {
             values.diffuse
         };

@@ -119,7 +119,7 @@ impl Shader<'_> {
             let (ray, hit) = (rays.ray(lane), hits.hit(lane)?);
             let placed = work.points.on_triangle(lane);
             let mut point = self.scene.point_on_triangle(&ray, &hit, &placed);
-            point.make_diffuse_white();
+            point.prepare_for_opengl();
             lanes |= u32::from(point.surface.is_opaque()) << lane;
             Some(point)
         });

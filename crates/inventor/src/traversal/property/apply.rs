@@ -106,8 +106,7 @@ pub(crate) fn apply<'a>(state: &mut State<'a>, node: NodeRef<'a>, time: f64) -> 
     };
     match action {
         Elements(set) => set(state, node),
-        Texture(_) if state.texture_unit != 0 => {}
-        Texture(set) => set(state, node),
+        Texture(set) => state.in_unit(|state| set(state, node)),
         Matrix(matrix) => state.multiply(matrix(node)),
         Motion(matrix) => state.multiply(matrix(node, time)),
     }

@@ -126,6 +126,13 @@ impl Vertices<'_, '_> {
         Some([a?, b?, c?])
     }
 
+    /// The source of the texture coordinates of a unit other than the first.
+    pub(crate) fn further_coordinates(&self, unit: i32) -> TextureCoordinates<'_> {
+        let mut units = self.state.further_textures.iter();
+        let found = units.find(|further| further.unit == unit);
+        found.map_or(TextureCoordinates::Default, |f| f.coordinates)
+    }
+
     fn normal(&self, place: VertexPlace) -> Vec3 {
         let given = match &self.normals {
             Normals::None => return Vec3::Z,

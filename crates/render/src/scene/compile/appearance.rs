@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DVec3, DVec4, Vec3, Vec4};
+use glam::{DVec3, DVec4, Mat4, Vec3, Vec4};
 use ivcam_inventor::grammar::class;
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::state::{
@@ -13,8 +13,8 @@ use ivcam_inventor::traversal::state::{
 
 use super::scene_builder::SceneBuilder;
 use crate::scene::looks::{
-    CornerNormals, Light, LightTree, Mapping, MaterialColors, Repeat, Surface, Texture,
-    TextureFiles, TextureUse,
+    CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, Repeat, Surface,
+    Texture, TextureFiles, TextureUse,
 };
 use crate::scene::options::{ColorCoding, TextureFilter};
 
@@ -44,7 +44,10 @@ impl SceneBuilder {
         let colors = self.options.colors;
         let mut environment = state.environment;
         environment.fog_color = colors.light(environment.fog_color);
-        let texture = self.texture_use(state);
+        let texture = state.texture.and_then(|element| {
+            self.texture_use(element, state.texture_matrix, state.texture_coordinates)
+        });
+        let further_textures = self.further_textures(state);
         let origin = self.scene.origin;
         let compile = |light: &LightElement| {
             let color = colors.light(light.color);
@@ -53,9 +56,7 @@ impl SceneBuilder {
         let before = self.shared.lights.bytes();
         let lights = self.shared.lights.set(&state.lights, compile);
         self.memory.count(self.shared.lights.bytes() - before);
-        self.scene.census.transparent |= transparency.iter().any(|&t| t > 0.0)
-            || texture.as_ref().is_some_and(|t| t.texture.has_alpha());
-        Surface {
+        let surface = Surface {
             class: node.known_class().map_or("", |c| c.name),
             ambient: colors.light(m.ambient),
             ambient_intensity: m.ambient_intensity,
@@ -76,6 +77,7 @@ impl SceneBuilder {
             environment,
             lights,
             texture,
+            further_textures,
             clip: state
                 .clip_planes
                 .iter()
@@ -87,12 +89,34 @@ impl SceneBuilder {
             coordinates: Vec::new(),
             thirds: Vec::new(),
             center: Vec3::ZERO,
-        }
+        };
+        self.scene.census.transparent |= surface.transparency.iter().any(|&t| t > 0.0)
+            || surface.textures().any(|t| t.texture.has_alpha());
+        surface
     }
 
-    /// Returns the texture of a shape, which is decoded at its first use.
-    fn texture_use(&mut self, state: &State<'_>) -> Option<TextureUse> {
-        let element = state.texture?;
+    /// Returns the textures of the units after the first.
+    fn further_textures(&mut self, state: &State<'_>) -> Vec<FurtherTexture> {
+        let units = state.further_textures.iter();
+        units
+            .filter_map(|unit| {
+                let texture = self.texture_use(unit.texture?, unit.matrix, unit.coordinates)?;
+                Some(FurtherTexture {
+                    unit: unit.unit,
+                    texture,
+                    coordinates: Vec::new(),
+                })
+            })
+            .collect()
+    }
+
+    /// Returns a texture of a shape, which is decoded at its first use.
+    fn texture_use(
+        &mut self,
+        element: TextureElement<'_>,
+        matrix: Mat4,
+        coordinates: TextureCoordinates<'_>,
+    ) -> Option<TextureUse> {
         if !self.options.needs.textures {
             self.scene.census.textures_left_out += 1;
             return None;
@@ -122,8 +146,8 @@ impl SceneBuilder {
             },
             filter: self.filter(&element, &texture),
             texture,
-            matrix: state.texture_matrix,
-            mapping: self.mapping(state),
+            matrix,
+            mapping: self.mapping(coordinates),
         })
     }
 
@@ -140,8 +164,8 @@ impl SceneBuilder {
     }
 
     /// Returns the source of texture coordinates.
-    fn mapping(&self, state: &State<'_>) -> Mapping {
-        match state.texture_coordinates {
+    fn mapping(&self, coordinates: TextureCoordinates<'_>) -> Mapping {
+        match coordinates {
             TextureCoordinates::Plane { s, t } => {
                 let row = |v: Vec3| self.plane(v.as_dvec3().extend(0.0));
                 Mapping::Plane {
@@ -182,13 +206,14 @@ impl SceneBuilder {
         let Some(surface) = self.scene.surfaces.last_mut() else {
             return;
         };
+        surface.further_textures.clear();
         surface.texture = Some(TextureUse {
             texture: Arc::new(texture),
             model: TextureModel::Modulate,
             blend_color: Vec3::ZERO,
             repeat: Repeat::NONE,
             filter: TextureFilter::Nearest,
-            matrix: glam::Mat4::IDENTITY,
+            matrix: Mat4::IDENTITY,
             mapping: Mapping::Stored,
             is_coded: false,
         });

@@ -17,7 +17,7 @@ use crate::scene::canvas::{
     draw_facets,
 };
 use crate::scene::census::Census;
-use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles};
+use crate::scene::looks::{Mapping, Surface, Texture, TextureFiles, TextureUse};
 use crate::scene::options::CompileOptions;
 use crate::scene::placement::Placement;
 use crate::scene::precision::in_reach;
@@ -255,8 +255,10 @@ impl SceneBuilder {
     /// cannot be placed later. The model that needs facets sorts transparent shapes by their
     /// centers.
     fn depends_on_place(&self, surface: &Surface) -> bool {
-        let (texture, environment) = (surface.texture.as_ref(), &surface.environment);
-        let is_mapped = texture.is_some_and(|t| matches!(t.mapping, Mapping::Plane { .. }));
+        let environment = &surface.environment;
+        let is_mapped = surface
+            .textures()
+            .any(|t| matches!(t.mapping, Mapping::Plane { .. }));
         let is_in_scene_fog = environment.fog != FogKind::None && environment.visibility <= 0.0;
         is_mapped || is_in_scene_fog || self.options.needs.facets && !surface.is_opaque()
     }
@@ -326,12 +328,15 @@ impl Canvas for SceneBuilder {
         self.scene.special |= surface.culls || surface.on_top || !surface.clip.is_empty();
         self.scene.annotated |= surface.on_top;
         self.spoiled |= self.is_recording && self.depends_on_place(&surface);
-        let texture = surface.texture.as_ref();
+        let is_stored = |t: &TextureUse| t.mapping == Mapping::Stored;
         self.shape.uses = Uses {
             normals: self.options.needs.normals,
             materials: surface.diffuse.len() > 1 || surface.transparency.len() > 1,
-            coordinates: texture.is_some_and(|t| t.mapping == Mapping::Stored),
-            thirds: texture.is_some_and(|t| t.texture.is_deep()),
+            coordinates: surface.textures().any(is_stored),
+            thirds: surface
+                .texture
+                .as_ref()
+                .is_some_and(|t| t.texture.is_deep()),
         };
         self.assign_surface();
         self.add_surface(surface);

@@ -72,6 +72,7 @@ impl Compiler<'_> {
             environment,
             lights: self.builder.shared.lights.largest_set(),
             texture: None,
+            further_textures: Vec::new(),
             clip: Vec::new(),
             first: self.builder.scene.triangles.len() as u32,
             normals: CornerNormals::default(),

@@ -16,7 +16,6 @@ use crate::scene::canvas::{
     IndexedTriangle, MaterialsBy, NormalPer, Normals, Points, Runs, SPARSE_RATIO, TriangleList,
     Vertices, draw_mesh, draw_triangles, wrapped,
 };
-use crate::scene::looks::Surface;
 use crate::scene::placement::Placement;
 use crate::scene::precision::in_reach;
 
@@ -130,7 +129,16 @@ impl SceneBuilder {
         }
         if uses.coordinates {
             let numbers = &lookup.coordinates;
-            keep_coordinates(surface, uses.thirds, triangles, runs, vertices, numbers);
+            let source = vertices.state.texture_coordinates;
+            let coordinates = &mut surface.coordinates;
+            let thirds = uses.thirds.then_some(&mut surface.thirds);
+            let shape = (triangles, runs, vertices);
+            keep_coordinates(coordinates, thirds, source, shape, numbers);
+            for further in &mut surface.further_textures {
+                let source = vertices.further_coordinates(further.unit);
+                let coordinates = &mut further.coordinates;
+                keep_coordinates(coordinates, None, source, shape, numbers);
+            }
         }
     }
 
@@ -258,20 +266,17 @@ impl Default for Lookup<'_> {
 /// Keeps the texture coordinates of triangles. They are given, wrapped around the shape's box, or
 /// the default ones along the box.
 fn keep_coordinates(
-    surface: &mut Surface,
-    deep: bool,
-    triangles: &[IndexedTriangle],
-    runs: &Runs<'_>,
-    vertices: &Vertices<'_, '_>,
+    coordinates: &mut Vec<[Vec2; 3]>,
+    thirds: Option<&mut Vec<[f32; 3]>>,
+    source: TextureCoordinates<'_>,
+    (triangles, runs, vertices): (&[IndexedTriangle], &Runs<'_>, &Vertices<'_, '_>),
     numbers: &Numbers<'_>,
 ) {
-    let coordinates = &mut surface.coordinates;
-    let thirds = deep.then_some(&mut surface.thirds);
     let point = |position: u32| {
         let point = vertices.coordinates.get(runs.coordinate(position as usize));
         point.unwrap_or_default()
     };
-    match (vertices.state.texture_coordinates, &vertices.boxed) {
+    match (source, &vertices.boxed) {
         (TextureCoordinates::Two(list), _) => {
             let at = |number: u32| list.get(number as usize).copied().unwrap_or_default();
             numbers.each(triangles, coordinates, at);

@@ -41,6 +41,30 @@ pub struct TextureUse {
     pub is_coded: bool,
 }
 
+/// The texture of a `TextureUnit` other than the first.
+#[derive(Clone, Debug)]
+pub(crate) struct FurtherTexture {
+    /// The number of the unit.
+    pub(crate) unit: i32,
+    /// The texture.
+    pub(crate) texture: TextureUse,
+    /// Its texture coordinates at each triangle's corners; empty if it has those of the surface.
+    pub(crate) coordinates: Vec<[Vec2; 3]>,
+}
+
+impl TextureUse {
+    /// Whether the surface is transparent where the texture is.
+    pub(crate) fn has_alpha(&self) -> bool {
+        self.model != TextureModel::Decal && self.texture.has_alpha()
+    }
+}
+
+/// Returns texture coordinates between those of a triangle's corners.
+#[inline(always)]
+pub(crate) fn between(corners: &[Vec2; 3], u: f32, v: f32) -> Vec2 {
+    corners[0] * (1.0 - u - v) + corners[1] * u + corners[2] * v
+}
+
 /// The normals of triangles' corners. Corners share normals, so each triangle has three indices, or
 /// one where every triangle is part of a flat face. This takes a third or a ninth of the memory,
 /// and writing memory limits the speed of compiling a large scene.
@@ -161,6 +185,8 @@ pub struct Surface {
     pub lights: u32,
     /// The texture, if there is one.
     pub texture: Option<TextureUse>,
+    /// The textures of further units, in their order.
+    pub(crate) further_textures: Vec<FurtherTexture>,
     /// The clip planes, as normal and distance. Points with p·normal ≥ distance are visible.
     pub clip: Vec<(Vec3, f32)>,
     /// The number of the surface's first triangle.
@@ -185,7 +211,7 @@ impl Surface {
         let numbers = |s: &Self| (s.shininess, s.refraction, s.environment, s.lights, s.layer);
         let sides = |s: &Self| (s.two_sided, s.culls, s.counterclockwise);
         let kinds = |s: &Self| (s.class, s.base_color, s.casts_shadow, s.on_top);
-        let is_plain = |s: &Self| s.texture.is_none() && s.clip.is_empty();
+        let is_plain = |s: &Self| s.textures().next().is_none() && s.clip.is_empty();
         let lists = |s: &Self| (s.diffuse.clone(), s.transparency.clone());
         is_plain(self)
             && is_plain(other)
@@ -194,6 +220,12 @@ impl Surface {
             && sides(self) == sides(other)
             && kinds(self) == kinds(other)
             && lists(self) == lists(other)
+    }
+
+    /// The textures, in the order of their units.
+    pub(crate) fn textures(&self) -> impl Iterator<Item = &TextureUse> {
+        let further = self.further_textures.iter().map(|further| &further.texture);
+        self.texture.iter().chain(further)
     }
 
     /// The diffuse color at an index. An index past the end gives the last one.
@@ -211,6 +243,12 @@ impl Surface {
     pub(crate) fn transparency_at(&self, index: u32) -> f32 {
         let last = self.transparency.len() - 1;
         self.transparency[(index as usize).min(last)]
+    }
+
+    /// The largest diffuse color that is not cut. Lit colors above 1 are cut after lighting, as in
+    /// OpenGL, and unlit ones at once.
+    pub(crate) fn diffuse_limit(&self) -> f32 {
+        if self.base_color { 1.0 } else { f32::MAX }
     }
 
     /// The ambient color where the diffuse color is `diffuse`.
@@ -258,9 +296,10 @@ impl Surface {
     #[inline(always)]
     pub(crate) fn coordinates_between(&self, triangle: usize, u: f32, v: f32) -> Vec3 {
         let weights = [1.0 - u - v, u, v];
-        let plain = self.coordinates.get(triangle).map_or(Vec2::ZERO, |c| {
-            c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
-        });
+        let plain = self
+            .coordinates
+            .get(triangle)
+            .map_or(Vec2::ZERO, |c| between(c, u, v));
         let third = self.thirds.get(triangle).map_or(0.0, |c| {
             c[0] * weights[0] + c[1] * weights[1] + c[2] * weights[2]
         });
@@ -271,11 +310,10 @@ impl Surface {
     /// to place.
     pub(in crate::scene) fn transmittance(&self) -> f32 {
         let first = self.transparency_at(0);
-        let has_alpha = |t: &TextureUse| t.model != TextureModel::Decal && t.texture.has_alpha();
         if !self.casts_shadow {
             1.0
         } else if !self.clip.is_empty()
-            || self.texture.as_ref().is_some_and(has_alpha)
+            || self.textures().any(TextureUse::has_alpha)
             || self.transparency.iter().any(|t| *t != first)
         {
             f32::NAN
@@ -286,8 +324,7 @@ impl Surface {
 
     /// Whether the surface is opaque everywhere.
     pub(crate) fn is_opaque(&self) -> bool {
-        let whole = |t: &TextureUse| t.model == TextureModel::Decal || !t.texture.has_alpha();
-        self.transparency.iter().all(|t| *t == 0.0) && self.texture.as_ref().is_none_or(whole)
+        self.transparency.iter().all(|t| *t == 0.0) && !self.textures().any(TextureUse::has_alpha)
     }
 
     /// The material indices of a triangle's corners.

@@ -114,6 +114,8 @@ features! {
     EnvironmentTexture, "environment-texture", "the reflection texture is left out";
     /// A texture with a depth.
     DeepTexture, "deep-texture", "the 3D texture is left out";
+    /// A texture of a `TextureUnit` other than the first.
+    FurtherTexture, "further-texture", "only the texture of the first unit is written";
     /// A texture that is combined with colors in a way that the format cannot express.
     TextureBlend, "texture-blend", "the texture's model is approximated";
     /// Colors by vertex or by face.

@@ -119,6 +119,12 @@ impl Surface {
             _ => None,
         };
         features.extend(lost);
+        let is_drawn = |texture: &TextureElement<'_>| texture.quality > 0.0;
+        let mut further = state
+            .further_textures
+            .iter()
+            .filter_map(|u| u.texture.as_ref());
+        features.extend(further.any(is_drawn).then_some(Feature::FurtherTexture));
         let found = found.filter(|_| lost.is_none());
         let diffuse = colors.diffuse[0];
         let ambient = m.ambient_intensity.map_or(m.ambient, |a| a * diffuse);

@@ -1,6 +1,8 @@
 //! Draws shapes with a size in pixels that face the camera: texts and images. `markers` has the
 //! markers.
 
+use std::sync::Arc;
+
 use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 use ivcam_inventor::grammar::{Field, image};
 use ivcam_inventor::iv::NodeRef;
@@ -125,6 +127,7 @@ pub(super) fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         repeat_r: false,
         quality: 0.1, // not interpolated, whatever the size in the node
     });
+    state.further_textures = Arc::default();
     state.texture_matrix = glam::Mat4::IDENTITY;
     state.texture_coordinates = TextureCoordinates::Default;
     state.base_color = true;

@@ -3,6 +3,8 @@
 //! Their coordinates, colors and normals are nodes in fields of the shape. These are copied to the
 //! state, so that the functions for Inventor's shapes can draw them.
 
+use std::sync::Arc;
+
 use ivcam_inventor::grammar::{
     ClassId, Field, box_node, class, color, coordinate, elevation_grid, extrusion,
     texture_coordinate, trimmed_surface, vrml97_cone, vrml97_cylinder,
@@ -71,6 +73,7 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
     if is_line {
         state.base_color = true;
         state.texture = None;
+        state.further_textures = Arc::default();
     }
     let coordinates = node
         .get_node(faces97::TEX_COORD)
