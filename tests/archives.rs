@@ -271,6 +271,23 @@ fn a_camera_that_sees_nothing_is_replaced_in_a_thumbnail() {
     assert!(Path::new(&archive.0.join("out/index.html")).exists());
 }
 
+/// The page has its own sign for a scene without a picture, with the reason.
+#[test]
+fn a_scene_that_shows_nothing_has_no_thumbnail() {
+    let clear = "#Inventor V2.1 ascii\nMaterial { transparency 1 } Cube { }\n";
+    let cut = format!("{clear} Sphere {{ radius ");
+    let archive = Archive::new("nothing", &[("clear.iv", clear), ("cut.iv", &cut)]);
+    let (_, said) = archive.run("catalog in -o out --size 12x9");
+    let catalog = archive.json("out/catalog.json");
+    let entry = |i: usize| &catalog["scenes"][i];
+    for (i, state) in [(0, "whole"), (1, "damaged")] {
+        assert_eq!(entry(i)["state"], state, "{said}");
+        assert!(entry(i)["picture"].is_null(), "{catalog:#}");
+        let why = entry(i)["no_picture"].as_str().unwrap();
+        assert!(why.contains("the picture"), "{why}");
+    }
+}
+
 #[test]
 fn a_folder_of_vrml97_is_written_as_inventor_and_files_keep_the_names_that_scenes_use() {
     let vrml97 = "#VRML V2.0 utf8\nShape { geometry Box { } }\n";

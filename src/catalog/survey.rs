@@ -8,7 +8,7 @@ use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::Budget;
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_optics::picture::{Depth, Picture};
-use ivcam_render::render::Stop;
+use ivcam_render::render::{Counts, Stop};
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, classes};
 
@@ -171,17 +171,28 @@ fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -
     let picture = |session: &Session| {
         let exposure = session.expose(&|_| {});
         Budget::current().check()?;
-        Ok(session.develop(&exposure, "ivcam catalog"))
+        let picture = session.develop(&exposure, "ivcam catalog");
+        match is_uniform(&picture) {
+            true => Err(nothing_seen(session, &exposure.counts, &picture)),
+            false => Ok(picture),
+        }
     };
-    let first = picture(&session)?;
-    let Some(bounds) = bounds.filter(|_| is_uniform(&first)) else {
-        return Ok(first);
+    let first = picture(&session);
+    let Some(bounds) = bounds.filter(|_| first.is_err()) else {
+        return first;
     };
+    Budget::current().check()?;
     let plan = session.plan.clone();
     let (aspect, side) = (plan.resolution.aspect(), ViewDirection::THREE_QUARTER);
     let pose = CameraPose::view_all_from(bounds, aspect, side);
     session.change(plan, pose)?;
     picture(&session)
+}
+
+/// Returns why a picture of one color stands for nothing.
+fn nothing_seen(session: &Session, counts: &Counts, picture: &Picture) -> Box<Diagnostic> {
+    let warning = session.warn_if_black_or_clipped(counts, picture);
+    warning.unwrap_or_else(|| Diagnostic::error("the picture has one color everywhere"))
 }
 
 /// Returns whether all pixels are the same.
