@@ -1,6 +1,6 @@
 //! Options of the film: its size, its position, and its exposure.
 
-use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
+use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response, WhiteBalance};
 use ivcam_optics::picture::Depth;
 
 use super::option::{Opt, Takes};
@@ -10,7 +10,7 @@ use super::values::{angle, degrees, if_any, length, pair, positive, set, unless_
 const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
 const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";
 
-pub(super) static OPTIONS: [Opt; 14] = [
+pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "film",
         Takes::One("WxH"),
@@ -213,7 +213,8 @@ pub(super) static OPTIONS: [Opt; 14] = [
             Ok(())
         },
         |plan, _| {
-            unless_default(&plan.response, &plan.usual_response(), |response| response.name())
+            let response = plan.response.unbalanced();
+            unless_default(response, &plan.usual_response(), |response| response.name())
         },
     )
     .describe(|plan| Some(plan.response.name()))
@@ -225,6 +226,24 @@ pub(super) static OPTIONS: [Opt; 14] = [
         "--response negative,paper",
         "--response films/negative.txt",
     ]),
+    Opt::new(
+        "white-balance",
+        Takes::One("KELVIN"),
+        "shows light of this color temperature as white, such as 3200K for lamps [as it is]",
+    )
+    .plan(
+        |plan, words, _| {
+            let kelvin = |word: &str| word.trim_end_matches('K').parse().ok();
+            let balance = |word: &str| kelvin(word).and_then(WhiteBalance::of_kelvin);
+            let expects = "a color temperature from 2500 to 25000 K, such as 3200K";
+            if let Some(balance) = words.parsed("white-balance", expects, balance)? {
+                plan.response = plan.response.balanced(Some(balance));
+            }
+            Ok(())
+        },
+        |plan, _| if_any(plan.response.balance(), |balance| format!("{}K", balance.kelvin())),
+    )
+    .examples(&["--white-balance 3200K", "--white-balance 5500"]),
     Opt::new(
         "depth",
         Takes::One("8|16"),

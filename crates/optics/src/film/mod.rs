@@ -14,6 +14,7 @@ mod pixel;
 mod region;
 mod response;
 mod squared_error;
+mod white_balance;
 
 pub use draw_probability::DrawProbabilities;
 pub use error::{ErrorEstimate, ErrorUnknown};
@@ -25,3 +26,4 @@ pub use pixel::Exposed;
 pub use region::Region;
 pub use response::{Emulsion, Response};
 pub use squared_error::{MissedLight, Pair, SquaredError, student};
+pub use white_balance::WhiteBalance;

@@ -12,6 +12,8 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
 
+use super::white_balance::WhiteBalance;
+
 /// A map from exposure to a level between 0 and 1.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -25,6 +27,8 @@ pub enum Response {
     Filmic,
     /// One emulsion, or several that are exposed through each other in turn.
     Film(Arc<[Emulsion]>),
+    /// A filter that balances white, before another response.
+    Balanced(WhiteBalance, Arc<Response>),
 }
 
 /// A film stock, described by its characteristic curves.
@@ -48,11 +52,18 @@ const SHIPPED: [(&str, &str); 3] = [
 
 impl Response {
     /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated
-    /// by commas, each the name of a shipped one or the path of a file.
+    /// by commas, each the name of a shipped one or the path of a file. A color temperature before
+    /// it, as in `3200K,srgb`, balances white.
     ///
     /// # Errors
     /// Fails if a file cannot be read or is not the table of an emulsion.
     pub fn open(words: &str) -> Result<Self> {
+        if let Some((first, rest)) = words.split_once(',')
+            && let Some(kelvin) = first.strip_suffix('K').and_then(|n| n.parse().ok())
+            && let Some(balance) = WhiteBalance::of_kelvin(kelvin)
+        {
+            return Ok(Self::open(rest)?.balanced(Some(balance)));
+        }
         match words {
             "linear" => return Ok(Self::Linear),
             "srgb" => return Ok(Self::Srgb),
@@ -73,6 +84,32 @@ impl Response {
                 let names: Vec<&str> = films.iter().map(|f| f.name.as_str()).collect();
                 names.join(",")
             }
+            Self::Balanced(balance, film) => format!("{}K,{}", balance.kelvin(), film.name()),
+        }
+    }
+
+    /// Returns the response with another white balance, or without one.
+    pub fn balanced(&self, balance: Option<WhiteBalance>) -> Self {
+        let film = self.unbalanced();
+        match balance {
+            Some(balance) => Self::Balanced(balance, Arc::new(film.clone())),
+            None => film.clone(),
+        }
+    }
+
+    /// The response without its white balance.
+    pub fn unbalanced(&self) -> &Self {
+        match self {
+            Self::Balanced(_, film) => film.unbalanced(),
+            film => film,
+        }
+    }
+
+    /// The white balance, if there is one.
+    pub fn balance(&self) -> Option<WhiteBalance> {
+        match self {
+            Self::Balanced(balance, _) => Some(*balance),
+            _ => None,
         }
     }
 
@@ -82,6 +119,7 @@ impl Response {
             Self::Linear => clipped(exposure),
             Self::Srgb => encoded(clipped(exposure)),
             Self::Filmic => encoded(clipped(shoulder(exposure))),
+            Self::Balanced(balance, film) => film.level(exposure * balance.gain(channel), channel),
             Self::Film(_) if exposure.is_nan() => 0.0,
             Self::Film(films) => {
                 let through = |x, film: &Emulsion| film.light_through(x, channel);
@@ -282,6 +320,25 @@ mod tests {
         for x in [f64::INFINITY, f64::NEG_INFINITY, -1.0, 0.0, 1e300] {
             assert!((0.0..=1.0).contains(&slide.level(x, 2)));
         }
+    }
+
+    #[test]
+    fn a_balanced_response_shows_its_light_as_white_and_is_read_from_its_name() {
+        let film = Response::open("3200K,filmic").unwrap();
+        assert_eq!(film.name(), "3200K,filmic");
+        assert_eq!(film.unbalanced(), &Response::Filmic);
+        let balance = film.balance().unwrap();
+        for channel in 0..3 {
+            let gray = 0.18 / balance.gain(channel);
+            let shown = film.level(gray, channel);
+            assert!((shown - Response::Filmic.level(0.18, channel)).abs() < 1e-12);
+        }
+        assert!(film.level(0.18, 0) < film.level(0.18, 1));
+        assert!(film.level(0.18, 1) < film.level(0.18, 2));
+        let again = film.balanced(WhiteBalance::of_kelvin(6504.0));
+        assert_eq!(again.name(), "6504K,filmic");
+        assert_eq!(again.balanced(None), Response::Filmic);
+        assert!(Response::open("900K,filmic").is_err());
     }
 
     #[test]
