@@ -271,6 +271,23 @@ fn a_camera_that_sees_nothing_is_replaced_in_a_thumbnail() {
     assert!(Path::new(&archive.0.join("out/index.html")).exists());
 }
 
+#[test]
+fn a_catalog_in_a_studio_shows_scenes_on_white_paper() {
+    let archive = Archive::new("studio", &[("a.iv", CUBE)]);
+    let lower_corners = |line: &str| {
+        let (code, said) = archive.run(line);
+        assert_eq!(code, Some(0), "{said}");
+        let picture = image::load_from_memory(&archive.read("out/pictures/a.iv.png")).unwrap();
+        let picture = picture.to_luma8();
+        [(0, 11), (15, 11)].map(|(x, y)| picture.get_pixel(x, y)[0])
+    };
+    let plain = lower_corners("catalog in -o out --quiet --size 16x12");
+    let studio = lower_corners("catalog in -o out --quiet --size 16x12 --studio");
+    for (paper, gray) in studio.into_iter().zip(plain) {
+        assert!(paper > gray + 30, "{studio:?} {plain:?}");
+    }
+}
+
 /// The page has its own sign for a scene without a picture, with the reason.
 #[test]
 fn a_scene_that_shows_nothing_has_no_thumbnail() {

@@ -33,6 +33,8 @@ pub(crate) struct CatalogOptions {
     pub force: bool,
     /// The size of a thumbnail in pixels.
     pub thumbnail: Resolution,
+    /// Whether the scenes are photographed in a studio.
+    pub studio: bool,
     /// The samples of each pixel of a thumbnail.
     pub samples: u32,
     /// The words of the options that entries depend on.

@@ -146,7 +146,8 @@ fn inside(path: &Path, folder: &Path) -> String {
     }
 }
 
-/// Returns the plan of a thumbnail: the scene's camera as a pinhole, without shadows.
+/// Returns the plan of a thumbnail: the scene's camera as a pinhole, without shadows or in a
+/// studio.
 fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, input);
     plan.optics = Optics::Pinhole;
@@ -154,7 +155,13 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan.view = Some(Override::IfUnstated(WholeView::Side(
         ViewDirection::THREE_QUARTER,
     )));
-    plan.background = Some(Override::IfUnstated(NEUTRAL));
+    if options.studio {
+        plan.shading = Shading::Path;
+        plan.light.studio = true;
+        plan.response = plan.usual_response();
+    } else {
+        plan.background = Some(Override::IfUnstated(NEUTRAL));
+    }
     plan.resolution = options.thumbnail;
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();

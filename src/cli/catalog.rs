@@ -18,6 +18,8 @@ use crate::photo::options::all;
 const THUMBNAIL: (u32, u32) = (256, 192);
 const LARGEST: u32 = 1024;
 const SAMPLES: u32 = 4;
+/// The samples of each pixel in a studio, whose soft lamps need more.
+const STUDIO_SAMPLES: u32 = 64;
 /// The time that each scene may take, unless `--time` gives another. No search is recorded: usual
 /// scenes take less than a second.
 const USUAL_TIME: Duration = Duration::from_secs(60);
@@ -64,6 +66,10 @@ pub(crate) fn command() -> Command {
                 .value_name("WxH")
                 .help("size of the pictures in pixels, at most 1024 [256x192]"),
         )
+        .arg(switch(
+            "studio",
+            "photographs every scene on white paper under soft lamps, as `render --studio` does",
+        ))
         .arg(switch("force", "reads all scenes, also those that are up to date"))
         .args([FONTS, LIMIT, MEMORY, WORK].iter().chain(output).map(super::flags::argument))
         .arg(super::time_for_each("ends each scene after this time, such as 10s [60s]"))
@@ -139,6 +145,8 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
     let threads = render::threads(m)?;
     let allowance = super::allowance(m, threads)?;
     words.push(format!("--size {}x{}", size.width, size.height));
+    let studio = m.get_flag("studio");
+    words.extend(studio.then(|| "--studio".to_owned()));
     Ok(CatalogOptions {
         folder: folder.clone(),
         out: out.clone(),
@@ -154,7 +162,8 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         threads,
         force: m.get_flag("force"),
         thumbnail: size,
-        samples: SAMPLES,
+        studio,
+        samples: if studio { STUDIO_SAMPLES } else { SAMPLES },
         words,
     })
 }
