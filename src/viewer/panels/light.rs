@@ -27,9 +27,23 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
     bars(ui, kit.histogram.as_ref());
     ui.horizontal(|ui| {
         ui.label("Response");
-        ui.selectable_value(&mut plan.response, Response::Linear, "linear")
-            .on_hover_text("the paper's film");
-        ui.selectable_value(&mut plan.response, Response::Srgb, "sRGB");
+        for (response, name, help) in [
+            (Response::Linear, "linear", "the paper's film"),
+            (
+                Response::Srgb,
+                "sRGB",
+                "the display's curve over linear light",
+            ),
+            (
+                Response::Filmic,
+                "filmic",
+                "sRGB whose highlights do not clip",
+            ),
+        ] {
+            let response = response.balanced(plan.response.balance());
+            ui.selectable_value(&mut plan.response, response, name)
+                .on_hover_text(help);
+        }
     });
     let mut lit = model.headlight.resolve(plan.headlight).on;
     ui.horizontal(|ui| {
@@ -47,8 +61,8 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
                 for model in Shading::ALL {
                     ui.selectable_value(&mut plan.shading, model, model.name());
                 }
-                if plan.response == before {
-                    plan.response = plan.usual_response();
+                if *plan.response.unbalanced() == before {
+                    plan.response = plan.usual_response().balanced(plan.response.balance());
                 }
             });
     });
