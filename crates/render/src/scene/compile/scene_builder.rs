@@ -33,6 +33,8 @@ pub(super) struct Uses {
     pub materials: bool,
     pub coordinates: bool,
     pub thirds: bool,
+    /// The number of further textures that have coordinates of their own.
+    pub further: usize,
 }
 
 /// The state of the current shape.
@@ -174,7 +176,8 @@ impl SceneBuilder {
             + list(uses.normals, size_of::<[u32; 3]>() + size_of::<Vec3>())
             + list(uses.materials, size_of::<[u32; 3]>())
             + list(uses.coordinates, size_of::<[Vec2; 3]>())
-            + list(uses.thirds, size_of::<[f32; 3]>());
+            + list(uses.thirds, size_of::<[f32; 3]>())
+            + uses.further * size_of::<[Vec2; 3]>();
         bytes as u64 + Bvh::BYTES_OF_PRIMITIVE
     }
 
@@ -329,6 +332,7 @@ impl Canvas for SceneBuilder {
         self.scene.annotated |= surface.on_top;
         self.spoiled |= self.is_recording && self.depends_on_place(&surface);
         let is_stored = |t: &TextureUse| t.mapping == Mapping::Stored;
+        let further = surface.further_textures.iter();
         self.shape.uses = Uses {
             normals: self.options.needs.normals,
             materials: surface.diffuse.len() > 1 || surface.transparency.len() > 1,
@@ -337,6 +341,7 @@ impl Canvas for SceneBuilder {
                 .texture
                 .as_ref()
                 .is_some_and(|t| t.texture.is_deep()),
+            further: further.filter(|f| f.has_coordinates()).count(),
         };
         self.assign_surface();
         self.add_surface(surface);

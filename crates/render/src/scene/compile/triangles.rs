@@ -134,7 +134,8 @@ impl SceneBuilder {
             let thirds = uses.thirds.then_some(&mut surface.thirds);
             let shape = (triangles, runs, vertices);
             keep_coordinates(coordinates, thirds, source, shape, numbers);
-            for further in &mut surface.further_textures {
+            let further = surface.further_textures.iter_mut();
+            for further in further.filter(|f| f.has_coordinates()) {
                 let source = vertices.further_coordinates(further.unit);
                 let coordinates = &mut further.coordinates;
                 keep_coordinates(coordinates, None, source, shape, numbers);

@@ -52,6 +52,13 @@ pub(crate) struct FurtherTexture {
     pub(crate) coordinates: Vec<[Vec2; 3]>,
 }
 
+impl FurtherTexture {
+    /// Whether it has coordinates at the corners of triangles.
+    pub(crate) fn has_coordinates(&self) -> bool {
+        self.texture.mapping == Mapping::Stored
+    }
+}
+
 impl TextureUse {
     /// Whether the surface is transparent where the texture is.
     pub(crate) fn has_alpha(&self) -> bool {
