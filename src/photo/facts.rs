@@ -39,7 +39,10 @@ impl Plan {
         match self.sampler {
             _ if self.adaptive => Some(self.stop.samples),
             SamplerKind::Jittered | SamplerKind::Blue => Some(self.pixel_sampler().samples),
-            SamplerKind::Random | SamplerKind::Sobol | SamplerKind::Golden => None,
+            SamplerKind::Random
+            | SamplerKind::Sobol
+            | SamplerKind::Golden
+            | SamplerKind::Center => None,
         }
     }
 }

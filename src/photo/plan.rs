@@ -74,6 +74,7 @@ impl PictureLook {
                 plan.shading = Shading::Gl;
                 plan.headlight = Headlight::Viewer;
                 plan.view = Some(Override::IfUnstated(WholeView::Standard));
+                (plan.sampler, plan.stop.samples) = (SamplerKind::Center, 1);
             }
         }
     }

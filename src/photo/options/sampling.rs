@@ -37,7 +37,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new(
         "sampler",
         Takes::One("NAME"),
-        "jittered, random, sobol, blue or golden [1999: jittered, now: sobol]",
+        "jittered, random, sobol, blue, golden, or center: the middle of each pixel, with stepped edges [1999: jittered, now: sobol]",
     )
     .plan(
         |plan, words, _| {
@@ -56,6 +56,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         "--sampler blue",
         "--sampler golden",
         "--sampler random",
+        "--sampler center",
     ]),
     Opt::new("seed", Takes::One("N"), "seed of all random numbers [0]")
         .plan(

@@ -142,7 +142,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "look",
         Takes::One("viewer"),
-        "the picture that a viewer of the 1990s made: model g, no lens, the headlight, and the front of a scene without a camera; other options go before it",
+        "the picture that a viewer of the 1990s made: model g, no lens, one sample in the middle of each pixel, the headlight, and the front of a scene without a camera; other options go before it",
     )
     .plan(
         |_, _, _| Ok(()), // `Plan::from_options` reads it before all others.

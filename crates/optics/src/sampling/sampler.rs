@@ -36,16 +36,20 @@ pub enum SamplerKind {
     /// Multiples of the generalized golden ratio (Roberts's R sequence), with a different shift for
     /// each pixel.
     Golden,
+    /// The middle of the pixel for every sample, as OpenGL samples, with the pupil points of
+    /// [`SamplerKind::Golden`]. Edges are stepped.
+    Center,
 }
 
 impl SamplerKind {
     /// All kinds with their names.
-    pub const ALL: [(&'static str, Self); 5] = [
+    pub const ALL: [(&'static str, Self); 6] = [
         ("jittered", Self::Jittered),
         ("random", Self::Random),
         ("sobol", Self::Sobol),
         ("blue", Self::Blue),
         ("golden", Self::Golden),
+        ("center", Self::Center),
     ];
 
     /// The name in options and reports.
@@ -76,9 +80,8 @@ impl Sampler {
             SamplerKind::Jittered => SampleLayout::Jittered(self.samples),
             SamplerKind::Random => SampleLayout::Random,
             SamplerKind::Sobol => SampleLayout::Sobol(Sobol::new(key)),
-            SamplerKind::Golden => {
-                SampleLayout::Golden(std::array::from_fn(|d| unit(mix(key ^ mix(d as u64)))))
-            }
+            SamplerKind::Golden => SampleLayout::Golden(golden_shift(key)),
+            SamplerKind::Center => SampleLayout::Center(golden_shift(key)),
             SamplerKind::Blue => {
                 let bits = self.samples.max(1).next_power_of_two().trailing_zeros();
                 let block = u64::from(x >> BLOCK_BITS) << 32 | u64::from(y >> BLOCK_BITS);
@@ -129,6 +132,8 @@ enum SampleLayout {
     },
     /// The shift in each dimension.
     Golden([f64; 4]),
+    /// The shift in each dimension, of which only the pupil's are used.
+    Center([f64; 4]),
 }
 
 impl PixelSampler {
@@ -189,9 +194,10 @@ impl PixelSampler {
                 Some((sobol, place)) => sobol.point(place),
                 None => [0.0; 4],
             },
-            SampleLayout::Golden(shift) => {
-                let n = f64::from(index) + 1.0;
-                std::array::from_fn(|d| (shift[d] + n * GOLDEN[d]).fract())
+            SampleLayout::Golden(shift) => golden(shift, index),
+            SampleLayout::Center(shift) => {
+                let [.., c, d] = golden(shift, index);
+                [0.5, 0.5, c, d]
             }
         };
         LensSample {
@@ -270,6 +276,17 @@ const GOLDEN: [f64; 4] = [
     0.628_706_721_037_808_6,
     0.538_597_257_223_601_1,
 ];
+
+/// A pixel's shift of the multiples of [`GOLDEN`] in each dimension.
+fn golden_shift(key: u64) -> [f64; 4] {
+    std::array::from_fn(|d| unit(mix(key ^ mix(d as u64))))
+}
+
+/// The shifted multiple of [`GOLDEN`] with an index, counted from 0.
+fn golden(shift: [f64; 4], index: u32) -> [f64; 4] {
+    let n = f64::from(index) + 1.0;
+    std::array::from_fn(|d| (shift[d] + n * GOLDEN[d]).fract())
+}
 
 /// The binary logarithm of the side of the squares whose pixels share a sequence of
 /// [`SamplerKind::Blue`]. Of its 2^32 points each pixel has up to 2^14.
@@ -392,6 +409,14 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn samples_of_the_center_differ_on_the_pupil_only() {
+        let pixel = sampler(SamplerKind::Center, 4).pixel(9, [9, 0]);
+        let [a, b] = [0, 1].map(|i| pixel.sample(i));
+        assert_eq!([a.film, b.film], [[0.5; 2]; 2]);
+        assert_ne!(a.pupil, b.pupil);
     }
 
     #[test]
