@@ -29,7 +29,7 @@ pub enum Headlight {
 pub(crate) struct HeadlightSources {
     /// Whether the environment file has its headlight on, if there is such a file.
     pub environment: Option<bool>,
-    /// The field `headlight` of the scene's first VRML 97 `NavigationInfo`, if it has one.
+    /// The field `headlight` of the scene's first `NavigationInfo`, if it has one.
     pub navigation_info: Option<bool>,
     /// Whether the scene is a VRML97 file, whose headlight is on by default.
     pub is_vrml97: bool,

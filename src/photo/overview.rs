@@ -1,7 +1,7 @@
 //! The facts about a scene that a photograph needs before the scene is compiled.
 
 use ivcam_base::diag::Diagnostic;
-use ivcam_inventor::grammar::{class, vrml97_navigation_info};
+use ivcam_inventor::grammar::{class, navigation_info};
 use ivcam_inventor::iv::{Limits, NodeRef};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
@@ -16,7 +16,7 @@ pub(crate) struct Overview {
     pub camera: Option<CameraPose>,
     /// Whether a shape is lit by a light of the scene.
     pub has_light: bool,
-    /// The field `headlight` of the first VRML 97 `NavigationInfo`.
+    /// The field `headlight` of the first `NavigationInfo`, of VRML97 or in a file of VRML 1.0.
     pub navigation_info: Option<bool>,
     /// What the walk left out.
     pub diagnostics: Vec<Diagnostic>,
@@ -27,8 +27,7 @@ impl Overview {
     pub(crate) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
         let is_told = |node: NodeRef<'_>| {
             let role = role(node);
-            matches!(role, Role::Camera | Role::Light)
-                || node.class_id() == Some(class::VRML97_NAVIGATION_INFO)
+            matches!(role, Role::Camera | Role::Light) || is_navigation_info(node)
         };
         let mut collector = OverviewCollector {
             overview: Self::default(),
@@ -66,9 +65,14 @@ impl<'a> Visitor<'a> for OverviewCollector {
     }
 
     fn bindable(&mut self, node: NodeRef<'a>, _: &State<'a>) {
-        let is_info = node.class_id() == Some(class::VRML97_NAVIGATION_INFO);
-        if is_info && self.overview.navigation_info.is_none() {
-            self.overview.navigation_info = Some(node.get(vrml97_navigation_info::HEADLIGHT));
+        if is_navigation_info(node) && self.overview.navigation_info.is_none() {
+            self.overview.navigation_info = Some(node.get(navigation_info::HEADLIGHT));
         }
     }
+}
+
+/// Returns whether a node is a `NavigationInfo`, which files of VRML 1.0 have too.
+fn is_navigation_info(node: NodeRef<'_>) -> bool {
+    let classes = [class::NAVIGATION_INFO, class::VRML97_NAVIGATION_INFO];
+    node.class_id().is_some_and(|id| classes.contains(&id))
 }
