@@ -196,3 +196,32 @@ fn a_point_that_is_not_a_number_costs_only_that_point() {
     let place = session.sink.items().iter().find_map(|d| d.location().1);
     assert_eq!(place, Some((6, 1)));
 }
+
+/// Castle's scenes have a `NavigationInfo` in files of VRML 1.0, which view3dscene obeys.
+#[test]
+fn a_navigation_info_in_vrml_1_turns_the_headlight_off() {
+    let folder = Folder::new("navigation");
+    let text = "#VRML V1.0 ascii\nNavigationInfo { headlight FALSE }
+        PerspectiveCamera { position 0 0 5 } Cube { }\n";
+    let lit = text.replace("FALSE", "TRUE");
+    let level = |name: &str, text: &str| {
+        folder.file(name, text);
+        levels(pinhole_plan(&folder, name), &[(120, 80)]).0[0][0]
+    };
+    let (dark, lit) = (level("dark.wrl", text), level("lit.wrl", &lit));
+    assert!(dark < 15 && lit > 190, "{dark} {lit}");
+}
+
+/// A damaged string leaves a `Text2` without letters, whose place alone is nothing to draw.
+#[test]
+fn a_text_without_ink_is_nothing_to_draw() {
+    let folder = Folder::new("ink");
+    for (text, nothing) in [("\"\"", true), ("\" \"", true), ("\"a\"", false)] {
+        folder.file(
+            "text.iv",
+            &format!("#Inventor V2.1 ascii\nText2 {{ string {text} }}\n"),
+        );
+        let (_, session) = levels(pinhole_plan(&folder, "text.iv"), &[(0, 0)]);
+        assert_eq!(session.draws_nothing, nothing, "{text}");
+    }
+}

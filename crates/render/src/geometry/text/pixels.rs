@@ -35,6 +35,13 @@ pub struct PixelText {
     pub(crate) missing: MissingCharacters,
 }
 
+impl PixelText {
+    /// Returns whether a pixel is covered. A text of spaces has none.
+    pub(crate) fn has_ink(&self) -> bool {
+        self.coverage.iter().any(|&covered| covered > 0)
+    }
+}
+
 /// The largest font size in pixels, which bounds memory. A larger glyph would be larger than a
 /// picture.
 const MAX_SIZE: f32 = 2048.0;

@@ -60,7 +60,9 @@ pub(super) fn text2<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canv
     let at = state.world_from_object.transform_point3(DVec3::ZERO);
     out.set_unlit();
     screen_aligned::pixels(at, &text, out);
-    out.bound(Vec3::ZERO);
+    if text.has_ink() {
+        out.bound(Vec3::ZERO);
+    }
     if !out.wants().bounds {
         return;
     }
@@ -94,7 +96,9 @@ pub(super) fn text2_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
         let text = typeset::pixel_text(&[line], &style);
         missing.add(&text.missing);
         let at = state.world_from_object.transform_point3(place.as_dvec3());
-        out.bound(place);
+        if text.has_ink() {
+            out.bound(place);
+        }
         out.set_unlit();
         screen_aligned::pixels(at, &text, out);
     }
