@@ -22,6 +22,8 @@ mod roundtrip;
 mod scaling;
 mod shared;
 mod speed;
+mod unlit;
+mod viewers;
 
 use std::process::ExitCode;
 
@@ -65,6 +67,16 @@ const TOOLS: &[Tool] = &[
         "speed",
         "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
         speed::run,
+    ),
+    (
+        "unlit",
+        "PROGRAM FOLDER -o FOLDER [--only TEXT]",
+        unlit::run,
+    ),
+    (
+        "viewers",
+        "PROGRAM CORPUS -o FOLDER [--coin PROGRAM] [--view3dscene PROGRAM] [--only TEXT]",
+        viewers::run,
     ),
 ];
 

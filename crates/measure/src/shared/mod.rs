@@ -1,5 +1,6 @@
 //! Code that several measuring programs share.
 
+pub(super) mod contact;
 pub(super) mod embree;
 pub(super) mod lights;
 pub(super) mod mesh;
