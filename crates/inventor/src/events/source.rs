@@ -71,7 +71,8 @@ fn program(document: &Document, id: NodeId, url: &str) -> Result<String, String>
             Ok(String::from_utf8_lossy(&bytes).into_owned())
         }
         _ => {
-            let start: String = text.chars().take(20).collect();
+            let line = text.trim_start().lines().next().unwrap_or_default();
+            let start: String = line.chars().take(20).collect();
             Err(format!(
                 "`{}` is not a language that runs here",
                 start.trim()
