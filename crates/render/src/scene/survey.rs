@@ -106,7 +106,7 @@ pub fn draws_nothing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> bool 
 /// Returns a warning if a document declares prototypes and uses none, as a library for other files
 /// does.
 pub fn unused_prototypes(document: &Document) -> Option<Box<Diagnostic>> {
-    let declared = document.protos.list.len();
+    let declared = document.protos.list.iter().filter(|p| !p.external).count();
     if declared == 0 || !document.expansions.is_empty() {
         return None;
     }
