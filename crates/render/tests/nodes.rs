@@ -182,6 +182,28 @@ fn a_shape_that_casts_no_shadow_lets_light_through() {
     );
 }
 
+/// A degree of longitude on the equator is 111,319.49 m. The scene has the frame of its origin: x
+/// east, y north, z up; the middle of a chord lies below the arc.
+#[test]
+fn places_on_the_globe_are_in_the_frame_of_the_origin() {
+    let scene = compile(
+        "GeoOrigin { geoCoords 0 10 0 }
+         Separator {
+           GeoCoordinate { point [ 0 9.9999 0, 0 10.0001 0, .0001 10 0 ] }
+           IndexedFaceSet { coordIndex [ 0, 1, 2, -1 ] }
+         }
+         GeoSeparator { geoCoords 0.0003 10.0002 5 Sphere { radius 1 } }
+         GeoSeparator { geoSystem [ \"UTM\", \"Z32\" ] geoCoords 611280.6 22.1 50
+           Cube { width 4 height 4 depth 0.5 } }",
+    );
+    let height = |x: f32, y: f32| hit(&scene, x, y).map(|h| 100.0 - h.t);
+    assert!(height(-11.0, 0.1).is_some_and(|z| z.abs() < 1e-3));
+    assert!(height(-11.3, 0.1).is_none() && height(11.0, 0.1).is_some());
+    assert!(height(0.0, 10.9).is_some() && height(0.0, 11.2).is_none());
+    assert!(height(0.0, 22.1).is_some_and(|z| (z - 50.25).abs() < 1e-2));
+    assert!(height(22.26, 33.17).is_some_and(|z| (z - 6.0).abs() < 1e-2));
+}
+
 /// OpenGL cuts the lit color, as viewers of VRML97 show it; Inventor's libraries keep the color of
 /// the material in bytes, so model `g` cuts it before.
 #[test]

@@ -8,6 +8,7 @@ mod appearance;
 mod copies;
 mod first_camera;
 mod frame;
+pub mod geo;
 mod groups;
 mod kit;
 mod leading;

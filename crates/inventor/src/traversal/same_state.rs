@@ -20,6 +20,7 @@ impl State<'_> {
             switch: _,
             bindables: _,
             coordinates,
+            geo_origin,
             normals,
             normal_binding,
             material,
@@ -57,6 +58,7 @@ impl State<'_> {
             && *base_color == other.base_color
             && *highlight == other.highlight;
         let geometry = is_same_coordinates(coordinates, &other.coordinates)
+            && *geo_origin == other.geo_origin
             && is_one(normals, other.normals)
             && *normal_binding == other.normal_binding
             && *hints == other.hints
@@ -131,6 +133,7 @@ fn is_same_coordinates(a: &Coordinates<'_>, b: &Coordinates<'_>) -> bool {
     match (a, b) {
         (Coordinates::Three(a), Coordinates::Three(b)) => is_one(a, b),
         (Coordinates::Four(a), Coordinates::Four(b)) => is_one(a, b),
+        (Coordinates::Geo(a), Coordinates::Geo(b)) => a.is_like(b),
         _ => false,
     }
 }

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
 
+use super::geo::{GeoOrigin, GeoPoints};
 use super::light_list::LightList;
 use super::steps::Step;
 use crate::grammar::material_binding;
@@ -171,6 +172,8 @@ pub enum Coordinates<'a> {
     Three(&'a [Vec3]),
     /// Homogeneous points, with their weight last.
     Four(&'a [Vec4]),
+    /// Places on the globe.
+    Geo(GeoPoints<'a>),
 }
 
 impl Coordinates<'_> {
@@ -179,6 +182,7 @@ impl Coordinates<'_> {
         match self {
             Self::Three(c) => c.len(),
             Self::Four(c) => c.len(),
+            Self::Geo(c) => c.len(),
         }
     }
 
@@ -195,6 +199,7 @@ impl Coordinates<'_> {
                 let w = if p.w == 0.0 { 1.0 } else { p.w };
                 p.truncate() / w
             }),
+            Self::Geo(c) => c.get(index).map(|p| p.as_vec3()),
         }
     }
 }
@@ -569,6 +574,8 @@ pub struct State<'a> {
     pub steps: Option<Arc<Step>>,
     /// The points that vertex-based shapes index.
     pub coordinates: Coordinates<'a>,
+    /// The place on the globe that is the scene's origin, if a node states one.
+    pub geo_origin: Option<GeoOrigin>,
     /// The normals that vertex-based shapes index.
     pub normals: &'a [Vec3],
     /// How normals are distributed.
@@ -706,6 +713,7 @@ impl<'a> State<'a> {
             world_from_object: DMat4::IDENTITY,
             steps: None,
             coordinates: Coordinates::Three(&NO_COORDINATES),
+            geo_origin: None,
             normals: &[],
             normal_binding: Binding::PerVertexIndexed,
             material: MaterialElement::DEFAULT,

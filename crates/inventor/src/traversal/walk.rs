@@ -6,6 +6,7 @@ use ivcam_base::diag::Diagnostic;
 use ivcam_base::work::{self, Budget, Cut};
 
 use super::frame::WalkFrame;
+use super::geo;
 use super::kit;
 use super::lights;
 use super::property::{self, LightReach};
@@ -295,6 +296,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                 let class = node.known_class();
                 self.state.on_top |= class.is_some_and(|c| c.descends_from(class::ANNOTATION));
                 self.state.highlight = property::highlight(node).or(self.state.highlight);
+                if node.class_id() == Some(class::GEO_SEPARATOR) {
+                    self.state.multiply(geo::separator(&self.state, node));
+                }
                 self.children(node);
             }
             Role::TransformSeparator => {

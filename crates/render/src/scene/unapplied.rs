@@ -3,12 +3,15 @@
 
 use std::sync::OnceLock;
 
-use ivcam_inventor::grammar::{CLASSES, Class, class, texture_unit};
+use ivcam_inventor::grammar::{
+    CLASSES, Class, class, geo_coordinate, geo_origin, geo_separator, texture_unit,
+};
 use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::traversal::geo::GeoSystem;
 use ivcam_inventor::traversal::state::UnitTexture;
 
 /// The classes by name, in all dialects, and what the picture lacks.
-const UNAPPLIED: [(&str, &str); 25] = [
+const UNAPPLIED: [(&str, &str); 24] = [
     ("BumpMap", "surfaces are drawn without bumps"),
     ("TextureCubeMap", "its texture is not drawn"),
     ("SceneTexture2", "its texture is not drawn"),
@@ -36,7 +39,6 @@ const UNAPPLIED: [(&str, &str); 25] = [
     ("GeoLOD", "its children are not drawn"),
     ("GeoLocation", "its children are at the origin"),
     ("GeoOrigin", "positions on the globe are not converted"),
-    ("GeoSeparator", "its children are at the origin"),
     ("GeoPositionInterpolator", "it moves nothing"),
     ("GeoViewpoint", "it is no camera"),
     ("NurbsPositionInterpolator", "it moves nothing"),
@@ -55,6 +57,10 @@ pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
             (true, false) => None,
         };
     }
+    if let Some(words) = geo_system(node) {
+        let is_known = GeoSystem::of(words).is_some();
+        return (!is_known).then_some("its coordinate system is not known, and it is left out");
+    }
     // A walk asks for every node, so the names are searched once for every class.
     static LACKS: OnceLock<Vec<Option<&'static str>>> = OnceLock::new();
     let lack = |class: &Class| {
@@ -62,6 +68,17 @@ pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
         listed.map(|(_, lack)| *lack)
     };
     LACKS.get_or_init(|| CLASSES.iter().map(lack).collect())[usize::from(known.id.0)]
+}
+
+/// The names of the coordinate system of a node of Coin's that is drawn on the globe.
+fn geo_system(node: NodeRef<'_>) -> Option<&[String]> {
+    let field = match node.class_id()? {
+        class::GEO_ORIGIN => geo_origin::GEO_SYSTEM,
+        class::GEO_COORDINATE => geo_coordinate::GEO_SYSTEM,
+        class::GEO_SEPARATOR => geo_separator::GEO_SYSTEM,
+        _ => return None,
+    };
+    Some(node.get(field))
 }
 
 #[cfg(test)]
@@ -133,7 +150,8 @@ mod tests {
     #[test]
     fn a_scene_with_a_node_that_is_not_applied_has_a_problem() {
         for (name, lack) in UNAPPLIED {
-            let class = CLASSES.iter().find(|class| class.name == name);
+            // Coin's class of the same name may be drawn.
+            let class = CLASSES.iter().rev().find(|class| class.name == name);
             let is_vrml97 = class.is_some_and(|class| class.is_vrml97());
             let is_root = class.is_some_and(|class| class.role != Role::Held);
             if !is_root {
@@ -159,6 +177,25 @@ mod tests {
                 let told: Vec<_> = found.iter().filter(|d| d.message.contains(lack)).collect();
                 assert_eq!(told.len(), 1, "{name}: {found:?}");
             }
+        }
+    }
+
+    #[test]
+    fn only_a_place_in_a_system_that_is_not_known_is_reported() {
+        for (system, problems) in [("GD", 0), ("GD\", \"WE", 0), ("GD\", \"AA", 3), ("?", 3)] {
+            let system = format!("geoSystem [ \"{system}\" ]");
+            let text = format!(
+                "#Inventor V2.1 ascii\nGeoOrigin {{ {system} }} GeoCoordinate {{ {system} }}
+                 GeoSeparator {{ {system} Cube {{ }} }}"
+            );
+            let document = Document::read_headerless("a.iv", text.into_bytes()).unwrap();
+            let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());
+            assert_eq!(
+                survey.diagnostics.len(),
+                problems,
+                "{:?}",
+                survey.diagnostics
+            );
         }
     }
 

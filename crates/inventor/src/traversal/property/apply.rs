@@ -15,6 +15,7 @@ use super::texture;
 use super::transform;
 use crate::grammar::{CLASSES, Class, ClassId, class};
 use crate::iv::NodeRef;
+use crate::traversal::geo;
 use crate::traversal::state::State;
 
 /// How a property changes the state.
@@ -45,6 +46,8 @@ const ACTIONS: &[(ClassId, PropertyAction)] = &[
     (class::NORMAL_BINDING, Elements(normal_binding)),
     (class::COORDINATE3, Elements(coordinate3)),
     (class::COORDINATE4, Elements(coordinate4)),
+    (class::GEO_ORIGIN, Elements(geo::origin)),
+    (class::GEO_COORDINATE, Elements(geo::coordinate)),
     (class::VERTEX_PROPERTY, Elements(vertex_property)),
     (class::SHAPE_HINTS, Elements(shape_hints)),
     (class::COMPLEXITY, Elements(complexity)),

@@ -61,6 +61,7 @@ fn control_point(state: &State<'_>, index: usize) -> Option<DVec4> {
     match state.coordinates {
         Coordinates::Three(p) => p.get(index).map(|p| p.as_dvec3().extend(1.0)),
         Coordinates::Four(p) => p.get(index).map(|p| p.as_dvec4()),
+        all @ Coordinates::Geo(_) => all.get(index).map(|p| p.as_dvec3().extend(1.0)),
     }
 }
 
