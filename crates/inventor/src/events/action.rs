@@ -34,8 +34,8 @@ pub enum ActionKind {
         /// Its value, as a file states it. For a node it is the node's name.
         value: String,
     },
-    /// Moves the pointer over the node, presses and releases it. A sensor or an `Anchor` that is
-    /// named acts; for another node those do that act for the shapes below it.
+    /// Moves the pointer over the node, presses and releases it. The sensors and the `Anchor` act
+    /// that act for a shape there.
     Touch,
 }
 
@@ -133,7 +133,7 @@ impl World {
         if targets.is_empty() {
             let message = format!("nothing happens when `{name}` is touched");
             return Err(Diagnostic::warning(message)
-                .with_help("neither a sensor nor an `Anchor` is beside it or above it"));
+                .with_help("neither a sensor nor an `Anchor` is in it, beside it or above it"));
         }
         for target in targets {
             match self.document.node(target).class_id() {
@@ -144,13 +144,15 @@ impl World {
         Ok(())
     }
 
-    /// Returns the sensors and anchors that act when a node is touched: the node itself, or those
-    /// of the lowest group above it that has any (ISO 14772-1, 4.6.7.3).
+    /// Returns the sensors and anchors that act when a node is touched: those of the lowest group
+    /// that has any, from the node itself upward. All sensors of that group act together
+    /// (ISO 14772-1, 4.6.7.3).
     fn touched_with(&self, id: NodeId) -> Vec<NodeId> {
         let document = &self.document;
         let id = document.node(id).id;
-        if is_touched(document.node(id)) {
-            return vec![id];
+        let own = self.sensors_of(id);
+        if !own.is_empty() {
+            return own;
         }
         let parents = Parents::of(document);
         // The node, and the instance of a prototype that it represents.
@@ -235,11 +237,6 @@ impl World {
             ),
         }
     }
-}
-
-/// Returns whether a node acts when it is touched.
-fn is_touched(node: NodeRef<'_>) -> bool {
-    is_sensor(node) || node.class_id() == Some(class::ANCHOR)
 }
 
 /// Returns whether a node is a pointing-device sensor.

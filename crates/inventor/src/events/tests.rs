@@ -380,6 +380,22 @@ fn a_touch_reaches_the_sensor_beside_the_shape() {
     }
 }
 
+/// ISO 14772-1, 4.6.7.3: the sensors of one group act together, those of a group above it do not.
+#[test]
+fn sensors_of_the_lowest_group_act_together() {
+    let scene = "DEF V Viewpoint { } DEF U Group { children [ DEF A PlaneSensor { } DEF G Group {
+          children [ DEF S TouchSensor { } DEF C CylinderSensor { } DEF Q Shape { } ] } ] }
+        DEF L DirectionalLight { } DEF M DirectionalLight { } DEF T TimeSensor { }
+        ROUTE A.isActive TO L.on ROUTE C.isActive TO M.on ROUTE S.touchTime TO T.startTime";
+    for node in ["S", "C", "G", "Q"] {
+        let state = |name, field| after(scene, &[touch(3.0, node)], 4.0, name, field);
+        // A press and a release leave what `isActive` is routed to FALSE.
+        assert_eq!(state("L", "on"), Value::Bool(true), "{node}");
+        assert_eq!(state("M", "on"), Value::Bool(false), "{node}");
+        assert_eq!(state("T", "startTime"), Value::Double(3.0), "{node}");
+    }
+}
+
 #[test]
 fn what_a_user_cannot_do_is_reported() {
     let scene = "#VRML V2.0 utf8\nDEF M Material { } DEF A Anchor { url \"b.wrl\" }";
