@@ -22,6 +22,7 @@ mod roundtrip;
 mod scaling;
 mod shared;
 mod speed;
+mod suite;
 mod unlit;
 mod viewers;
 
@@ -67,6 +68,11 @@ const TOOLS: &[Tool] = &[
         "speed",
         "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
         speed::run,
+    ),
+    (
+        "suite",
+        "PROGRAM FOLDER [--only TEXT] [--keep FOLDER]",
+        suite::run,
     ),
     (
         "unlit",
