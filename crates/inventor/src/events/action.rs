@@ -200,7 +200,7 @@ impl World {
     fn press(&mut self, id: NodeId) {
         let node = self.document.node(id);
         if !node.get(vrml_sensor::ENABLED) {
-            self.note(id, "this sensor was touched while it is not enabled".into());
+            self.warn(id, "this sensor was touched while it is not enabled".into());
             return;
         }
         let is_touch_sensor = node.class_id() == Some(class::TOUCH_SENSOR);
@@ -231,10 +231,10 @@ impl World {
             Some(view) if kind == Some(BindableKind::Viewpoint) => {
                 self.send_directly(view, "set_bind", &Value::Bool(true));
             }
-            _ => self.note(
-                id,
-                format!("this `Anchor` leads to `{url}`, which is not opened"),
-            ),
+            _ => {
+                let message = format!("this `Anchor` leads to `{url}`, which is not opened");
+                self.warn(id, message);
+            }
         }
     }
 }
