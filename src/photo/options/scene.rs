@@ -119,7 +119,7 @@ pub(crate) const EVENT: Opt = Opt::new(
 pub(crate) const TOUCH: Opt = Opt::new(
     "touch",
     Takes::Many("NODE@SECONDS"),
-    "moves the pointer over a named node, presses and releases it, at a time of the scene [@0s]: a sensor, an Anchor, or a shape or group beside or around one",
+    "moves the pointer over a node, presses and releases it, at a time of the scene [@0s]: a sensor, an Anchor, or a shape or group beside or around one, by its name, or by its class if there is one of it",
 )
 .plan(
     |_, _, _| Ok(()), // `--event` reads both.

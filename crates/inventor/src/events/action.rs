@@ -17,7 +17,7 @@ use crate::traversal::{Parents, each_child};
 pub struct Action {
     /// Seconds since the scene was opened.
     pub time: f64,
-    /// The name of the node in the main file.
+    /// The name of the node in the main file, or the class of a node that is the only one of it.
     pub node: String,
     /// What is done with it.
     pub what: ActionKind,
@@ -52,18 +52,29 @@ impl World {
         }
     }
 
-    /// Returns the node of a name.
+    /// Returns the node of a name, or the only node of a class.
     ///
     /// # Errors
-    /// Returns a warning if the main file has no such name.
+    /// Returns a warning if the main file has no such name, and not exactly one node of that class.
     fn named(&self, name: &str) -> Result<NodeId> {
         let names = &self.document.names;
-        names.get(name).copied().ok_or_else(|| {
-            let warning = Diagnostic::warning(format!("no node is called `{name}`"));
-            match nearest(name, names.keys().map(|name| &**name)) {
-                Some(other) => warning.with_help(format!("there is `{other}`")),
-                None => warning.with_help("`DEF NAME` gives a node a name"),
+        if let Some(id) = names.get(name) {
+            return Ok(*id);
+        }
+        let all = (0..self.document.nodes.len() as u32).map(NodeId);
+        let of_class = all.filter(|id| self.document.node(*id).class_name() == name);
+        let of_class: BTreeSet<NodeId> = of_class.map(|id| self.document.node(id).id).collect();
+        if let (1, Some(id)) = (of_class.len(), of_class.first()) {
+            return Ok(*id);
+        }
+        let warning = Diagnostic::warning(format!("no node is called `{name}`"));
+        Err(match nearest(name, names.keys().map(|name| &**name)) {
+            _ if !of_class.is_empty() => {
+                let count = of_class.len();
+                warning.with_help(format!("there are {count} of this class; `DEF` names one"))
             }
+            Some(other) => warning.with_help(format!("there is `{other}`")),
+            None => warning.with_help("`DEF NAME` gives a node a name"),
         })
     }
 

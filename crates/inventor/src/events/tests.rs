@@ -381,6 +381,20 @@ fn a_touch_reaches_the_sensor_beside_the_shape() {
     }
 }
 
+#[test]
+fn a_node_without_a_name_is_found_by_its_class_if_it_is_the_only_one() {
+    let scene = |count| {
+        let anchor = "Anchor { url \"#W\" children Shape { } } ";
+        let anchors = anchor.repeat(count);
+        format!(
+            "DEF V Viewpoint {{ }} DEF W Viewpoint {{ }} DEF L DirectionalLight {{ on FALSE }}
+            {anchors} ROUTE W.isBound TO L.on"
+        )
+    };
+    let on = |count| after(&scene(count), &[touch(1.0, "Anchor")], 2.0, "L", "on");
+    assert_eq!((on(1), on(2)), (Value::Bool(true), Value::Bool(false)));
+}
+
 /// ISO 14772-1, 4.6.7.3: the sensors of one group act together, those of a group above it do not.
 #[test]
 fn sensors_of_the_lowest_group_act_together() {
