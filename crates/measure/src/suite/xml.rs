@@ -1,5 +1,6 @@
 //! A document of XML as a tree of elements.
 
+use quick_xml::escape::unescape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
@@ -55,6 +56,12 @@ pub(super) fn parse(text: &str) -> Result<Element, String> {
                 let text = text.decode().map_err(|e| wrong(e.to_string()))?;
                 parent(&mut open).text.push_str(&text);
             }
+            Event::GeneralRef(name) => {
+                let name = name.decode().map_err(|e| wrong(e.to_string()))?;
+                let name = format!("&{name};");
+                let letter = unescape(&name).map_err(|e| wrong(e.to_string()))?;
+                parent(&mut open).text.push_str(&letter);
+            }
             Event::Eof if open.len() == 1 => return Ok(open.remove(0)),
             Event::Eof => return Err(wrong("an element is not closed".to_string())),
             _ => {}
@@ -87,4 +94,23 @@ fn element(start: &BytesStart<'_>) -> Result<Element, String> {
         attributes,
         ..Element::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::parse;
+
+    #[test]
+    fn a_document_is_a_tree_with_attributes_and_texts() {
+        let text =
+            "<?xml version='1.0'?><!DOCTYPE a><a b='1 &lt; 2'><c/>x &amp; <![CDATA[<y>]]></a>";
+        let root = parse(text).expect("it is well-formed");
+        let a = root.named("a").next().expect("it is there");
+        assert_eq!(a.get("b"), Some("1 < 2"));
+        assert_eq!(
+            (a.children[0].name.as_str(), a.text.as_str()),
+            ("c", "x & <y>")
+        );
+        assert!(parse("<a>").is_err() && parse("<a></b>").is_err());
+    }
 }
