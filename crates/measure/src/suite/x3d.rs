@@ -439,7 +439,7 @@ mod tests {
                 "<Script><field name='x' type='SFBool' accessType='inputOnly'/><![CDATA[ecmascript:\
                  function x(v) { a = \"b\"; }]]></Script>"
             ),
-            "Script { eventIn SFBool x url [ \"javascript: function x(v) { a = \\\"b\\\"; }\" ] }"
+            "Script { eventIn SFBool x url [ \"javascript:function x(v) { a = \\\"b\\\"; }\" ] }"
         );
     }
 }
