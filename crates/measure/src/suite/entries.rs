@@ -16,10 +16,11 @@
 //!   never NODE.EVENT                       an event that is not sent
 //! ```
 //!
-//! Points are in world space, where the standard's text and the scene give them; they are projected
-//! by the view (angle of view 0.785398 over the picture's height). A component of a color is a level
-//! from 0 to 255, which the picture may miss by the tolerance (3 unless stated), or a range `LO-HI`.
-//! A rectangle has two opposite corners in the plane `Z`, or anywhere: `X0 Y0 Z0 X1 Y1 Z1`.
+//! Points are in world space, where the standard's text and the scene give them; they are
+//! projected by the view (angle of view 0.785398 over the picture's height). A component of a
+//! color is a level from 0 to 255, which the picture may miss by the tolerance (3 unless stated),
+//! or a range `LO-HI`. A rectangle has two opposite corners in the plane `Z`, or anywhere: `X0 Y0
+//! Z0 X1 Y1 Z1`.
 
 use glam::DVec3;
 

@@ -2,13 +2,14 @@
 //!
 //! `cargo run --release -p measure -- suite PROGRAM FOLDER [--only TEXT] [--keep FOLDER]`.
 //!
-//! The folder has the X3D scenes of NIST's VRML97 suite of 1999 (`examples/ConformanceNist` of the
-//! Web3D archive, or a sample of it). PROGRAM is `ivcam` with the feature `scripts`. The scenes are
-//! converted to VRML97, their pictures and levels of detail replaced by stand-ins of known colors,
-//! and each is drawn as a viewer of its time shows it, by the standard's own equation of light
-//! (`--look viewer -s p`). `entries.txt` says what must be seen; its values come from the standard
-//! and from the scenes. Prints a row for each category, and the checks that fail. The exit code is 1
-//! if a check fails. `--keep` names a new folder for the scenes and pictures, which stay there.
+//! The folder has the X3D scenes of NIST's VRML97 suite of 1999 (`examples/ConformanceNist` of
+//! the Web3D archive, or a sample of it). PROGRAM is `ivcam` with the feature `scripts`. The
+//! scenes are converted to VRML97, their pictures and levels of detail replaced by stand-ins of
+//! known colors, and each is drawn as a viewer of its time shows it, by the standard's own
+//! equation of light (`--look viewer -s p`). `entries.txt` says what must be seen; its values
+//! come from the standard and from the scenes. Prints a row for each category, and the checks
+//! that fail. The exit code is 1 if a check fails. `--keep` names a new folder for the scenes and
+//! pictures, which stay there.
 
 mod checks;
 mod entries;

@@ -1,8 +1,8 @@
 //! Converts a scene from the XML encoding of X3D to VRML97.
 //!
 //! The standard's test suite was written in VRML97 and is kept in X3D. The conversion covers what
-//! its scenes have: nodes and prototypes of VRML97, scripts and routes. Fields and nodes that VRML97
-//! lacks are left out.
+//! its scenes have: nodes and prototypes of VRML97, scripts and routes. Fields and nodes that
+//! VRML97 lacks are left out.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
