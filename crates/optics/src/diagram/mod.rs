@@ -15,5 +15,5 @@ mod section;
 mod svg;
 
 pub use page::{html_page, svg_page};
-pub use point_spreads::{point_spread_map, point_spreads};
+pub use point_spreads::{point_spread_map, point_spreads, white_light};
 pub use section::{LensDiagram, SectionOptions};

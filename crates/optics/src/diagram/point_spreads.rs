@@ -164,7 +164,7 @@ fn between(image: &[DVec3], side: usize, off: DVec2) -> DVec3 {
 }
 
 /// Returns wavelengths with the color that each adds to white light, which is 1 in total.
-fn white_light() -> Vec<(f64, DVec3)> {
+pub fn white_light() -> Vec<(f64, DVec3)> {
     let spectrum = Spectrum::default();
     let lines = (FIRST..=LAST).step_by(30).map(f64::from);
     let lines: Vec<(f64, DVec3)> = lines.map(|nm| (nm, spectrum.response(nm))).collect();

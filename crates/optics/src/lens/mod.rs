@@ -34,6 +34,7 @@ pub use analysis::curves::{ColorRow, Conjugate, FieldRow, Zone};
 pub use analysis::diffraction::Wavefront;
 pub use analysis::ghosts::GhostPair;
 pub use analysis::points::{Modulation, PointImage};
+pub use analysis::psf::PointSpreads;
 pub use analysis::sheet::{FieldPoint, LensSheet, SheetSetting};
 pub use ivcam_base::math::lanes::LANES;
 pub use lanes::bundle::Bundle;

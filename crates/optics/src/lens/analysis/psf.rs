@@ -15,13 +15,13 @@ const GRID: (usize, usize) = (64, 512);
 
 /// The images of points on the film's diagonal, all at one scale.
 #[derive(Clone, Debug)]
-pub(crate) struct PointSpreads {
+pub struct PointSpreads {
     /// The size of a pixel, in millimeters.
     pub pitch: f64,
     /// The height on the film of each image, in millimeters.
     pub heights: Vec<f64>,
-    /// The colors of each image per square millimeter, row by row as on the film, from a point
-    /// source of color 1.
+    /// The colors of each image per square millimeter from a point source of color 1. Rows have
+    /// rising y, and the pixels of a row rising x, both in lens space.
     pub images: Vec<Vec<DVec3>>,
 }
 
@@ -31,8 +31,9 @@ impl PointSpreads {
     ///
     /// # Errors
     ///
-    /// Returns an error if the lens makes no image, or if an image is too blurred for [`GRID`].
-    pub(crate) fn of(
+    /// Returns an error if the lens makes no image, or if an image is too blurred to compute: it
+    /// would need more than 512 plane waves across the pupil.
+    pub fn of(
         lens: &Lens,
         setting: &SheetSetting<'_>,
         colors: &[(f64, DVec3)],
