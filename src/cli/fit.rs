@@ -5,12 +5,12 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::Result;
 use ivcam_base::files::write_whole;
 
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::Plate;
-use crate::compare::camera_fit::CameraFit;
+use crate::compare::camera_fit::{CameraFit, check_plan};
 use crate::compare::fit::FitStep;
 use crate::photo::{Era, Session};
 
@@ -27,13 +27,7 @@ pub(crate) fn run(
 ) -> Result<Plate> {
     let mut plan = render::plan(matches, Era::Modern)?;
     plan.scene = text(matches, "new").unwrap_or_default().into();
-    if plan.solids {
-        return Err(
-            Diagnostic::unsupported("a camera can't be fitted with `--solids`")
-                .with_help("leave it out: the picture is the same without it"),
-        );
-    }
-    render::refuse_region(&plan)?;
+    check_plan(&plan)?;
     let quiet = matches.get_flag("quiet");
     let limit = plan.stop.time;
     let mut session = Session::open(plan)?;
@@ -64,9 +58,8 @@ pub(crate) fn run(
     let found = fit.search(&mut session, target, &mut report)?;
     bar.finish_and_clear();
     kept?;
-    let text = fit.camera_text(&found.fitted.values);
-    write_whole(file, |f| f.write_all(text.as_bytes()))?;
-    exit_code(fit.report(&found.fitted, out))?;
+    write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
+    exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found.rendering)
 }

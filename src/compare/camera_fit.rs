@@ -14,6 +14,7 @@ use ivcam_base::math::{Meters, Mm};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
 use ivcam_render::render::Exposure;
+use serde::Serialize;
 
 use super::align;
 use super::fit::{Fit, FitStep, Fitted, Half};
@@ -92,10 +93,86 @@ impl Clock {
     }
 }
 
-/// The result of a camera fit: the parameters, and their rendering.
+/// The result of a camera fit, with the rendering of the found camera.
 pub(crate) struct FoundCamera {
-    pub fitted: Fitted,
+    pub camera: FittedCamera,
     pub rendering: Plate,
+}
+
+/// The camera that a fit found. Each error is a standard error, and infinite (`null` in JSON) if
+/// the picture does not determine the value or the fit ended early.
+#[derive(Clone, Debug, Serialize)]
+pub struct FittedCamera {
+    /// The position in meters.
+    pub position: [f64; 3],
+    /// The orientation as a quaternion x, y, z, w.
+    pub orientation: [f64; 4],
+    /// The vertical angle of view in radians, for an image at the focal length.
+    pub height_angle: f64,
+    /// The focal length in millimeters.
+    pub efl: f64,
+    /// The error of `efl`.
+    pub efl_error: f64,
+    /// The focal length of the start in millimeters.
+    pub start_efl: f64,
+    /// The focus distance in meters.
+    pub focus: f64,
+    /// The error of `focus`; `None` if the focus was not fitted.
+    pub focus_error: Option<f64>,
+    /// The focus distance of the start in meters.
+    pub start_focus: f64,
+    /// The distance from the start's position in meters.
+    pub moved: f64,
+    /// The error of `moved`.
+    pub moved_error: f64,
+    /// The angle from the start's orientation in radians.
+    pub turned: f64,
+    /// The error of `turned`.
+    pub turned_error: f64,
+    /// The robust root mean square of the residuals of local contrast; NaN (`null` in JSON) if no
+    /// rendering was possible.
+    pub residual: f64,
+    /// The number of renderings.
+    pub renders: usize,
+    /// Whether the time ended before the fit had converged at every size.
+    pub ended_early: bool,
+    /// The camera as an Inventor file, with the options of the lens in a comment.
+    pub file: String,
+}
+
+/// Finds the camera of an archival picture, from the camera and the lens of a session. The
+/// session's scene is rendered many times. `report` is called after each improvement. A canceled
+/// budget of the session ends the fit with an error.
+///
+/// # Errors
+/// Fails for `--solids`, a region, an ideal lens, an orthographic camera and a lens without a
+/// positive focal length, if the target's aspect differs from the rendering's, and if the start
+/// cannot be rendered.
+pub fn fit_camera(
+    session: &mut Session,
+    target: &Plate,
+    report: &mut dyn FnMut(&FitStep<'_>),
+) -> Result<(FittedCamera, Plate)> {
+    check_plan(&session.plan)?;
+    let fit = CameraFit::of(session)?;
+    let found = fit.search(session, target, report)?;
+    Ok((found.camera, found.rendering))
+}
+
+/// Refuses the options that a fit does not have.
+///
+/// # Errors
+/// Fails for `--solids` and a region.
+pub(crate) fn check_plan(plan: &Plan) -> Result<()> {
+    let (name, help) = match (plan.solids, plan.region) {
+        (false, None) => return Ok(()),
+        (true, _) => (
+            "--solids",
+            "leave it out: the picture is the same without it",
+        ),
+        (false, Some(_)) => ("--region", "leave it out: a fit needs the whole picture"),
+    };
+    Err(Diagnostic::unsupported(format!("a camera can't be fitted with `{name}`")).with_help(help))
 }
 
 /// The index of the focus among the parameters.
@@ -300,7 +377,8 @@ impl CameraFit {
             pixels: f64::from(size.width) * f64::from(size.height),
             cost: Cell::default(),
         };
-        let has_to_end = || clock.is_over();
+        let stop = session.budget.stop().clone();
+        let has_to_end = || clock.is_over() || stop.is_set();
         let fit = Fit {
             has_to_end: &has_to_end,
             target,
@@ -309,7 +387,7 @@ impl CameraFit {
             blur: (count > FOCUS).then_some(FOCUS),
         };
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-            if clock.is_over() {
+            if has_to_end() {
                 return Err(Diagnostic::error("the time of the fit is over"));
             }
             let begun = Instant::now();
@@ -331,7 +409,8 @@ impl CameraFit {
         let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
-        Ok(FoundCamera { fitted, rendering })
+        let camera = self.camera(&fitted);
+        Ok(FoundCamera { camera, rendering })
     }
 
     /// Checks that the target has the rendering's aspect.
@@ -374,52 +453,83 @@ impl CameraFit {
         )
     }
 
-    /// Writes the result, each value with its standard error.
-    ///
-    /// # Errors
-    /// Fails if `out` cannot be written.
-    pub(crate) fn report(&self, fitted: &Fitted, out: &mut dyn Write) -> std::io::Result<()> {
+    /// Returns the camera of fitted parameters.
+    fn camera(&self, fitted: &Fitted) -> FittedCamera {
         let v = &fitted.values;
         let error = |i: usize| fitted.error(i);
         let length = |a: f64, b: f64, c: f64| (a * a + b * b + c * c).sqrt();
         let (efl, focus) = self.optics(v);
+        let pose = self.pose_at(v);
+        let height_angle = match pose.projection {
+            Projection::Perspective { height_angle } => height_angle,
+            Projection::Orthographic { .. } => f64::NAN, // `pose_at` returns none.
+        };
+        FittedCamera {
+            position: pose.position.to_array(),
+            orientation: pose.orientation.to_array(),
+            height_angle,
+            efl,
+            efl_error: efl * fitted.error_of(&self.focal_length_gradient(v)),
+            start_efl: self.efl,
+            focus,
+            focus_error: (v.len() > FOCUS).then(|| focus * error(FOCUS)),
+            start_focus: self.focus,
+            moved: length(v[0], v[1], v[2]),
+            moved_error: length(error(0), error(1), error(2)),
+            turned: length(v[3], v[4], v[5]),
+            turned_error: length(error(3), error(4), error(5)),
+            residual: fitted.cost.max(0.0).sqrt(),
+            renders: fitted.renders,
+            ended_early: fitted.ended_early,
+            file: self.camera_text(v),
+        }
+    }
+}
+
+impl FittedCamera {
+    /// Writes the result, each value with its standard error.
+    ///
+    /// # Errors
+    /// Fails if `out` cannot be written.
+    pub(crate) fn report(&self, out: &mut dyn Write) -> std::io::Result<()> {
         writeln!(
             out,
             "moved      {:.1} mm{}",
-            1000.0 * length(v[0], v[1], v[2]),
-            in_brackets(1000.0 * length(error(0), error(1), error(2)), 1)
+            1000.0 * self.moved,
+            in_brackets(1000.0 * self.moved_error, 1)
         )?;
         writeln!(
             out,
             "turned     {:.3} degrees{}",
-            length(v[3], v[4], v[5]).to_degrees(),
-            in_brackets(length(error(3), error(4), error(5)).to_degrees(), 3)
+            self.turned.to_degrees(),
+            in_brackets(self.turned_error.to_degrees(), 3)
         )?;
         writeln!(
             out,
-            "focal      {efl:.3} mm{}, was {:.3} mm",
-            in_brackets(efl * fitted.error_of(&self.focal_length_gradient(v)), 3),
-            self.efl
+            "focal      {:.3} mm{}, was {:.3} mm",
+            self.efl,
+            in_brackets(self.efl_error, 3),
+            self.start_efl
         )?;
-        if v.len() > FOCUS {
+        if let Some(error) = self.focus_error {
             writeln!(
                 out,
-                "focus      {focus:.3} m{}, was {:.3} m",
-                in_brackets(focus * error(FOCUS), 3),
-                self.focus
+                "focus      {:.3} m{}, was {:.3} m",
+                self.focus,
+                in_brackets(error, 3),
+                self.start_focus
             )?;
         }
-        if fitted.cost.is_finite() {
-            let residual = 100.0 * fitted.cost.max(0.0).sqrt();
-            writeln!(out, "residual   {residual:.1}%")?;
+        if self.residual.is_finite() {
+            writeln!(out, "residual   {:.1}%", 100.0 * self.residual)?;
         }
-        if fitted.ended_early {
+        if self.ended_early {
             writeln!(
                 out,
                 "ended      by `--time`; this is the best camera so far, without errors"
             )?;
         }
-        writeln!(out, "renders    {}", fitted.renders)
+        writeln!(out, "renders    {}", self.renders)
     }
 }
 

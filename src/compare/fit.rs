@@ -58,7 +58,7 @@ const SEARCH: i32 = 6;
 const USUAL_ITERATIONS: usize = 6;
 
 /// The state of a fit after a step that improved it.
-pub(crate) struct FitStep<'a> {
+pub struct FitStep<'a> {
     /// The size of the rendering in pixels.
     pub size: (usize, usize),
     /// The best values so far.

@@ -20,7 +20,9 @@ pub(crate) mod warp;
 
 pub use align::Alignment;
 pub(crate) use align::probability;
+pub use camera_fit::{FittedCamera, fit_camera};
 pub use edges::EdgeDistance;
+pub use fit::FitStep;
 pub use measure::{Comparison, METRICS, Measures, Metric, Options, Registration, compare};
 pub use metric::Mask;
 pub use plane::{Plane, Plate};
