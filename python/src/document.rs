@@ -5,7 +5,7 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use ivcam::diag::{Diagnostic, Severity, Sink};
 use ivcam::export::{ExportOptions, Losses, Target, convert};
-use ivcam::iv::{FolderLoader, Format, Limits, Loader, NoFiles, NodeId};
+use ivcam::iv::{FolderLoader, Format, Limits, Loader, NoFiles, NodeId, Value};
 use ivcam::memory::MemoryLimit;
 use ivcam::pose::Projection;
 use ivcam::scene::CompileOptions;
@@ -18,6 +18,7 @@ use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::calls::on_pool;
 use crate::errors::{OrRaise, records};
 use crate::{triangles, values};
 
@@ -93,13 +94,13 @@ impl PyDocument {
         search: Vec<PathBuf>,
         contain: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let document = py.detach(|| {
+        let document = on_pool(py, || {
             let folders: Vec<&Path> = search.iter().map(PathBuf::as_path).collect();
             let limits = Limits::default();
             allowance().during(|| {
                 ivcam::Document::open_or_stdin(&path, &folders, contain.as_deref(), &limits)
             })
-        });
+        })?;
         Ok(Self {
             inner: Arc::new(RwLock::new(document.or_raise(py)?)),
             path: Some(path),
@@ -116,7 +117,7 @@ impl PyDocument {
         search: Vec<PathBuf>,
     ) -> PyResult<Self> {
         let bytes = bytes.to_vec();
-        let document = py.detach(|| {
+        let document = on_pool(py, || {
             let limits = Limits::default();
             let loader: Arc<dyn Loader> = match &folder {
                 None => Arc::new(NoFiles),
@@ -131,7 +132,7 @@ impl PyDocument {
             };
             let name = folder.map_or(name.clone(), |f| f.join(name).display().to_string());
             allowance().during(|| ivcam::Document::read(&name, bytes, loader, &limits))
-        });
+        })?;
         Ok(Self {
             inner: Arc::new(RwLock::new(document.or_raise(py)?)),
             path: None,
@@ -170,7 +171,7 @@ impl PyDocument {
     }
 
     fn cameras<'py>(&self, py: Python<'py>, time: f64) -> PyResult<Bound<'py, PyList>> {
-        let model = py.detach(|| self.model(time, None, false)).or_raise(py)?;
+        let model = on_pool(py, || self.model(time, None, false))?.or_raise(py)?;
         let list = PyList::empty(py);
         let mut all = model.cameras.iter();
         all.try_for_each(|camera| list.append(camera_record(py, camera)?))?;
@@ -178,7 +179,7 @@ impl PyDocument {
     }
 
     fn lights<'py>(&self, py: Python<'py>, time: f64) -> PyResult<Bound<'py, PyList>> {
-        let model = py.detach(|| self.model(time, None, false)).or_raise(py)?;
+        let model = on_pool(py, || self.model(time, None, false))?.or_raise(py)?;
         let list = PyList::empty(py);
         let mut all = model.lights.iter();
         all.try_for_each(|light| list.append(light_record(py, light)?))?;
@@ -196,18 +197,22 @@ impl PyDocument {
             let model = self.model(time, Some(tolerance), recenter)?;
             Ok((triangles::Arrays::of(&model), model))
         };
-        let (arrays, model) = py.detach(make).or_raise(py)?;
+        let (arrays, model) = on_pool(py, make)?.or_raise(py)?;
         arrays.into_dict(py, &model)
     }
 
-    fn write<'py>(&self, py: Python<'py>, binary: bool) -> Bound<'py, pyo3::types::PyBytes> {
+    fn write<'py>(
+        &self,
+        py: Python<'py>,
+        binary: bool,
+    ) -> PyResult<Bound<'py, pyo3::types::PyBytes>> {
         let format = if binary {
             Format::Binary
         } else {
             Format::Ascii
         };
-        let bytes = py.detach(|| self.read().write(format));
-        pyo3::types::PyBytes::new(py, &bytes)
+        let bytes = on_pool(py, || self.read().write(format))?;
+        Ok(pyo3::types::PyBytes::new(py, &bytes))
     }
 
     #[allow(clippy::too_many_arguments)]
@@ -232,7 +237,7 @@ impl PyDocument {
             }),
             stem: stem.into_owned(),
         };
-        let made = py.detach(|| {
+        let made = on_pool(py, || {
             let document = self.read();
             let conversion = allowance().during(|| {
                 let conversion = convert(&document, target, &options)?;
@@ -244,7 +249,7 @@ impl PyDocument {
             self.keep_inputs(&document, &files)?;
             write_all(&conversion.beside, &path, &conversion.bytes)?;
             Ok((conversion, files))
-        });
+        })?;
         let (conversion, files) = made.or_raise(py)?;
         let record = PyDict::new(py);
         record.set_item("format", target.name())?;
@@ -444,8 +449,14 @@ impl PyNode {
     #[getter]
     fn fields<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let document = self.read();
+        let stated = document.node(NodeId(self.id)).stated_fields();
+        let stated: Vec<(String, Value)> = stated
+            .map(|(name, value)| (name.to_owned(), value.clone()))
+            .collect();
+        // Making objects may run other code of Python, which may wait for the same lock.
+        drop(document);
         let fields = PyDict::new(py);
-        for (name, value) in document.node(NodeId(self.id)).stated_fields() {
+        for (name, value) in &stated {
             fields.set_item(name, values::field(py, value, &|id| self.other(py, id))?)?;
         }
         Ok(fields)
@@ -468,25 +479,25 @@ impl PyNode {
     /// Returns the value of a field: the stated one, or else the default of its class.
     fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
         let document = self.read();
-        if let Some(value) = document.node(NodeId(self.id)).value(name) {
-            return values::field(py, value, &|id| self.other(py, id));
-        }
-        // Two locks of one thread may wait for a writer between them.
+        let value = document.node(NodeId(self.id)).value(name).cloned();
+        // Making objects may run other code of Python, which may wait for the same lock.
         drop(document);
-        Err(self.no_field(name))
+        match value {
+            Some(value) => values::field(py, &value, &|id| self.other(py, id)),
+            None => Err(self.no_field(name)),
+        }
     }
 
     /// Sets a field. The document, and pictures and triangles of it from now on, are changed.
     fn __setitem__(&self, py: Python<'_>, name: &str, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        let new = {
-            let document = self.read();
-            let node = document.node(NodeId(self.id));
-            let class = node.class_name().to_owned();
-            node.value(name)
-                .map(|old| (values::like(old, value), class))
-        };
-        let (new, class) = new.ok_or_else(|| self.no_field(name))?;
-        let new = new.ok_or_else(|| {
+        let document = self.read();
+        let node = document.node(NodeId(self.id));
+        let class = node.class_name().to_owned();
+        let old = node.value(name).cloned();
+        // Reading an object may run other code of Python, which may wait for the same lock.
+        drop(document);
+        let old = old.ok_or_else(|| self.no_field(name))?;
+        let new = values::like(&old, value).ok_or_else(|| {
             PyTypeError::new_err(format!("`{name}` of `{class}` cannot be set to {value}"))
         })?;
         let mut document = self.inner.write().unwrap_or_else(PoisonError::into_inner);
@@ -536,9 +547,7 @@ pub(crate) fn check<'py>(
 ) -> PyResult<(Bound<'py, PyList>, Bound<'py, PyList>)> {
     let mut skipped = Sink::new();
     let named: Vec<&PathBuf> = paths.iter().collect();
-    let files = py
-        .detach(|| scene_files(&named, &mut skipped))
-        .or_raise(py)?;
+    let files = on_pool(py, || scene_files(&named, &mut skipped))?.or_raise(py)?;
     let folders: Vec<&Path> = search.iter().map(PathBuf::as_path).collect();
     let options = CompileOptions {
         texture_folders: search.clone(),
@@ -549,7 +558,7 @@ pub(crate) fn check<'py>(
     let list = PyList::empty(py);
     for file in &files {
         let read = || Checked::read(file, &folders, contain.as_deref(), &limits, &at, &options);
-        let found = py.detach(|| allowance().during(read).json());
+        let found = on_pool(py, || allowance().during(read).json())?;
         list.append(values::json(py, &found)?)?;
         py.check_signals()?;
     }

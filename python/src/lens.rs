@@ -3,15 +3,19 @@
 use ivcam::cli::lens_output;
 use ivcam::diag::{Severity, Sink};
 use ivcam::glam::{DVec2, DVec3};
-use ivcam::lens::{Focus, LensRay, Loss, LossKind, Plane, SheetSetting, Toward, shipped_names};
+use ivcam::lens::{
+    FieldPoint, Focus, LensRay, Loss, LossKind, Plane, PointSpreads, SheetSetting, Toward,
+    shipped_names,
+};
 use ivcam::photo::LensChoice;
-use ivcam_optics::diagram::{LensDiagram, SectionOptions};
+use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
 use ivcam_optics::prescription::formats::write::{Target, write};
-use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 
+use crate::calls::{on_pool, on_this_thread};
 use crate::errors::{OrRaise, records};
 use crate::options::Keywords;
 use crate::values::rows;
@@ -95,7 +99,7 @@ impl PyLens {
         let known: Vec<_> = ivcam::photo::options::lens_options().collect();
         let Keywords { given, mut words } = Keywords::read("Lens", options, &known)?;
         let mut sink = Sink::new();
-        let opened = py.detach(|| {
+        let opened = on_pool(py, || {
             let (choice, distance) = LensChoice::from_options(&name, &given, &mut sink)?;
             let mut unfocused = choice.open(&mut sink)?;
             if let Some(nm) = wavelength {
@@ -107,7 +111,7 @@ impl PyLens {
             let focused = unfocused.focused(choice.method, distance);
             let (lens, focus) = focused.map_err(|fault| fault.diagnostic(unfocused.name()))?;
             Ok((lens, unfocused, Some(focus)))
-        });
+        })?;
         let (lens, unfocused, focus) = opened.or_raise(py)?;
         words.extend(wavelength.map(|nm| format!("--wavelength={nm}")));
         Ok(Self {
@@ -152,7 +156,7 @@ impl PyLens {
             .chain(words)
             .chain(name)
             .collect();
-        let output = py.detach(|| lens_output(&words)).or_raise(py)?;
+        let output = on_pool(py, || lens_output(&words))?.or_raise(py)?;
         Ok((output.text, output.messages))
     }
 
@@ -184,7 +188,7 @@ impl PyLens {
         let mut origin = vec![RayOutcome::LOST; all.len()];
         let mut direction = vec![RayOutcome::LOST; all.len()];
         let (mut code, mut surface) = (vec![0_u8; all.len()], vec![0_i32; all.len()]);
-        py.detach(|| {
+        on_this_thread(py, || {
             let share = all.len().div_ceil(threads.max(1)).max(1);
             let parts = origin
                 .chunks_mut(share)
@@ -202,7 +206,7 @@ impl PyLens {
                     }
                 }
             });
-        });
+        })?;
         Ok((
             rows(py, origin)?,
             rows(py, direction)?,
@@ -220,7 +224,7 @@ impl PyLens {
         film_z: f64,
         grid: usize,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let spot = py.detach(|| self.lens.spot(DVec2::new(x, y), film_z, grid));
+        let spot = on_pool(py, || self.lens.spot(DVec2::new(x, y), film_z, grid))?;
         let Some(spot) = spot else { return Ok(None) };
         let record = PyDict::new(py);
         let points = spot.points.iter().map(DVec2::to_array).collect();
@@ -234,6 +238,46 @@ impl PyLens {
         Ok(Some(record))
     }
 
+    /// Returns the images of points by diffraction, in white light (three colors), or by
+    /// wavelengths in nanometers with their weights (one color).
+    fn psf<'py>(
+        &self,
+        py: Python<'py>,
+        fields: Vec<(String, f64)>,
+        waves: Option<Vec<(f64, f64)>>,
+        side: usize,
+        image_height: Option<f64>,
+        defocus: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let is_white = waves.is_none();
+        let gray = |waves: Vec<(f64, f64)>| {
+            let whole: f64 = waves.iter().map(|(_, weight)| weight).sum();
+            let share = |(nm, weight): (f64, f64)| (nm, DVec3::splat(weight / whole));
+            waves.into_iter().map(share).collect()
+        };
+        let colors: Vec<(f64, DVec3)> = waves.map_or_else(white_light, gray);
+        let setting = SheetSetting {
+            defocus,
+            image_height,
+            fields: fields.iter().map(field_point).collect(),
+            ..self.setting()
+        };
+        let made = on_pool(py, || PointSpreads::of(&self.lens, &setting, &colors, side))?;
+        let spreads = made.or_raise(py)?;
+        let count = spreads.images.len();
+        let pixels = spreads.images.iter().flatten();
+        let (values, channels): (Vec<f64>, usize) = match is_white {
+            true => (pixels.flat_map(DVec3::to_array).collect(), 3),
+            false => (pixels.map(|color| color.x).collect(), 1),
+        };
+        let record = PyDict::new(py);
+        let images = PyArray1::from_vec(py, values).reshape([count, side, side, channels])?;
+        record.set_item("images", images)?;
+        record.set_item("pitch", spreads.pitch)?;
+        record.set_item("heights", PyArray1::from_vec(py, spreads.heights))?;
+        Ok(record)
+    }
+
     /// Returns the irradiance at film points, for a scene of radiance 1.
     fn irradiance<'py>(
         &self,
@@ -243,7 +287,7 @@ impl PyLens {
     ) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let (points, _) = points.as_slice()?.as_chunks::<2>();
         let at = |p: &[f64; 2]| self.lens.irradiance(DVec2::from_array(*p), film_z);
-        let all = py.detach(|| points.iter().map(at).collect());
+        let all = on_pool(py, || points.iter().map(at).collect())?;
         Ok(PyArray1::from_vec(py, all))
     }
 
@@ -262,18 +306,18 @@ impl PyLens {
             Some(found) => [found.angle, found.f_tan, found.f_theta],
             None => RayOutcome::LOST,
         };
-        let all = py.detach(|| heights.iter().map(at).collect());
+        let all = on_pool(py, || heights.iter().map(at).collect())?;
         rows(py, all)
     }
 
     /// Returns the z of the film with the smallest spot on the axis, in millimeters.
-    fn best_focus(&self, py: Python<'_>, distance: f64) -> Option<f64> {
-        py.detach(|| self.lens.best_focus(distance))
+    fn best_focus(&self, py: Python<'_>, distance: f64) -> PyResult<Option<f64>> {
+        on_pool(py, || self.lens.best_focus(distance))
     }
 
     /// Returns the section with rays as SVG.
-    fn svg(&self, py: Python<'_>) -> String {
-        py.detach(|| {
+    fn svg(&self, py: Python<'_>) -> PyResult<String> {
+        on_pool(py, || {
             let options = SectionOptions::for_lens(&self.lens, &self.setting());
             LensDiagram::of(&self.lens, options).drawing().to_svg()
         })
@@ -282,6 +326,15 @@ impl PyLens {
     /// Returns the prescription as JSON, with what the format leaves out.
     fn prescription(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
         write(self.lens.prescription(), Target::Json).or_raise(py)
+    }
+}
+
+/// Returns the place on the film's diagonal that a unit and a number name.
+fn field_point((unit, value): &(String, f64)) -> FieldPoint {
+    match unit.as_str() {
+        "%" => FieldPoint::Share(0.01 * value),
+        "deg" => FieldPoint::Angle(value.to_radians()),
+        _ => FieldPoint::Height(*value),
     }
 }
 

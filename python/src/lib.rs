@@ -4,9 +4,11 @@
 
 #![deny(unsafe_code)]
 
+mod calls;
 mod comparison;
 mod document;
 mod errors;
+mod fit;
 mod lens;
 mod options;
 mod picture;
@@ -29,5 +31,7 @@ fn _ivcam(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(options::lens_options, module)?)?;
     module.add_function(wrap_pyfunction!(picture::render, module)?)?;
     module.add_function(wrap_pyfunction!(comparison::compare, module)?)?;
+    module.add_function(wrap_pyfunction!(fit::fit, module)?)?;
+    module.add_function(wrap_pyfunction!(calls::end_calls, module)?)?;
     Ok(())
 }

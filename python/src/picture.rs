@@ -23,6 +23,7 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
+use crate::calls::{Call, STACK, on_pool};
 use crate::document::PyDocument;
 use crate::errors::{OrRaise, records};
 use crate::options::{Keywords, OF_PROCESSES};
@@ -47,19 +48,12 @@ struct Outputs {
 impl Outputs {
     fn of(given: &GivenOptions, keeps_layers: bool) -> Result<Self> {
         let path = |name: &str| given.text(name).map(PathBuf::from);
-        let here = std::thread::available_parallelism().map_or(1, usize::from);
-        let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
-        let expects = "a number of threads from 1 to 1024";
-        let kinds = [("fast", false), ("portable", true)];
-        if given.named("arithmetic", &kinds)? == Some(true) {
-            use_portable_arithmetic();
-        }
         let outputs = Self {
             picture: path("output"),
             layers: path("aov"),
             camera: path("write-camera"),
             report: path("report"),
-            threads: given.parsed("threads", expects, count)?.unwrap_or(here),
+            threads: threads(given)?,
             keeps_layers,
         };
         outputs
@@ -73,6 +67,21 @@ impl Outputs {
     fn needs_layers(&self) -> bool {
         self.keeps_layers || self.layers.is_some()
     }
+}
+
+/// Reads the number of threads, and the arithmetic, which holds for the process.
+///
+/// # Errors
+/// Fails if a value is invalid.
+pub(crate) fn threads(given: &GivenOptions) -> Result<usize> {
+    let here = std::thread::available_parallelism().map_or(1, usize::from);
+    let count = |w: &str| w.parse().ok().filter(|n| (1..=1024).contains(n));
+    let expects = "a number of threads from 1 to 1024";
+    let kinds = [("fast", false), ("portable", true)];
+    if given.named("arithmetic", &kinds)? == Some(true) {
+        use_portable_arithmetic();
+    }
+    Ok(given.parsed("threads", expects, count)?.unwrap_or(here))
 }
 
 /// What a render made.
@@ -191,7 +200,7 @@ impl PyPicture {
         let picture = self.picture(py)?;
         let (height, width) = (picture.height as usize, picture.width as usize);
         let depth = depth_of(Some(depth), self.depth)?;
-        let bytes = py.detach(|| picture.levels(depth));
+        let bytes = on_pool(py, || picture.levels(depth))?;
         if depth == Depth::Eight {
             return Ok(PyArray1::from_vec(py, bytes)
                 .reshape([height, width, 3])?
@@ -206,13 +215,15 @@ impl PyPicture {
 
     fn save(&self, py: Python<'_>, path: PathBuf, depth: Option<u8>) -> PyResult<()> {
         let (picture, depth) = (self.picture(py)?, depth_of(depth, self.depth)?);
-        py.detach(|| picture.save(&path, depth)).or_raise(py)
+        on_pool(py, || picture.save(&path, depth))?.or_raise(py)
     }
 
     fn png<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         let picture = self.picture(py)?;
         let mut bytes = Vec::new();
-        py.detach(|| picture.write(PictureFormat::Png, Depth::Eight, &mut bytes))?;
+        on_pool(py, || {
+            picture.write(PictureFormat::Png, Depth::Eight, &mut bytes)
+        })??;
         Ok(PyBytes::new(py, &bytes))
     }
 }
@@ -278,12 +289,16 @@ pub(crate) fn render(
 
 /// Does some work on another thread, while this one listens for signals and calls `look`. An
 /// exception cancels the work and is raised when the work has ended.
-fn listening<T: Send>(
+///
+/// # Errors
+/// Returns the exception of `look` or of a signal, and fails if the interpreter is ending.
+pub(crate) fn listening<T: Send>(
     py: Python<'_>,
     work: impl FnOnce() -> T + Send,
     budget: &Budget,
     look: impl Fn() -> PyResult<()>,
 ) -> PyResult<T> {
+    let _call = Call::begin(py, Some(budget.stop()))?;
     std::thread::scope(|scope| {
         let (sender, receiver) = channel();
         scope.spawn(move || sender.send(work()));
@@ -313,8 +328,14 @@ fn listening<T: Send>(
 }
 
 /// Runs `work` on a pool with this number of threads.
-fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+///
+/// # Errors
+/// Fails if the threads cannot be started.
+pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .stack_size(STACK)
+        .build();
     let pool =
         pool.map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))?;
     Ok(pool.install(work))

@@ -1,0 +1,124 @@
+//! The camera of an archival picture.
+
+use std::path::PathBuf;
+use std::sync::{Mutex, PoisonError};
+
+use ivcam::compare::{
+    Comparison, FitStep, FittedCamera, Options, Plate, Registration, compare, fit_camera,
+};
+use ivcam::diag::{Diagnostic, Severity, Sink};
+use ivcam::photo::options::{Opt, all};
+use ivcam::{Era, Plan, Session};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::document::PyDocument;
+use crate::errors::{OrRaise, records};
+use crate::options::{Keywords, OF_PROCESSES};
+use crate::picture::{listening, on_threads, threads};
+use crate::{comparison, values};
+
+type Result<T> = ivcam::diag::Result<T>;
+
+/// The options of pictures that name an output, which a fit has none of.
+const OUTPUTS: [&str; 4] = ["output", "aov", "write-camera", "report"];
+
+/// What a fit found.
+struct Found {
+    camera: FittedCamera,
+    rendering: Plate,
+    comparison: Comparison,
+    warnings: Vec<Diagnostic>,
+}
+
+fn known() -> Vec<&'static Opt> {
+    let is_known = |o: &&Opt| !OF_PROCESSES.contains(&o.name) && !OUTPUTS.contains(&o.name);
+    all().filter(is_known).collect()
+}
+
+/// Finds the camera of a picture in a scene, which is a file or a document, as `ivcam compare
+/// --fit` does. `progress` is called with the finished share of the work and the residual.
+#[pyfunction]
+pub(crate) fn fit<'py>(
+    py: Python<'py>,
+    scene: &Bound<'py, PyAny>,
+    picture: &Bound<'py, PyAny>,
+    options: &Bound<'py, PyDict>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let Keywords { given, .. } = Keywords::read("fit", options, &known())?;
+    let document = scene.cast::<PyDocument>().ok().map(|d| d.get());
+    let path: PathBuf = match document {
+        Some(document) => document.source_path(),
+        None => scene.extract()?,
+    };
+    if document.is_some() && given.has("environment") {
+        let text = "an environment is read with its scene: fit the file, not a document";
+        return Err(PyValueError::new_err(text));
+    }
+    let target = comparison::raster(py, picture)?;
+    let mut sink = Sink::new();
+    let start = |era| Plan::of_era(era, path);
+    let plan = Plan::from_options(&given, Era::Modern, start, &mut sink).or_raise(py)?;
+    let threads = threads(&given).or_raise(py)?;
+    let budget = plan.budget();
+    let seen: Mutex<Option<(f64, f64)>> = Mutex::new(None);
+    let work = || {
+        let scene = document.map(|document| document.read().clone());
+        on_threads(threads, || {
+            let open = || match scene {
+                Some(scene) => Session::with_document(plan, scene),
+                None => Session::open(plan),
+            };
+            search(budget.during(open)?, &Plate::from_raster(&target), &seen)
+        })?
+    };
+    let mut found = listening(py, work, &budget, || match progress {
+        None => Ok(()),
+        Some(call) => match *seen.lock().unwrap_or_else(PoisonError::into_inner) {
+            None => Ok(()),
+            Some(step) => call.call1(step).map(|_| ()),
+        },
+    })?
+    .or_raise(py)?;
+    let mut warnings = sink.items().to_vec();
+    warnings.append(&mut found.warnings);
+    warnings.retain(|d| d.severity >= Severity::Warning);
+    record(py, &found, &warnings)
+}
+
+/// Fits the camera of an open session, and compares its picture.
+fn search(mut session: Session, target: &Plate, seen: &Mutex<Option<(f64, f64)>>) -> Result<Found> {
+    let mut report = |step: &FitStep<'_>| {
+        let step = (step.done, step.cost.max(0.0).sqrt());
+        *seen.lock().unwrap_or_else(PoisonError::into_inner) = Some(step);
+    };
+    let (camera, rendering) = fit_camera(&mut session, target, &mut report)?;
+    let options = Options {
+        registration: Registration::Resize,
+        ..Options::default()
+    };
+    Ok(Found {
+        comparison: compare(&rendering, target, &options)?,
+        warnings: session.sink.items().to_vec(),
+        camera,
+        rendering,
+    })
+}
+
+fn record<'py>(
+    py: Python<'py>,
+    found: &Found,
+    warnings: &[Diagnostic],
+) -> PyResult<Bound<'py, PyDict>> {
+    let text = |e: serde_json::Error| PyValueError::new_err(e.to_string());
+    let camera = serde_json::to_value(&found.camera).map_err(text)?;
+    let comparison = serde_json::to_value(&found.comparison).map_err(text)?;
+    let record = PyDict::new(py);
+    record.set_item("camera", values::json(py, &camera)?)?;
+    record.set_item("comparison", values::json(py, &comparison)?)?;
+    record.set_item("rendering", comparison::plate(py, &found.rendering)?)?;
+    record.set_item("problems", records(py, warnings)?)?;
+    Ok(record)
+}
