@@ -7,15 +7,19 @@
     lens = ivcam.Lens("biogon", efl=50)     # first order, rays, spots, modulation, exports
     picture = ivcam.render(scene, lens="biogon", efl=50, focus=3.6, samples=16)
     picture.pixels, picture.error           # height × width × 3 float32, and how wrong it is
+    ivcam.compare(picture, "old.png")       # how far it is from another picture
+    ivcam.fit(scene, "old.png", lens="biogon", efl=50)      # where the camera stood
 
 Scenes are in meters and lenses in millimeters; angles are in radians and wavelengths in
 nanometers unless a name says otherwise. Errors are `IvcamError`, by kind, with the place in the
 file and what to do; warnings are `IvcamWarning`.
 """
 
+import atexit
 from typing import List, Tuple
 
 from . import _ivcam
+from ._comparison import Alignment, Fit, FitProgress, align, compare, fit
 from ._errors import (
     ArgumentError,
     DamagedError,
@@ -37,12 +41,17 @@ from ._lens import (
     TOTAL_REFLECTION,
     Lens,
     Modulation,
+    PointSpread,
     Rays,
     Spot,
     lenses,
 )
-from ._picture import Picture, Progress, compare, render
+from ._picture import Picture, Progress, render
 from ._scene import Conversion, Document, Triangles, check, formats, open
+
+
+# A daemon thread that renders would end the process by a fault when the interpreter ends.
+atexit.register(_ivcam.end_calls)
 
 
 def render_options() -> List[Tuple[str, str, str]]:
@@ -56,12 +65,15 @@ def lens_options() -> List[Tuple[str, str, str]]:
 
 
 __all__ = [
+    "Alignment",
     "ArgumentError",
     "BLOCKED",
     "Conversion",
     "DamagedError",
     "Document",
     "FileError",
+    "Fit",
+    "FitProgress",
     "FocusError",
     "IvcamError",
     "IvcamWarning",
@@ -74,6 +86,7 @@ __all__ = [
     "OutsideFolderError",
     "PASSED",
     "Picture",
+    "PointSpread",
     "Progress",
     "Rays",
     "SceneSyntaxError",
@@ -82,8 +95,10 @@ __all__ = [
     "Triangles",
     "UnsupportedError",
     "__version__",
+    "align",
     "check",
     "compare",
+    "fit",
     "formats",
     "lens_options",
     "lenses",

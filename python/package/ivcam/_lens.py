@@ -7,7 +7,7 @@ import math
 import os
 import tempfile
 from dataclasses import dataclass
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Union
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -47,8 +47,14 @@ class Rays:
 
     def at_z(self, z: float) -> Array:
         """Returns N × 2 points in millimeters where the rays cross a plane; NaN if lost."""
-        step = (z - self.origins[:, 2]) / self.directions[:, 2]
-        points: Array = self.origins[:, :2] + step[:, None] * self.directions[:, :2]
+        points = np.empty((len(self.origins), 2))
+        # The parts fit into the cache of a processor, which takes a third of the time.
+        for start in range(0, len(points), 8192):
+            part = slice(start, start + 8192)
+            origins, directions = self.origins[part], self.directions[part]
+            step = (z - origins[:, 2]) / directions[:, 2]
+            for axis in (0, 1):
+                points[part, axis] = origins[:, axis] + step * directions[:, axis]
         return points
 
 
@@ -89,6 +95,24 @@ class Modulation:
     heights: Array
     tangential: Array
     sagittal: Array
+
+
+@dataclass(frozen=True)
+class PointSpread:
+    """The images of points on the film, by diffraction.
+
+    Attributes:
+        images: F × S × S × 3 in white light (linear sRGB), or F × S × S for stated wavelengths: the
+            light per mm² of film from a point of light 1. Rows have rising y, and the pixels of a
+            row rising x in lens space; the image of the point is in the middle.
+        heights: F, the heights of the image points on the film's y axis in millimeters. A point that
+            gets no light has no image.
+        pitch: the side of a pixel in millimeters, equal for all images.
+    """
+
+    images: Array
+    heights: Array
+    pitch: float
 
 
 class Lens:
@@ -285,6 +309,41 @@ class Lens:
             np.asarray([point[kind]["sagittal"] for point in points], dtype=np.float64),
         )
 
+    def psf(
+        self,
+        fields: Optional[Sequence[Union[float, str]]] = None,
+        *,
+        wavelengths: Union[None, Sequence[float], Mapping[float, float]] = None,
+        size: int = 160,
+        film: Union[None, str, float, Sequence[float]] = None,
+        defocus: float = 0.0,
+    ) -> PointSpread:
+        """Returns the images of points by diffraction, all at one scale.
+
+        Args:
+            fields: heights in millimeters, or `"70%"`, or `"20deg"` [0, 50, 70 and 100%].
+            wavelengths: nanometers, or a dictionary with the weight of each; `None` is white light
+                in three colors.
+            size: the pixels across each image, from 8 to 1024.
+            film: its sides or its diagonal in millimeters [the stated field].
+            defocus: a shift of the film away from the lens, millimeters.
+
+        Raises:
+            ArgumentError: an image is too blurred for plane waves (stop the lens down), or the
+                lens is afocal.
+            ValueError: a wrong size, field, wavelength or weight.
+        """
+        if not 8 <= size <= 1024:
+            raise ValueError("`size` is from 8 to 1024")
+        if not math.isfinite(defocus):
+            raise ValueError("`defocus` is not finite")
+        places = [_field(field) for field in fields or ()]
+        waves = None if wavelengths is None else _waves(wavelengths)
+        found = self._core.psf(places, waves, size, _half_diagonal(film), float(defocus))
+        images: Array = found["images"]
+        one_color = images if waves is None else images[..., 0]
+        return PointSpread(one_color, found["heights"], found["pitch"])
+
     def data(self, *, curves: bool = False, **conditions: Any) -> Dict[str, Any]:
         """Returns what `ivcam lens --json` prints; with `curves` also the data sheet's curves,
         fans, wavefronts and Seidel sums, under `curves` and `aberrations`.
@@ -384,6 +443,48 @@ def _wavelength(nm: float) -> float:
     if not 100.0 <= nm <= 100_000.0:
         raise ValueError(f"a wavelength of {nm} nm can't be traced; visible light is 380 to 750")
     return nm
+
+
+def _field(field: Union[float, str]) -> Tuple[str, float]:
+    """Returns the unit (mm, % or deg) and the number of a place on the film's diagonal."""
+    unit, number = "mm", field
+    if isinstance(field, str):
+        unit = next((unit for unit in ("%", "deg", "mm") if field.endswith(unit)), "mm")
+        number = field[: -len(unit)] if field.endswith(unit) else field
+    try:
+        value = float(number)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1e6:
+        raise ValueError(f'a field is a height in mm, "70%" or "20deg", not {field!r}')
+    return unit, value
+
+
+def _waves(wavelengths: Union[Sequence[float], Mapping[float, float]]) -> List[Tuple[float, float]]:
+    """Returns wavelengths in nanometers with their weights."""
+    if isinstance(wavelengths, Mapping):
+        pairs = [(_wavelength(nm), float(weight)) for nm, weight in wavelengths.items()]
+    else:
+        pairs = [(_wavelength(nm), 1.0) for nm in wavelengths]
+    whole = sum(weight for _, weight in pairs)
+    if not pairs or min(weight for _, weight in pairs) < 0.0 or not 0.0 < whole < math.inf:
+        raise ValueError("`wavelengths` needs weights of 0 or more, one of them above 0")
+    return pairs
+
+
+def _half_diagonal(film: Union[None, str, float, Sequence[float]]) -> Optional[float]:
+    """Returns half of the diagonal of a film in millimeters."""
+    if film is None:
+        return None
+    if isinstance(film, str):
+        sides = [float(side) for side in film.lower().replace("mm", "").split("x")]
+    elif isinstance(film, (int, float)):
+        sides = [float(film)]
+    else:
+        sides = [float(side) for side in film]
+    if len(sides) not in (1, 2) or not all(0.0 < side < 1e6 for side in sides):
+        raise ValueError(f"`film` is a diagonal, or a width and a height in mm, not {film!r}")
+    return 0.5 * math.hypot(*sides)
 
 
 def _number(value: Optional[float]) -> float:

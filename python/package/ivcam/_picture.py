@@ -1,4 +1,4 @@
-"""Pictures: rendering, and comparison."""
+"""Pictures of scenes."""
 
 from __future__ import annotations
 
@@ -31,6 +31,7 @@ class Picture:
 
     def __init__(self, core: _ivcam.Picture) -> None:
         self._core = core
+        self._layers: Optional[Dict[str, npt.NDArray[np.float32]]] = None
 
     @property
     def pixels(self) -> npt.NDArray[np.float32]:
@@ -62,10 +63,11 @@ class Picture:
         Raises:
             ValueError: the picture was rendered without `layers=True`.
         """
-        layers = self._core.layers()
-        if layers is None:
+        if self._layers is None:
+            self._layers = self._core.layers()
+        if self._layers is None:
             raise ValueError("the picture has no layers: render it with `layers=True`")
-        return layers
+        return self._layers
 
     @property
     def metadata(self) -> Dict[str, str]:
@@ -194,55 +196,3 @@ class _Bar:
             import sys
 
             print(file=sys.stderr)
-
-
-def compare(
-    new: Union[PathLike, Picture, npt.NDArray[Any]],
-    old: Union[PathLike, Picture, npt.NDArray[Any]],
-    *,
-    registration: str = "none",
-    match: str = "picture",
-    pixels_per_degree: Optional[float] = None,
-) -> Dict[str, Any]:
-    """Compares a new picture with an old one, as `ivcam compare --json` does.
-
-    Args:
-        new, old: files, pictures, or arrays of H × W × 1 to 4: uint8 levels, or floats of which 1
-            is white.
-        registration: `none` (the sizes are equal), `resize`, or `align` (shift, scale, rotation).
-        match: which tone curves are fitted to the old picture: one for the `picture`, one for each
-            `channel`, or `none`.
-        pixels_per_degree: the viewing resolution, for FLIP [67.02].
-
-    Returns:
-        `width`, `height`, `pixels`, `alignment`, `tones`, and `measures` with `mse`, `psnr` (dB,
-        `None` for equal pictures), `ssim`, `flip`, `edges`, `unmatched_mse`, `unmatched_psnr`.
-
-    Raises:
-        ValueError: a wrong shape or choice.
-        ArgumentError, UnsupportedError, …: all are `IvcamError`.
-    """
-    if registration not in ("none", "resize", "align"):
-        raise ValueError(f"`registration` is none, resize or align, not `{registration}`")
-    if match not in ("picture", "channel", "none"):
-        raise ValueError(f"`match` is picture, channel or none, not `{match}`")
-    if pixels_per_degree is not None and not 1 <= pixels_per_degree <= 1000:
-        raise ValueError("`pixels_per_degree` is from 1 to 1000")
-    pair = (_plate("new", new), _plate("old", old))
-    return _ivcam.compare(*pair, registration, match, pixels_per_degree)
-
-
-def _plate(name: str, picture: Any) -> Any:
-    if isinstance(picture, Picture):
-        return picture.pixels
-    if not isinstance(picture, np.ndarray):
-        return os.fspath(picture)
-    array = picture[:, :, None] if picture.ndim == 2 else picture
-    if array.ndim != 3 or not 1 <= array.shape[2] <= 4 or 0 in array.shape:
-        raise ValueError(f"`{name}` has the shape {picture.shape}, and H × W × 1 to 4 is wanted")
-    if array.dtype == np.uint8:
-        return np.ascontiguousarray(array)
-    levels = np.ascontiguousarray(array, dtype=np.float32)
-    if not np.isfinite(levels).all():
-        raise ValueError(f"`{name}` has values that are not finite")
-    return levels

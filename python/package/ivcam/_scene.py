@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from dataclasses import dataclass
 from typing import Any, Dict, Iterator, List, Optional, Sequence, Tuple, Union
@@ -130,13 +131,13 @@ class Document:
         """Returns the cameras at a time in seconds: `class`, `name`, `line`, `position` (m),
         `orientation` (quaternion x, y, z, w), `near`, `far`, `focal_distance` (m), and
         `height_angle` (rad) or `height` (m)."""
-        return self._core.cameras(time)
+        return self._core.cameras(_time(time))
 
     def lights_at(self, time: float) -> List[Record]:
         """Returns the lights at a time in seconds: `class`, `name`, `line`, `color`, `intensity`,
         and as the light has them `position` (m), `direction`, `attenuation`, `radius` (m),
         `inner_angle` and `outer_angle` (rad)."""
-        return self._core.lights(time)
+        return self._core.lights(_time(time))
 
     def find(self, class_name: str) -> Iterator[Node]:
         """Yields the nodes of a class."""
@@ -156,8 +157,9 @@ class Document:
 
         Raises:
             LimitError: the scene needs more memory or work than one scene may take.
+            ValueError: a `time` that is not finite, or a `tolerance` out of its range.
         """
-        found = self._core.triangles(time, tolerance, recenter)
+        found = self._core.triangles(_time(time), _tolerance(tolerance), recenter)
         triangles = Triangles(**found)
         left_out = triangles.lines + triangles.points
         if left_out:
@@ -186,9 +188,14 @@ class Document:
             UnsupportedError: the format is unknown.
             FileError: a file cannot be written.
             ArgumentError: the output is a file of the scene.
+            ValueError: `time` or `animate` is not finite, or `tolerance` is out of its range.
         """
+        if animate is not None and not 0.0 <= animate < math.inf:
+            raise ValueError(f"`animate` is a number of seconds from 0, not {animate}")
         path = os.fspath(path)
-        found = self._core.convert(path, format, time, tolerance, recenter, animate)
+        found = self._core.convert(
+            path, format, _time(time), _tolerance(tolerance), recenter, animate
+        )
         found["files"] = [os.fspath(file) for file in found["files"]]
         return Conversion(**found)
 
@@ -198,6 +205,20 @@ class Document:
 
     def __repr__(self) -> str:
         return f"<ivcam.Document {self.path or 'of bytes'}: {self.format}>"
+
+
+def _time(seconds: float) -> float:
+    seconds = float(seconds)
+    if not math.isfinite(seconds):
+        raise ValueError(f"`time` is a number of seconds, not {seconds}")
+    return seconds
+
+
+def _tolerance(share: float) -> float:
+    share = float(share)
+    if not 0.0001 <= share <= 0.1:
+        raise ValueError(f"`tolerance` is from 0.0001 to 0.1, not {share}")
+    return share
 
 
 def open(
