@@ -10,15 +10,6 @@ import pytest
 
 import ivcam
 
-LENSES = ["biogon", "double-gauss", "fisheye", "telephoto", "anamorphic"]
-
-
-@pytest.mark.parametrize("name", LENSES)
-def test_numbers_are_those_of_the_program(name: str, command: str) -> None:
-    printed = subprocess.run([command, "lens", name, "--json"], capture_output=True, check=True)
-    assert ivcam.Lens(name).first_order == json.loads(printed.stdout)
-
-
 def test_options_are_those_of_the_program(command: str) -> None:
     words = ["biogon", "--efl", "50", "--f-number", "8", "--focus", "1.5", "--json"]
     printed = subprocess.run([command, "lens", *words], capture_output=True, check=True)
