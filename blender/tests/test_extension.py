@@ -1,0 +1,85 @@
+"""The extension in Blender without a window. Skipped where `bpy` is not installed."""
+
+import pathlib
+import sys
+
+import pytest
+
+bpy = pytest.importorskip("bpy", reason="bpy is not installed")
+pytest.importorskip("ivcam", reason="the package ivcam is not installed")
+HERE = pathlib.Path(__file__).resolve()
+sys.path.insert(0, str(HERE.parents[1]))
+
+import check  # noqa: E402
+
+SCENES = HERE.parents[2] / "scenes"
+BALLS = """#VRML V2.0 utf8
+Viewpoint { position 0 0 6 }
+Transform { translation -1.5 0 0 children Shape { appearance Appearance {
+  material Material { diffuseColor 1 0 0 } } geometry Sphere { } } }
+Transform { translation 1 1 0 children Shape { appearance Appearance {
+  material Material { diffuseColor 0 0 1 transparency 0.5 } } geometry Box { } } }
+"""
+
+
+@pytest.fixture(scope="module")
+def extension():
+    return check.extension()
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("name", ["desk-lamp/desk-lamp.iv", "livroom/table.iv", "street/street.iv"])
+def test_scenes_have_the_triangles_and_materials_of_ivcam(extension, name):
+    ours, theirs = check.compare(SCENES / name)
+    assert ours == theirs and ours[0] > 100
+
+
+def test_objects_stand_where_the_scene_has_them(extension, tmp_path):
+    path = tmp_path / "balls.wrl"
+    path.write_text(BALLS)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.import_scene.ivcam(filepath=str(path)) == {"FINISHED"}
+    meshes = [one for one in bpy.data.objects if one.type == "MESH"]
+    assert len(meshes) == 2
+    middles = sorted(
+        tuple(round(sum(v.co[i] for v in one.data.vertices) / len(one.data.vertices), 2) for i in range(3))
+        for one in meshes
+    )
+    # Inventor's y is Blender's z.
+    assert middles[1] == pytest.approx((1, 0, 1), abs=0.05)
+    assert middles[0] == pytest.approx((-1.5, 0, 0), abs=0.1)
+    (camera,) = [one for one in bpy.data.objects if one.type == "CAMERA"]
+    assert tuple(camera.location) == pytest.approx((0, -6, 0))
+
+
+def test_a_dead_file_is_an_error_and_leaves_nothing(extension, tmp_path):
+    path = tmp_path / "dead.wrl"
+    path.write_text("Dear archive,")
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    with pytest.raises(RuntimeError, match="dead.wrl"):
+        bpy.ops.import_scene.ivcam(filepath=str(path))
+    assert not bpy.data.collections and not bpy.data.objects
+
+
+def test_a_camera_becomes_a_lens(extension):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    camera = bpy.data.cameras.new("Camera")
+    scene = bpy.context.scene
+    lens = extension.lens_camera.use_lens(camera, scene, name="biogon", efl=21, focus=2.0)
+    assert lens.efl == pytest.approx(21)
+    assert camera.type == "CUSTOM" and scene.render.engine == "CYCLES"
+    assert camera.custom_bytecode and camera.cycles_custom["film_width"] == pytest.approx(36)
+    assert scene.render.resolution_y == round(scene.render.resolution_x * 24 / 36)
+
+
+def test_the_panel_chooses_a_lens(extension):
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    camera = bpy.data.cameras.new("Camera")
+    camera.ivcam_lens.lens = "tessar"
+    camera.ivcam_lens.efl = 35
+    with bpy.context.temp_override(camera=camera):
+        assert bpy.ops.camera.ivcam_use_lens() == {"FINISHED"}
+    assert "lens tessar" in camera.custom_shader.as_string()
+    camera.ivcam_lens.focus = 0.001
+    with bpy.context.temp_override(camera=camera), pytest.raises(RuntimeError, match="focal point"):
+        bpy.ops.camera.ivcam_use_lens()
