@@ -25,7 +25,7 @@ def main(scene_file: str, picture_file: str) -> None:
     start = time.perf_counter()
     rays = lens.trace(origins, [0.0, 0.0, 1.0])
     seconds = time.perf_counter() - start
-    print(f"{len(origins) / seconds:.3g} rays a second, {rays.passed.mean():.1%} pass")
+    print(f"{len(origins) / seconds:.3g} rays per second, {rays.passed.mean():.1%} pass")
 
     picture = ivcam.render(
         scene, lens="double-gauss", efl=60, focus=3.6, size=(180, 120), samples=16, progress=True
