@@ -102,6 +102,7 @@ def test_progress_is_called_and_may_end_the_render(scene: pathlib.Path) -> None:
         ivcam.render(scene, progress=stop, samples=4096, size=(300, 200))
 
 
+@pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
 def test_other_threads_run_during_a_render(scene: pathlib.Path) -> None:
     counted = 0
     done = threading.Event()

@@ -94,8 +94,10 @@ def test_rays_are_those_of_the_program(tmp_path: pathlib.Path, command: str) -> 
     for theirs, code, origin, direction in zip(printed, rays.code, rays.origins, rays.directions):
         assert codes[theirs["status"]] == code
         if code == ivcam.PASSED:
-            assert theirs["origin"] == origin.tolist()
-            assert theirs["direction"] == direction.tolist()
+            # The program keeps the hits and traces one ray at a time, the package many at once
+            # with fused multiplications: the last bits differ.
+            np.testing.assert_allclose(origin, theirs["origin"], rtol=0, atol=1e-13)
+            np.testing.assert_allclose(direction, theirs["direction"], rtol=0, atol=1e-15)
 
 
 @pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
