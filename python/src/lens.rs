@@ -10,7 +10,10 @@ use ivcam::lens::{
 use ivcam::photo::LensChoice;
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
 use ivcam_optics::prescription::formats::write::{Target, write};
-use numpy::{PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use numpy::{
+    PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1,
+    PyReadwriteArray2,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -21,41 +24,10 @@ use crate::options::Keywords;
 use crate::values::rows;
 
 /// The rays that are traced together, so that they stay in the cache between the steps.
-const BLOCK: usize = 4096;
+const BLOCK: usize = 1024;
 
-/// A ray, and how it left the lens.
-#[derive(Clone, Copy)]
-struct RayOutcome {
-    origin: [f64; 3],
-    direction: [f64; 3],
-    code: u8,
-    surface: i32,
-}
-
-impl RayOutcome {
-    const LOST: [f64; 3] = [f64::NAN; 3];
-
-    fn of(result: std::result::Result<LensRay, Loss>) -> Self {
-        match result {
-            Ok(ray) => Self {
-                origin: ray.origin.to_array(),
-                direction: ray.direction.to_array(),
-                code: 0,
-                surface: -1,
-            },
-            Err(loss) => Self {
-                origin: Self::LOST,
-                direction: Self::LOST,
-                code: match loss.kind {
-                    LossKind::Missed => 1,
-                    LossKind::Blocked => 2,
-                    LossKind::TotalReflection => 3,
-                },
-                surface: i32::try_from(loss.surface).unwrap_or(i32::MAX),
-            },
-        }
-    }
-}
+/// The coordinates of a ray that is lost.
+const LOST: [f64; 3] = [f64::NAN; 3];
 
 /// A lens, focused if it has a distance.
 #[pyclass(frozen, module = "ivcam._ivcam", name = "Lens")]
@@ -79,13 +51,6 @@ impl PyLens {
         }
     }
 }
-
-type Traced<'py> = (
-    Bound<'py, PyAny>,
-    Bound<'py, PyAny>,
-    Bound<'py, PyArray1<u8>>,
-    Bound<'py, PyArray1<i32>>,
-);
 
 #[pymethods]
 impl PyLens {
@@ -160,7 +125,9 @@ impl PyLens {
         Ok((output.text, output.messages))
     }
 
-    /// Traces rays. The arrays have rows of three and the same length, which the caller checks.
+    /// Traces rays, whose rows of three the caller checks, into arrays with a row for each ray. One
+    /// row of origins or directions goes with all of the other array.
+    #[allow(clippy::too_many_arguments)]
     fn trace<'py>(
         &self,
         py: Python<'py>,
@@ -169,13 +136,11 @@ impl PyLens {
         wavelength: Option<f64>,
         to_scene: bool,
         threads: usize,
-    ) -> PyResult<Traced<'py>> {
-        let (from, along) = (origins.as_slice()?, directions.as_slice()?);
-        if from.len() != along.len() || from.len() % 3 != 0 {
-            return Err(PyValueError::new_err(
-                "origins and directions differ in length",
-            ));
-        }
+        rays: (PyReadwriteArray2<'py, f64>, PyReadwriteArray2<'py, f64>),
+        mut code: PyReadwriteArray1<'py, u8>,
+        mut surface: PyReadwriteArray1<'py, i32>,
+    ) -> PyResult<()> {
+        let (mut origin, mut direction) = rays;
         let toward = if to_scene {
             Toward::Scene
         } else {
@@ -183,36 +148,21 @@ impl PyLens {
         };
         let lens = wavelength.map(|nm| self.lens.at_wavelength(nm));
         let lens = lens.as_ref().unwrap_or(&self.lens);
-        let (all, _) = from.as_chunks::<3>();
-        let (ways, _) = along.as_chunks::<3>();
-        let mut origin = vec![RayOutcome::LOST; all.len()];
-        let mut direction = vec![RayOutcome::LOST; all.len()];
-        let (mut code, mut surface) = (vec![0_u8; all.len()], vec![0_i32; all.len()]);
-        on_this_thread(py, || {
-            let share = all.len().div_ceil(threads.max(1)).max(1);
-            let parts = origin
-                .chunks_mut(share)
-                .zip(direction.chunks_mut(share))
-                .zip(code.chunks_mut(share).zip(surface.chunks_mut(share)));
-            let rays = all.chunks(share).zip(ways.chunks(share));
-            std::thread::scope(|scope| {
-                for (i, (rays, ((o, d), (c, s)))) in rays.zip(parts).enumerate() {
-                    let mut work = move || trace_part(lens, toward, rays, (o, d, c, s));
-                    // The last part is this thread's own, so one thread starts no other.
-                    if (i + 1) * share >= all.len() {
-                        work();
-                    } else {
-                        scope.spawn(work);
-                    }
-                }
-            });
-        })?;
-        Ok((
-            rows(py, origin)?,
-            rows(py, direction)?,
-            PyArray1::from_vec(py, code),
-            PyArray1::from_vec(py, surface),
-        ))
+        let (from, _) = origins.as_slice()?.as_chunks::<3>();
+        let (along, _) = directions.as_slice()?.as_chunks::<3>();
+        let traced = Traced {
+            origin: origin.as_slice_mut()?.as_chunks_mut::<3>().0,
+            direction: direction.as_slice_mut()?.as_chunks_mut::<3>().0,
+            code: code.as_slice_mut()?,
+            surface: surface.as_slice_mut()?,
+        };
+        let count = traced.code.len();
+        let fits = |n: usize| n == count || n == 1;
+        if !fits(from.len()) || !fits(along.len()) || !traced.has_length(count) {
+            return Err(PyValueError::new_err("arrays of rays differ in length"));
+        }
+        let queries = Queries { from, along };
+        on_this_thread(py, || trace_on(lens, toward, threads, &queries, traced))
     }
 
     /// Returns the spot of the point at infinity whose chief ray arrives at a film point.
@@ -304,7 +254,7 @@ impl PyLens {
         let heights = heights.as_slice()?;
         let at = |height: &f64| match self.lens.distortion(plane, *height, film_z) {
             Some(found) => [found.angle, found.f_tan, found.f_theta],
-            None => RayOutcome::LOST,
+            None => LOST,
         };
         let all = on_pool(py, || heights.iter().map(at).collect())?;
         rows(py, all)
@@ -338,27 +288,123 @@ fn field_point((unit, value): &(String, f64)) -> FieldPoint {
     }
 }
 
-/// Traces the rays of one thread.
+/// Rays to trace. One origin or direction goes with all of the others.
+struct Queries<'a> {
+    from: &'a [[f64; 3]],
+    along: &'a [[f64; 3]],
+}
+
+impl Queries<'_> {
+    fn ray(&self, i: usize) -> LensRay {
+        let row = |rows: &[[f64; 3]]| DVec3::from_array(rows[if rows.len() == 1 { 0 } else { i }]);
+        LensRay {
+            origin: row(self.from),
+            direction: row(self.along),
+        }
+    }
+}
+
+/// The rows of arrays that receive the rays as they leave the lens.
+struct Traced<'a> {
+    origin: &'a mut [[f64; 3]],
+    direction: &'a mut [[f64; 3]],
+    code: &'a mut [u8],
+    surface: &'a mut [i32],
+}
+
+impl<'a> Traced<'a> {
+    fn has_length(&self, count: usize) -> bool {
+        let lengths = [
+            self.origin.len(),
+            self.direction.len(),
+            self.code.len(),
+            self.surface.len(),
+        ];
+        lengths.iter().all(|length| *length == count)
+    }
+
+    fn split_at(self, row: usize) -> (Self, Self) {
+        let (origin, origins) = self.origin.split_at_mut(row);
+        let (direction, directions) = self.direction.split_at_mut(row);
+        let (code, codes) = self.code.split_at_mut(row);
+        let (surface, surfaces) = self.surface.split_at_mut(row);
+        let first = Self {
+            origin,
+            direction,
+            code,
+            surface,
+        };
+        let rest = Self {
+            origin: origins,
+            direction: directions,
+            code: codes,
+            surface: surfaces,
+        };
+        (first, rest)
+    }
+
+    fn set(&mut self, i: usize, result: std::result::Result<LensRay, Loss>) {
+        let (origin, direction, code, surface) = match result {
+            Ok(ray) => (ray.origin.to_array(), ray.direction.to_array(), 0, -1),
+            Err(loss) => (LOST, LOST, code_of(loss.kind), number_of(loss.surface)),
+        };
+        self.origin[i] = origin;
+        self.direction[i] = direction;
+        self.code[i] = code;
+        self.surface[i] = surface;
+    }
+}
+
+fn code_of(kind: LossKind) -> u8 {
+    match kind {
+        LossKind::Missed => 1,
+        LossKind::Blocked => 2,
+        LossKind::TotalReflection => 3,
+    }
+}
+
+fn number_of(surface: usize) -> i32 {
+    i32::try_from(surface).unwrap_or(i32::MAX)
+}
+
+/// Traces rays on a number of threads. The last part is this thread's own, so one thread starts no
+/// other.
+fn trace_on(
+    lens: &ivcam::Lens,
+    toward: Toward,
+    threads: usize,
+    queries: &Queries<'_>,
+    traced: Traced<'_>,
+) {
+    let count = traced.code.len();
+    let share = count.div_ceil(threads.max(1)).max(1);
+    std::thread::scope(|scope| {
+        let (mut first, mut rest) = (0, traced);
+        while count - first > share {
+            let (mut part, others) = rest.split_at(share);
+            let start = first;
+            scope.spawn(move || trace_part(lens, toward, (queries, start), &mut part));
+            (first, rest) = (first + share, others);
+        }
+        trace_part(lens, toward, (queries, first), &mut rest);
+    });
+}
+
+/// Traces the rays of one thread, from the query with the number `first` on.
 fn trace_part(
     lens: &ivcam::Lens,
     toward: Toward,
-    (origins, directions): (&[[f64; 3]], &[[f64; 3]]),
-    (o, d, c, s): (&mut [[f64; 3]], &mut [[f64; 3]], &mut [u8], &mut [i32]),
+    (queries, first): (&Queries<'_>, usize),
+    traced: &mut Traced<'_>,
 ) {
+    let count = traced.code.len();
     let mut rays = Vec::with_capacity(BLOCK);
-    for (block, (from, along)) in origins
-        .chunks(BLOCK)
-        .zip(directions.chunks(BLOCK))
-        .enumerate()
-    {
+    for start in (0..count).step_by(BLOCK) {
+        let end = count.min(start + BLOCK);
         rays.clear();
-        rays.extend(from.iter().zip(along).map(|(o, d)| LensRay {
-            origin: DVec3::from_array(*o),
-            direction: DVec3::from_array(*d),
-        }));
-        for (i, result) in (block * BLOCK..).zip(lens.trace_all(&rays, toward)) {
-            let out = RayOutcome::of(result);
-            (o[i], d[i], c[i], s[i]) = (out.origin, out.direction, out.code, out.surface);
+        rays.extend((start..end).map(|i| queries.ray(first + i)));
+        for (i, result) in (start..end).zip(lens.trace_all(&rays, toward)) {
+            traced.set(i, result);
         }
     }
 }

@@ -132,3 +132,45 @@ def test_all_lenses_open() -> None:
     names = ivcam.lenses()
     assert len(names) > 20 and "biogon" in names
     assert {name for name, _, _ in ivcam.lens_options()} >= {"efl", "aperture", "focus"}
+
+
+def test_images_of_points_are_those_that_the_program_draws(tmp_path: pathlib.Path) -> None:
+    lens = ivcam.Lens("cooke-triplet", f_number=8)
+    lens.save_psf(tmp_path / "drawn.exr")
+    spread = lens.psf()
+    side, gap = 160, 4
+    assert spread.images.shape == (4, side, side, 3) and len(spread.heights) == 4
+    drawn = np.zeros((side, 4 * (side + gap) - gap, 3), np.float32)
+    for number, image in enumerate(spread.images):
+        left = number * (side + gap)
+        drawn[:, left : left + side] = image[:, ::-1]  # The image on the film is upside down.
+    same = ivcam.compare(drawn, tmp_path / "drawn.exr", match="none")
+    assert same["measures"]["mse"] == 0
+
+
+def test_an_image_of_a_point_is_airys() -> None:
+    number = 22
+    lens = ivcam.Lens("cooke-triplet", f_number=number, focus="inf")
+    spread = lens.psf([0], wavelengths=[550], size=256)
+    (image,) = spread.images
+    assert image.shape == (256, 256)
+    # Most of the light is within the square, which has five Airy radii to each side.
+    assert 0.95 < image.sum() * spread.pitch**2 < 1.0
+    middle = (np.arange(256) - 127.5) * spread.pitch
+    radius = np.hypot(*np.meshgrid(middle, middle))
+    airy = 1.22 * 550e-6 * number
+    within = image[radius < airy].sum() / image.sum()
+    assert within == pytest.approx(0.838, abs=0.03)  # Of all light; a little less than all is here.
+    rings = [image[np.abs(radius - r) < spread.pitch].mean() for r in airy * np.linspace(0.6, 1.4, 81)]
+    assert 0.6 + 0.01 * int(np.argmin(rings)) == pytest.approx(1.0, abs=0.03)
+
+
+def test_weights_of_wavelengths_mix_their_images() -> None:
+    lens = ivcam.Lens("cooke-triplet", f_number=16)
+    one, other, mixed = (
+        lens.psf([0, "70%"], wavelengths=waves, size=32, film=40)
+        for waves in ({500: 1, 650: 0}, {500: 0, 650: 1}, {500: 1, 650: 3})
+    )
+    assert mixed.heights[1] == pytest.approx(0.7 * 20)
+    assert one.pitch == mixed.pitch
+    np.testing.assert_allclose(mixed.images, 0.25 * one.images + 0.75 * other.images, rtol=1e-6)

@@ -77,7 +77,10 @@ class Lens:
         wavelength: Optional[float],
         to_scene: bool,
         threads: int,
-    ) -> Tuple[_Doubles, _Doubles, npt.NDArray[np.uint8], npt.NDArray[np.int32]]: ...
+        rays: Tuple[_Doubles, _Doubles],
+        code: npt.NDArray[np.uint8],
+        surface: npt.NDArray[np.int32],
+    ) -> None: ...
     def spot(self, x: float, y: float, film_z: float, grid: int) -> Optional[_Record]: ...
     def psf(
         self,
