@@ -33,7 +33,9 @@ def import_scene(path, collection, *, tolerance=0.005, cameras=True, lights=True
     """
     document = ivcam.open(path)
     mesh = document.triangles(tolerance=tolerance)
-    images = [_image(f"{os.path.basename(path)} {i}", pixels) for i, pixels in enumerate(mesh.images)]
+    images = [
+        _image(f"{os.path.basename(path)} {i}", pixels) for i, pixels in enumerate(mesh.images)
+    ]
     materials = [_material(i, record, images) for i, record in enumerate(mesh.materials)]
     objects = []
     order = np.argsort(mesh.node, kind="stable")
@@ -166,7 +168,9 @@ def _light(record, offset):
     data.energy = record["intensity"] * (math.pi if kind == "SUN" else WATTS)
     if kind == "SPOT":
         data.spot_size = min(2 * record["outer_angle"], math.pi)
-        inner = min(record["inner_angle"] / record["outer_angle"], 1) if record["outer_angle"] else 1
+        inner = (
+            min(record["inner_angle"] / record["outer_angle"], 1) if record["outer_angle"] else 1
+        )
         data.spot_blend = 1 - inner
     turn = Quaternion()
     if "direction" in record:
@@ -184,8 +188,12 @@ class IVCAM_OT_import(bpy.types.Operator, ImportHelper):
     bl_options = {"REGISTER", "UNDO"}
 
     filename_ext = ".iv"
-    filter_glob: StringProperty(default="*.iv;*.wrl;*.vrml;*.iv.gz;*.wrl.gz;*.wrz", options={"HIDDEN"})
-    files: CollectionProperty(type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"})
+    filter_glob: StringProperty(
+        default="*.iv;*.wrl;*.vrml;*.iv.gz;*.wrl.gz;*.wrz", options={"HIDDEN"}
+    )
+    files: CollectionProperty(
+        type=bpy.types.OperatorFileListElement, options={"HIDDEN", "SKIP_SAVE"}
+    )
     directory: StringProperty(subtype="DIR_PATH")
     tolerance: FloatProperty(
         name="Tolerance",

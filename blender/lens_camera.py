@@ -23,7 +23,10 @@ class IvcamLens(bpy.types.PropertyGroup):
 
     lens: EnumProperty(name="Lens", items=_lenses)
     efl: FloatProperty(
-        name="Focal Length", description="Millimeters; 0 leaves the lens as it is", min=0, default=50
+        name="Focal Length",
+        description="Millimeters; 0 leaves the lens as it is",
+        min=0,
+        default=50,
     )
     f_number: FloatProperty(name="F-Number", description="0 leaves the iris open", min=0, default=0)
     focus: FloatProperty(

@@ -42,7 +42,10 @@ def test_objects_stand_where_the_scene_has_them(extension, tmp_path):
     meshes = [one for one in bpy.data.objects if one.type == "MESH"]
     assert len(meshes) == 2
     middles = sorted(
-        tuple(round(sum(v.co[i] for v in one.data.vertices) / len(one.data.vertices), 2) for i in range(3))
+        tuple(
+            round(sum(v.co[i] for v in one.data.vertices) / len(one.data.vertices), 2)
+            for i in range(3)
+        )
         for one in meshes
     )
     # Inventor's y is Blender's z.

@@ -38,7 +38,9 @@ def main() -> None:
     start = time.perf_counter()
     for number in range(times + 1):
         if number % max(1, times // 10) == 0:
-            print(f"| {number} | {resident():.1f} | {time.perf_counter() - start:.0f} |", flush=True)
+            print(
+                f"| {number} | {resident():.1f} | {time.perf_counter() - start:.0f} |", flush=True
+            )
         scene = ivcam.open(SCENE)
         scene.triangles()
         next(scene.find("Sphere"))["radius"] = 1.5

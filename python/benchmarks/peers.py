@@ -50,7 +50,9 @@ def bundle(lens: ivcam.Lens, count: int) -> Tuple[np.ndarray, np.ndarray]:
     radius = pupil["semi_diameter"] * np.sqrt(rng.uniform(size=count))
     angle = rng.uniform(0, 2 * np.pi, count)
     direction = np.array([0.0, np.sin(np.radians(3)), np.cos(np.radians(3))])
-    origins = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.full(count, -5.0)])
+    origins = np.column_stack(
+        [radius * np.cos(angle), radius * np.sin(angle), np.full(count, -5.0)]
+    )
     origins[:, :2] += direction[:2] / direction[2] * (-5.0 - pupil["z"])
     return origins, np.tile(direction, (count, 1))
 
@@ -135,8 +137,13 @@ def of_rayoptics(lens: ivcam.Lens) -> Tracer:
             start = origin + np.array([0.0, 0.0, 10.0])
             try:
                 ray, _, _ = raytrace.trace(
-                    sequence, start, direction, WAVELENGTH,
-                    check_apertures=True, intersect_obj=False, last_surf=last,
+                    sequence,
+                    start,
+                    direction,
+                    WAVELENGTH,
+                    check_apertures=True,
+                    intersect_obj=False,
+                    last_surf=last,
                 )
             except TraceError:
                 continue

@@ -66,7 +66,9 @@ def main() -> None:
     counts["rayoptics"] = min(given.slow_rays, given.rays)
     names = ", ".join(f"{library} {version(library)}" for library in peers.BUILDERS)
     print(f"{names}, numpy {np.__version__}, Python {platform.python_version()}\n")
-    print("| lens | library | rays | seconds | rays per second | ivcam is faster by | passed | off by |")
+    print(
+        "| lens | library | rays | seconds | rays per second | ivcam is faster by | passed | off by |"
+    )
     print("|---|---|---|---|---|---|---|---|")
     for name in LENSES:
         rows = measure(name, counts)

@@ -167,7 +167,9 @@ def is_open(result: object) -> bool:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--json", type=pathlib.Path, help="writes what each reader says of each file")
+    parser.add_argument(
+        "--json", type=pathlib.Path, help="writes what each reader says of each file"
+    )
     given = parser.parse_args()
     versions = installed()
     readers = {name: Reader(name) for name in versions}
@@ -180,11 +182,21 @@ def main() -> None:
     print(", ".join(f"{name} {version}" for name, version in versions.items()) + "\n")
     table(list(versions), results)
     for reader in versions:
-        rest = [file for file, _, found in results if not is_open(found["ivcam"]) and is_open(found[reader])]
-        faults = [file for file, _, found in results if found[reader] == "the process ended by a fault"]
-        equal = sum(is_open(found["ivcam"]) and found[reader] == found["ivcam"] for _, _, found in results)
-        print(f"\n{reader}: as many triangles as ivcam in {equal} files; opens {len(rest)} that ivcam "
-              f"has no triangles of; ends by a fault in {len(faults)}")
+        rest = [
+            file
+            for file, _, found in results
+            if not is_open(found["ivcam"]) and is_open(found[reader])
+        ]
+        faults = [
+            file for file, _, found in results if found[reader] == "the process ended by a fault"
+        ]
+        equal = sum(
+            is_open(found["ivcam"]) and found[reader] == found["ivcam"] for _, _, found in results
+        )
+        print(
+            f"\n{reader}: as many triangles as ivcam in {equal} files; opens {len(rest)} that ivcam "
+            f"has no triangles of; ends by a fault in {len(faults)}"
+        )
     if given.json:
         given.json.write_text(json.dumps(results, indent=1))
 

@@ -10,6 +10,7 @@ import pytest
 
 import ivcam
 
+
 def test_options_are_those_of_the_program(command: str) -> None:
     words = ["biogon", "--efl", "50", "--f-number", "8", "--focus", "1.5", "--json"]
     printed = subprocess.run([command, "lens", *words], capture_output=True, check=True)
@@ -161,7 +162,9 @@ def test_an_image_of_a_point_is_airys() -> None:
     airy = 1.22 * 550e-6 * number
     within = image[radius < airy].sum() / image.sum()
     assert within == pytest.approx(0.838, abs=0.03)  # Of all light; a little less than all is here.
-    rings = [image[np.abs(radius - r) < spread.pitch].mean() for r in airy * np.linspace(0.6, 1.4, 81)]
+    rings = [
+        image[np.abs(radius - r) < spread.pitch].mean() for r in airy * np.linspace(0.6, 1.4, 81)
+    ]
     assert 0.6 + 0.01 * int(np.argmin(rings)) == pytest.approx(1.0, abs=0.03)
 
 

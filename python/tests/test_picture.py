@@ -2,7 +2,9 @@
 
 import os
 import pathlib
+import re
 import signal
+import subprocess
 import sys
 import threading
 import time
@@ -129,3 +131,33 @@ def test_an_interrupt_ends_the_render(scene: pathlib.Path) -> None:
     with pytest.raises(KeyboardInterrupt):
         ivcam.render(scene, samples=65536, size=(1000, 800))
     assert time.monotonic() - start < 20
+
+
+def test_a_bar_shows_the_progress(
+    scene: pathlib.Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ivcam.render(scene, progress=True, **SMALL)
+    assert "100%" in capfd.readouterr().err
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)  # As if tqdm were not installed.
+    ivcam.render(scene, progress=True, **SMALL)
+    assert "render 100%" in capfd.readouterr().err
+
+
+def test_every_option_of_the_program_is_a_keyword(command: str) -> None:
+    printed = subprocess.run([command, "render", "--help"], capture_output=True, text=True)
+    words = set(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", printed.stdout, re.MULTILINE))
+    names = {name.replace("_", "-") for name, _, _ in ivcam.render_options()}
+    of_processes = {"checkpoint", "denoise", "every", "progress", "quiet", "sample-range", "tev"}
+    of_folders = {"force"}
+    assert len(words) > 50 and words - names - of_processes - of_folders <= {"help"}
+
+
+def test_options_are_texts_numbers_paths_and_sequences(scene: pathlib.Path) -> None:
+    expected = ivcam.render(scene, **SMALL).pixels
+    others: List[Dict[str, Any]] = [
+        {**SMALL, "size": "30x20", "samples": "4", "efl": "50mm", "focus": "5m"},
+        {**SMALL, "size": [30, 20], "samples": np.int64(4), "efl": np.float32(50), "focus": 5.0},
+        {**SMALL, "seed": None, "adaptive": False, "film": (36, 24)},
+    ]
+    for options in others:
+        np.testing.assert_array_equal(ivcam.render(os.fspath(scene), **options).pixels, expected)

@@ -107,7 +107,9 @@ def test_numbers_without_a_place_give_nan_and_no_fault(value: float) -> None:
     lens = ivcam.Lens("double-gauss")
     rays = lens.trace([[0, value, -50], [0, 0, -50]], [[0, 0, 1], [value, 0, 1]])
     assert (rays.code[0] != ivcam.PASSED) and np.isnan(rays.at_z(lens.film_z)[0]).all()
-    assert not np.isfinite(lens.irradiance([[value, 0]])).any() or lens.irradiance([[value, 0]]) == 0
+    assert (
+        not np.isfinite(lens.irradiance([[value, 0]])).any() or lens.irradiance([[value, 0]]) == 0
+    )
     assert np.isnan(lens.distortion([value])["angle"]).all()
     assert lens.spot(0, value) is None
     lens.best_focus(value)

@@ -229,7 +229,9 @@ def _plate(name: str, picture: Any) -> Any:
     if array.dtype == np.uint16:
         array = array / np.float32(65535)
     elif array.dtype.kind not in "fb":
-        raise ValueError(f"`{name}` has {array.dtype} values, and uint8, uint16 or floats are wanted")
+        raise ValueError(
+            f"`{name}` has {array.dtype} values, and uint8, uint16 or floats are wanted"
+        )
     levels = np.ascontiguousarray(array, dtype=np.float32)
     if not np.isfinite(levels).all():
         raise ValueError(f"`{name}` has values that are not finite")
