@@ -376,7 +376,7 @@ fn light_record<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDi
 }
 
 /// A node of a document.
-#[pyclass(frozen, module = "ivcam._ivcam", name = "Node")]
+#[pyclass(frozen, module = "ivcam", name = "Node")]
 pub(crate) struct PyNode {
     inner: Arc<RwLock<ivcam::Document>>,
     id: u32,

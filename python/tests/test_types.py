@@ -48,3 +48,10 @@ def test_the_stub_has_what_the_compiled_part_has() -> None:
         members = vars(thing) if inspect.isclass(thing) else {}
         for member in members:
             assert member.startswith("__") or f"def {member}(" in stub, f"{name}.{member}"
+
+
+def test_names_are_those_that_programs_use() -> None:
+    assert repr(ivcam.NotFoundError) == "<class 'ivcam.NotFoundError'>"
+    for name in ivcam.__all__:
+        module = getattr(getattr(ivcam, name), "__module__", "ivcam")
+        assert module == "ivcam", name

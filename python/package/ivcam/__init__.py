@@ -106,3 +106,9 @@ __all__ = [
     "render",
     "render_options",
 ]
+
+# Messages and `help` name things as programs do, and not by the file that they are in.
+for _name in __all__:
+    if getattr(globals()[_name], "__module__", "").startswith("ivcam._") and _name != "Node":
+        globals()[_name].__module__ = __name__
+del _name
