@@ -3,11 +3,13 @@
 use ivcam::cli::lens_output;
 use ivcam::diag::{Severity, Sink};
 use ivcam::glam::{DVec2, DVec3};
+use ivcam::lens::trace::ray::unit;
 use ivcam::lens::{
-    FieldPoint, Focus, LensRay, Loss, LossKind, Plane, PointSpreads, SheetSetting, Toward,
-    shipped_names,
+    Bundle, FieldPoint, Focus, LANES, LensRay, Loss, LossKind, Plane, PointSpreads, SheetSetting,
+    Toward, shipped_names,
 };
 use ivcam::photo::LensChoice;
+use ivcam_base::math::lanes::Width;
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
 use ivcam_optics::prescription::formats::write::{Target, write};
 use numpy::{
@@ -22,9 +24,6 @@ use crate::calls::{on_pool, on_this_thread};
 use crate::errors::{OrRaise, records};
 use crate::options::Keywords;
 use crate::values::rows;
-
-/// The rays that are traced together, so that they stay in the cache between the steps.
-const BLOCK: usize = 1024;
 
 /// The coordinates of a ray that is lost.
 const LOST: [f64; 3] = [f64::NAN; 3];
@@ -295,12 +294,13 @@ struct Queries<'a> {
 }
 
 impl Queries<'_> {
-    fn ray(&self, i: usize) -> LensRay {
+    /// Returns a ray with a direction of unit length; none without a direction, or with a
+    /// coordinate that is not finite.
+    fn ray(&self, i: usize) -> Option<LensRay> {
         let row = |rows: &[[f64; 3]]| DVec3::from_array(rows[if rows.len() == 1 { 0 } else { i }]);
-        LensRay {
-            origin: row(self.from),
-            direction: row(self.along),
-        }
+        let origin = Some(row(self.from)).filter(|origin| origin.is_finite())?;
+        let direction = unit(row(self.along))?;
+        Some(LensRay { origin, direction })
     }
 }
 
@@ -390,7 +390,8 @@ fn trace_on(
     });
 }
 
-/// Traces the rays of one thread, from the query with the number `first` on.
+/// Traces the rays of one thread, from the query with the number `first` on. It is
+/// `Lens::trace_all` without lists between the arrays, which take as long as the tracing.
 fn trace_part(
     lens: &ivcam::Lens,
     toward: Toward,
@@ -398,13 +399,31 @@ fn trace_part(
     traced: &mut Traced<'_>,
 ) {
     let count = traced.code.len();
-    let mut rays = Vec::with_capacity(BLOCK);
-    for start in (0..count).step_by(BLOCK) {
-        let end = count.min(start + BLOCK);
-        rays.clear();
-        rays.extend((start..end).map(|i| queries.ray(first + i)));
-        for (i, result) in (start..end).zip(lens.trace_all(&rays, toward)) {
-            traced.set(i, result);
+    let entered = match toward {
+        Toward::Film => 0,
+        Toward::Scene => lens.prescription().surfaces.len().saturating_sub(1),
+    };
+    let missed = Loss {
+        surface: entered,
+        kind: LossKind::Missed,
+    };
+    let (mut bundle, width) = (Bundle::default(), Width::detect());
+    for start in (0..count).step_by(LANES) {
+        let rays = LANES.min(count - start);
+        for lane in 0..rays {
+            match queries.ray(first + start + lane) {
+                Some(ray) => bundle.set(lane, &ray),
+                None => bundle.clear(lane),
+            }
+        }
+        (rays..LANES).for_each(|lane| bundle.clear(lane));
+        lens.trace_bundle(&mut bundle, toward, width);
+        for lane in 0..rays {
+            let result = match bundle.passed(lane) {
+                true => Ok(bundle.ray(lane)),
+                false => Err(bundle.loss(lane).unwrap_or(missed)),
+            };
+            traced.set(start + lane, result);
         }
     }
 }
