@@ -159,3 +159,16 @@ BUILDERS: Dict[str, Callable[[ivcam.Lens], Tracer]] = {
     "optiland": of_optiland,
     "rayoptics": of_rayoptics,
 }
+
+
+def tracers(lens: ivcam.Lens) -> Dict[str, Tracer]:
+    """Returns a function that traces for each library. One that is not installed, or that needs a
+    network to be imported (rayoptics from 0.9.10 on fetches tables of glass), is left out with a
+    word."""
+    found = {}
+    for library, build in BUILDERS.items():
+        try:
+            found[library] = build(lens)
+        except (ImportError, OSError) as error:
+            print(f"{library} is left out: {error}")
+    return found

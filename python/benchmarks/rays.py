@@ -33,7 +33,7 @@ def measure(name: str, counts: Dict[str, int]) -> List[Tuple[str, int, float, fl
     share of rays that pass, and the largest distance of a film point from ivcam's in mm."""
     lens = ivcam.Lens(name)
     origins, directions = peers.bundle(lens, max(counts.values()))
-    tracers = {library: build(lens) for library, build in peers.BUILDERS.items()}
+    tracers = peers.tracers(lens)
     points: Dict[str, np.ndarray] = {}
     seconds = {library: np.inf for library in tracers}
     for tracer in tracers.values():
@@ -64,7 +64,9 @@ def main() -> None:
     warnings.simplefilter("ignore")
     counts = {library: given.rays for library in peers.BUILDERS}
     counts["rayoptics"] = min(given.slow_rays, given.rays)
-    names = ", ".join(f"{library} {version(library)}" for library in peers.BUILDERS)
+    names = ", ".join(
+        f"{library} {version(library)}" for library in peers.tracers(ivcam.Lens(LENSES[0]))
+    )
     print(f"{names}, numpy {np.__version__}, Python {platform.python_version()}\n")
     print(
         "| lens | library | rays | seconds | rays per second | ivcam is faster by | passed | off by |"

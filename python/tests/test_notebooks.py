@@ -10,7 +10,7 @@ NOTEBOOKS = pathlib.Path(__file__).resolve().parents[1] / "notebooks"
 NEEDED = {
     "archive": ["matplotlib", "pandas"],
     "calibration": ["matplotlib", "cv2"],
-    "lenses": ["matplotlib", "pandas", "optiland", "rayoptics"],
+    "lenses": ["matplotlib", "pandas", "optiland"],
     "photograph": ["matplotlib"],
 }
 
