@@ -140,3 +140,21 @@ def test_a_fit_is_ended_by_an_exception(boxes: pathlib.Path) -> None:
 
     with pytest.raises(RuntimeError, match="enough"):
         ivcam.fit(boxes, truth, progress=stop, **{**OPTIONS, "samples": 64})
+
+
+@pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
+def test_a_fit_is_that_of_the_program(
+    boxes: pathlib.Path, tmp_path: pathlib.Path, command: str
+) -> None:
+    truth = tmp_path / "truth.png"
+    ivcam.render(boxes, **OPTIONS, seed=5).save(truth)
+    start = tmp_path / "start.iv"
+    start.write_bytes(BOXES.replace(b"0.1 0.2 5 ", b"0.12 0.18 5.02 "))
+    found = ivcam.fit(start, truth, **OPTIONS)
+    line = [command, "compare", str(start), str(truth), "--fit", str(tmp_path / "c.dat")]
+    words = ["--lens=none", "--size=96x64", "--samples=4", "--quiet", "--json"]
+    printed = subprocess.run([*line, *words], capture_output=True, check=True)
+    assert found.file == (tmp_path / "c.dat").read_text()
+    theirs = json.loads(printed.stdout)
+    del theirs["limits_exceeded"]
+    assert found.comparison == theirs
