@@ -5,10 +5,11 @@
 //! Every scene below the folder is rendered by the program's defaults and with `-s p`, 180×120
 //! pixels. Model `p` has no shadows, mirrors or refraction, so what it lights and the default does
 //! not is in shadow or reflects black. A file counts if more than 2% of the pixels that are lit by
-//! `p` are black by default, or if its mean luminance is less than 4/5 of that by `p`. The table has
-//! these files. `defaults-N.png` has the default pictures of all files, numbered as in
-//! `defaults.txt`, with those of `p` beside them, and `nearly uniform` lists the files whose default
-//! picture shows next to nothing: less than 1% of its pixels differ from its most frequent color.
+//! `p` are black by default, or if its mean luminance is less than 4/5 of that by `p`. The table
+//! has these files. `defaults-N.png` has the default pictures of all files, numbered as in
+//! `defaults.txt`, with those of `p` beside them, and `nearly uniform` lists the files whose
+//! default picture shows next to nothing: less than 1% of its pixels differ from its most frequent
+//! color.
 
 use std::collections::HashMap;
 use std::fmt::Write as _;

@@ -4,14 +4,13 @@
 //! [--view3dscene PROGRAM] [--only TEXT] [--least SSIM]`.
 //!
 //! CORPUS has `manifest.tsv`, `scenes/` and `reference/` with archived pictures of Coin and its
-//! answers as JSON, which its README describes. `--coin` takes a program of the form
-//! `PROGRAM -headlight on -s WxH -png FILE SCENE`, which draws files that have no archived picture,
-//! or one without a headlight because the scene has lights. `--view3dscene` draws files of VRML that
-//! have a camera; it needs an X server (`DISPLAY`). Each pair of pictures, 320×240, is compared by
-//! the structural similarity of `ivcam compare`, without fitting tones or places. The table has the
+//! answers as JSON, which its README describes. `--coin` takes a program of the form `PROGRAM
+//! -headlight on -s WxH -png FILE SCENE`, which draws files that have no archived picture, or one
+//! without a headlight because the scene has lights. `--view3dscene` draws files of VRML that have
+//! a camera; it needs an X server (`DISPLAY`). Each pair of pictures, 320×240, is compared by the
+//! structural similarity of `ivcam compare`, without fitting tones or places. The table has the
 //! pairs below `--least`, worst first; `pairs-N.png` has all of them in the same order: ivcam's
 //! picture, the other's, and their difference.
-
 mod peers;
 
 use std::collections::BTreeMap;
