@@ -168,8 +168,8 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .plan(
         |plan, words, _| {
             let expects = "a relative error such as 1% or 0.01";
-            // A whole number without `%` is meant as percent.
-            let error = |word: &str| share(word).filter(|e| *e < 1.0 || word.ends_with('%'));
+            // A whole number without `%` is meant as percent, and 100% says nothing.
+            let error = |word: &str| share(word).filter(|e| *e < 1.0);
             plan.stop.error = words.parsed("target-error", expects, error)?;
             limit_samples(plan, words);
             Ok(())
