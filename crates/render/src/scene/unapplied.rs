@@ -151,7 +151,8 @@ mod tests {
     fn a_scene_with_a_node_that_is_not_applied_has_a_problem() {
         for (name, lack) in UNAPPLIED {
             // Coin's class of the same name may be drawn.
-            let class = CLASSES.iter().rev().find(|class| class.name == name);
+            let named = || CLASSES.iter().filter(|class| class.name == name);
+            let class = named().find(|c| c.is_vrml97()).or_else(|| named().next());
             let is_vrml97 = class.is_some_and(|class| class.is_vrml97());
             let is_root = class.is_some_and(|class| class.role != Role::Held);
             if !is_root {
