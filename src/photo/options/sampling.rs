@@ -168,13 +168,13 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .plan(
         |plan, words, _| {
             let expects = "a relative error such as 1% or 0.01";
-            // A whole number without `%` is meant as percent, and 100% says nothing.
-            let error = |word: &str| share(word).filter(|e| *e < 1.0);
+            // A whole number without `%` is meant as percent.
+            let error = |word: &str| share(word).filter(|e| *e < 1.0 || word.ends_with('%'));
             plan.stop.error = words.parsed("target-error", expects, error)?;
             limit_samples(plan, words);
             Ok(())
         },
-        |plan, _| if_any(plan.stop.error, |share| share.to_string()),
+        |plan, _| if_any(plan.stop.error, error_word),
     )
     .examples(&["--target-error 1%", "--target-error 0.03 --samples 64"]),
     Opt::new(
@@ -193,6 +193,18 @@ pub(super) static OPTIONS: [Opt; 9] = [
     )
     .examples(&["--time 30s", "--time 1500ms --samples 8", "--time 2m"]),
 ];
+
+/// Returns the word for a relative error. One of 1 or more is read as percent only.
+fn error_word(share: f64) -> String {
+    if share < 1.0 {
+        return share.to_string();
+    }
+    let percent = 100.0 * share;
+    // The product is rounded, so the percent that was read may be beside it.
+    let near = [percent, percent.next_up(), percent.next_down()];
+    let read = near.into_iter().find(|percent| percent / 100.0 == share);
+    format!("{}%", read.unwrap_or(percent))
+}
 
 /// Describes rays that are aimed at the rear element.
 pub(crate) fn rear_element(map: DiscMap) -> String {
