@@ -4,6 +4,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Source, Span};
+use ivcam_inventor::grammar::{Class, vrml97_indexed_face_set as faces97};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 
 use crate::geometry::text::MissingCharacters;
@@ -91,6 +92,15 @@ impl Reports {
 
     /// Reports a node that would change the picture and is not applied, once for each class.
     pub(crate) fn not_applied(&mut self, node: NodeRef<'_>) {
+        // The walk does not enter the points of a shape of VRML97.
+        let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
+        if let Some(points) = node.get_node(faces97::COORD).filter(|_| is_vrml97) {
+            self.not_applied_itself(points);
+        }
+        self.not_applied_itself(node);
+    }
+
+    fn not_applied_itself(&mut self, node: NodeRef<'_>) {
         let Some(lack) = unapplied(node) else { return };
         let class = node.known_class().map_or("", |class| class.name);
         if self.unapplied.insert(class) {
