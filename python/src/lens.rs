@@ -149,7 +149,7 @@ impl PyLens {
         let lens = lens.as_ref().unwrap_or(&self.lens);
         let (from, _) = origins.as_slice()?.as_chunks::<3>();
         let (along, _) = directions.as_slice()?.as_chunks::<3>();
-        let traced = Traced {
+        let traced = RayColumns {
             origin: origin.as_slice_mut()?.as_chunks_mut::<3>().0,
             direction: direction.as_slice_mut()?.as_chunks_mut::<3>().0,
             code: code.as_slice_mut()?,
@@ -305,14 +305,14 @@ impl Queries<'_> {
 }
 
 /// The rows of arrays that receive the rays as they leave the lens.
-struct Traced<'a> {
+struct RayColumns<'a> {
     origin: &'a mut [[f64; 3]],
     direction: &'a mut [[f64; 3]],
     code: &'a mut [u8],
     surface: &'a mut [i32],
 }
 
-impl<'a> Traced<'a> {
+impl<'a> RayColumns<'a> {
     fn has_length(&self, count: usize) -> bool {
         let lengths = [
             self.origin.len(),
@@ -374,7 +374,7 @@ fn trace_on(
     toward: Toward,
     threads: usize,
     queries: &Queries<'_>,
-    traced: Traced<'_>,
+    traced: RayColumns<'_>,
 ) {
     let count = traced.code.len();
     let share = count.div_ceil(threads.max(1)).max(1);
@@ -396,7 +396,7 @@ fn trace_part(
     lens: &ivcam::Lens,
     toward: Toward,
     (queries, first): (&Queries<'_>, usize),
-    traced: &mut Traced<'_>,
+    traced: &mut RayColumns<'_>,
 ) {
     let count = traced.code.len();
     let entered = match toward {

@@ -18,12 +18,12 @@ use std::process::{Command, ExitCode};
 
 use image::RgbImage;
 
-use super::shared::contact::Layout;
+use super::shared::contact::ContactSheet;
 use super::shared::scenes;
 
 const SIZE: &str = "180x120";
 
-const SHEET: Layout = Layout {
+const SHEET: ContactSheet = ContactSheet {
     picture: (150, 100),
     pictures: 2,
     columns: 5,
@@ -36,13 +36,13 @@ const LIT: f64 = 25.0;
 const BLACK: f64 = 5.0;
 
 /// The two pictures of a scene.
-struct Shown {
+struct ScenePictures {
     name: String,
     by_default: RgbImage,
     by_phong: RgbImage,
 }
 
-impl Shown {
+impl ScenePictures {
     /// Returns the share of the pixels lit by model `p` that are black by default.
     fn black_share(&self) -> f64 {
         let (mut lit, mut black) = (0u32, 0u32);
@@ -115,8 +115,8 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     }
 }
 
-fn shown(program: &str, file: &Path, name: String, out: &Path) -> Result<Shown, String> {
-    Ok(Shown {
+fn shown(program: &str, file: &Path, name: String, out: &Path) -> Result<ScenePictures, String> {
+    Ok(ScenePictures {
         by_default: render(program, file, &[], &out.join("default.png"))?,
         by_phong: render(program, file, &["-s", "p"], &out.join("phong.png"))?,
         name,
@@ -137,8 +137,8 @@ fn render(program: &str, file: &Path, words: &[&str], output: &Path) -> Result<R
     Ok(picture.to_rgb8())
 }
 
-fn tables(all: &[Shown]) {
-    let darker = |s: &&Shown| s.black_share() > 0.02 || s.luminance_share() < 0.8;
+fn tables(all: &[ScenePictures]) {
+    let darker = |s: &&ScenePictures| s.black_share() > 0.02 || s.luminance_share() < 0.8;
     println!("\n| darker by default than by `p` | black of what `p` lights | luminance |");
     println!("|---|---|---|");
     for shown in all.iter().filter(darker) {
@@ -159,8 +159,8 @@ fn tables(all: &[Shown]) {
     println!("{dim} of less than 4/5 of the luminance, {uniform} nearly uniform");
 }
 
-fn sheet(all: &[Shown], out: &Path) -> image::ImageResult<()> {
-    let both = |s: &Shown| vec![s.by_default.clone(), s.by_phong.clone()];
+fn sheet(all: &[ScenePictures], out: &Path) -> image::ImageResult<()> {
+    let both = |s: &ScenePictures| vec![s.by_default.clone(), s.by_phong.clone()];
     let cells: Vec<Vec<RgbImage>> = all.iter().map(both).collect();
     let mut list = String::new();
     for (i, shown) in all.iter().enumerate() {

@@ -26,7 +26,7 @@ const DIGITS: [[u8; 7]; 10] = [
 
 /// The layout of a contact sheet.
 #[derive(Clone, Copy)]
-pub(crate) struct Layout {
+pub(crate) struct ContactSheet {
     /// The width and height of every picture, in pixels; others are scaled.
     pub picture: (u32, u32),
     /// The number of pictures side by side in a cell.
@@ -37,7 +37,7 @@ pub(crate) struct Layout {
     pub rows: u32,
 }
 
-impl Layout {
+impl ContactSheet {
     /// Returns the width and height of a cell with its gaps, in pixels.
     fn cell(self) -> (u32, u32) {
         let (width, height) = self.picture;

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use image::RgbImage;
 use serde_json::Value;
 
-use super::entries::{Check, Range, Setting, View};
+use super::entries::{Check, CheckedView, Range, Setting};
 
 /// The size of the pictures.
 const SIZE: [f64; 2] = [480.0, 320.0];
@@ -113,7 +113,7 @@ fn output(command: &mut Command) -> Result<String, String> {
 }
 
 /// Returns a view as a node of VRML97.
-fn viewpoint(view: &View) -> String {
+fn viewpoint(view: &CheckedView) -> String {
     let ([px, py, pz], [ax, ay, az]) = (view.position.to_array(), view.axis.to_array());
     format!(
         "#VRML V2.0 utf8\nViewpoint {{ position {px} {py} {pz} orientation {ax} {ay} {az} {} }}\n",
@@ -122,7 +122,7 @@ fn viewpoint(view: &View) -> String {
 }
 
 /// Returns where a point of the world is in the picture, in pixels from the upper left.
-fn project(view: &View, point: DVec3) -> Option<[f64; 2]> {
+fn project(view: &CheckedView, point: DVec3) -> Option<[f64; 2]> {
     let turn = DQuat::from_axis_angle(view.axis, view.angle).inverse();
     let seen = turn * (point - view.position);
     let focal = 0.5 * SIZE[1] / (0.5 * ANGLE_OF_VIEW).tan();
@@ -132,7 +132,7 @@ fn project(view: &View, point: DVec3) -> Option<[f64; 2]> {
 
 /// Returns the rectangle between the projections of two corners, in pixels: left, upper, right and
 /// lower.
-fn rectangle(view: &View, corners: &[DVec3; 2]) -> Option<[f64; 4]> {
+fn rectangle(view: &CheckedView, corners: &[DVec3; 2]) -> Option<[f64; 4]> {
     let ([x0, y0], [x1, y1]) = (project(view, corners[0])?, project(view, corners[1])?);
     Some([x0.min(x1), y0.min(y1), x0.max(x1), y0.max(y1)])
 }
@@ -147,7 +147,7 @@ fn words(color: &[Range; 3]) -> String {
     color.iter().map(component).collect::<Vec<_>>().join(" ")
 }
 
-fn see(picture: &RgbImage, view: &View, at: DVec3, color: &[Range; 3]) -> Option<String> {
+fn see(picture: &RgbImage, view: &CheckedView, at: DVec3, color: &[Range; 3]) -> Option<String> {
     let is_in = |[x, y]: &[f64; 2]| *x >= 0.0 && *y >= 0.0 && *x < SIZE[0] && *y < SIZE[1];
     let Some([x, y]) = project(view, at).filter(is_in) else {
         return Some(format!("{at} is outside the picture"));
@@ -163,7 +163,7 @@ fn see(picture: &RgbImage, view: &View, at: DVec3, color: &[Range; 3]) -> Option
 
 fn share(
     picture: &RgbImage,
-    view: &View,
+    view: &CheckedView,
     corners: &[DVec3; 2],
     color: &[Range; 3],
     limits: [f64; 2],
@@ -198,7 +198,7 @@ fn share(
 
 fn extent(
     picture: &RgbImage,
-    view: &View,
+    view: &CheckedView,
     corners: &[DVec3; 2],
     color: &[Range; 3],
     pixels: f64,
@@ -272,12 +272,12 @@ fn is_value(value: &str, wanted: &str) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{View, is_value, project};
+    use super::{CheckedView, is_value, project};
     use glam::DVec3;
 
     #[test]
     fn the_standard_view_shows_half_its_height_at_half_its_angle() {
-        let mut view = View {
+        let mut view = CheckedView {
             position: DVec3::new(0.0, 0.0, 10.0),
             axis: DVec3::Y,
             angle: 0.0,

@@ -29,7 +29,7 @@ pub(super) type Range = [u8; 2];
 
 /// A place and a direction from which the world is seen.
 #[derive(Clone, Copy)]
-pub(super) struct View {
+pub(super) struct CheckedView {
     pub(super) position: DVec3,
     /// The axis of the rotation from looking along -z.
     pub(super) axis: DVec3,
@@ -70,13 +70,13 @@ pub(super) struct Setting {
     /// The time of the scene, in seconds.
     pub(super) time: f64,
     pub(super) options: Vec<String>,
-    pub(super) view: View,
+    pub(super) view: CheckedView,
     /// Whether the picture is made from `view`. Otherwise the scene is seen from there by itself.
     pub(super) is_chosen: bool,
 }
 
 /// What must be seen in a scene.
-pub(super) struct Entry {
+pub(super) struct SuiteEntry {
     /// The scene's path in the suite, and its path in a sample of it.
     pub(super) names: Vec<String>,
     pub(super) words: String,
@@ -85,7 +85,7 @@ pub(super) struct Entry {
     pub(super) pictures: Vec<(Setting, Vec<Check>)>,
 }
 
-impl Entry {
+impl SuiteEntry {
     /// Returns the folder of the suite that the scene is in.
     pub(super) fn category(&self) -> &str {
         self.names[0].split('/').next().unwrap_or_default()
@@ -96,8 +96,8 @@ impl Entry {
 ///
 /// # Errors
 /// A line is not of the form above; the message has its number.
-pub(super) fn parse(text: &str) -> Result<Vec<Entry>, String> {
-    let mut entries: Vec<Entry> = Vec::new();
+pub(super) fn parse(text: &str) -> Result<Vec<SuiteEntry>, String> {
+    let mut entries: Vec<SuiteEntry> = Vec::new();
     for (number, line) in text.lines().enumerate() {
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
@@ -105,7 +105,7 @@ pub(super) fn parse(text: &str) -> Result<Vec<Entry>, String> {
         }
         let wrong = || format!("entries.txt, line {}: {line}", number + 1);
         if let Some(names) = line.strip_prefix("scene ") {
-            entries.push(Entry {
+            entries.push(SuiteEntry {
                 names: names.split(" = ").map(str::to_string).collect(),
                 words: String::new(),
                 against: None,
@@ -125,7 +125,7 @@ impl Default for Setting {
         Self {
             time: 0.0,
             options: Vec::new(),
-            view: View {
+            view: CheckedView {
                 position: DVec3::new(0.0, 0.0, 10.0),
                 axis: DVec3::Z,
                 angle: 0.0,
@@ -136,7 +136,7 @@ impl Default for Setting {
 }
 
 /// Adds a line to an entry. Returns `None` if it is not of the form above.
-fn add(entry: &mut Entry, line: &str) -> Option<()> {
+fn add(entry: &mut SuiteEntry, line: &str) -> Option<()> {
     let (word, rest) = line.split_once(' ')?;
     let (setting, checks) = entry.pictures.last_mut()?;
     match word {
@@ -168,19 +168,19 @@ fn add(entry: &mut Entry, line: &str) -> Option<()> {
 }
 
 /// Begins another picture, in place of one that has no checks yet.
-fn start(entry: &mut Entry, setting: Setting) {
+fn start(entry: &mut SuiteEntry, setting: Setting) {
     entry.pictures.retain(|(_, checks)| !checks.is_empty());
     entry.pictures.push((setting, Vec::new()));
 }
 
-fn view(text: &str) -> Option<View> {
+fn view(text: &str) -> Option<CheckedView> {
     let n = numbers(text)?;
     let axis = match n.len() {
         3 => [0.0, 0.0, 1.0, 0.0],
         7 => [n[3], n[4], n[5], n[6]],
         _ => return None,
     };
-    Some(View {
+    Some(CheckedView {
         position: DVec3::new(n[0], n[1], n[2]),
         axis: DVec3::new(axis[0], axis[1], axis[2]).normalize(),
         angle: axis[3],

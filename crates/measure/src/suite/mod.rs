@@ -25,7 +25,7 @@ use std::process::ExitCode;
 use rayon::prelude::*;
 
 use self::checks::Judge;
-use self::entries::Entry;
+use self::entries::SuiteEntry;
 use self::folder::Folder;
 
 /// What became of an entry.
@@ -40,7 +40,7 @@ enum Verdict {
 
 /// The numbers of a category's entries.
 #[derive(Default)]
-struct Row {
+struct CategoryCounts {
     passed: usize,
     failed: usize,
     not_judged: usize,
@@ -83,8 +83,8 @@ fn measure(
         println!("not converted: {message}");
     }
     stand_ins::write(&folder)?;
-    let chosen = |e: &&Entry| only.is_none_or(|text| e.names.iter().any(|n| n.contains(text)));
-    let chosen: Vec<&Entry> = entries.iter().filter(chosen).collect();
+    let chosen = |e: &&SuiteEntry| only.is_none_or(|text| e.names.iter().any(|n| n.contains(text)));
+    let chosen: Vec<&SuiteEntry> = entries.iter().filter(chosen).collect();
     let judge = Judge { program, root };
     let verdicts: Vec<Verdict> = chosen
         .par_iter()
@@ -93,7 +93,7 @@ fn measure(
     Ok(report(&chosen, &verdicts))
 }
 
-fn verdict(judge: &Judge<'_>, folder: &Folder, entry: &Entry) -> Verdict {
+fn verdict(judge: &Judge<'_>, folder: &Folder, entry: &SuiteEntry) -> Verdict {
     let Some(scene) = folder.scene(&entry.names) else {
         return Verdict::Absent;
     };
@@ -113,9 +113,9 @@ fn verdict(judge: &Judge<'_>, folder: &Folder, entry: &Entry) -> Verdict {
 }
 
 /// Prints the table and the failures.
-fn report(entries: &[&Entry], verdicts: &[Verdict]) -> ExitCode {
-    let mut rows: BTreeMap<&str, Row> = BTreeMap::new();
-    let mut sum = Row::default();
+fn report(entries: &[&SuiteEntry], verdicts: &[Verdict]) -> ExitCode {
+    let mut rows: BTreeMap<&str, CategoryCounts> = BTreeMap::new();
+    let mut sum = CategoryCounts::default();
     for (entry, verdict) in entries.iter().zip(verdicts) {
         for row in [rows.entry(entry.category()).or_default(), &mut sum] {
             match verdict {

@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 
 use ivcam_inventor::grammar::{Dialect, by_name};
 
-use super::xml::{Element, parse};
+use super::xml::{XmlElement, parse};
 
 /// The names and types of the fields of a prototype.
 type Interface = HashMap<String, String>;
@@ -40,7 +40,7 @@ struct Writer {
 
 impl Writer {
     /// Writes a node, a prototype or a route.
-    fn statement(&mut self, element: &Element) {
+    fn statement(&mut self, element: &XmlElement) {
         match element.name.as_str() {
             "ROUTE" => self.route(element),
             "ProtoDeclare" => self.proto(element),
@@ -54,13 +54,13 @@ impl Writer {
         self.out.push('\n');
     }
 
-    fn route(&mut self, route: &Element) {
+    fn route(&mut self, route: &XmlElement) {
         let [from, output, to, input] = ["fromNode", "fromField", "toNode", "toField"]
             .map(|name| route.get(name).unwrap_or_default());
         self.line(&format!("ROUTE {from}.{output} TO {to}.{input}"));
     }
 
-    fn proto(&mut self, element: &Element) {
+    fn proto(&mut self, element: &XmlElement) {
         let name = element.get("name").unwrap_or_default().to_string();
         self.line(&format!("PROTO {name} ["));
         let mut interface = Interface::new();
@@ -80,7 +80,7 @@ impl Writer {
         self.line("}");
     }
 
-    fn extern_proto(&mut self, element: &Element) {
+    fn extern_proto(&mut self, element: &XmlElement) {
         let name = element.get("name").unwrap_or_default().to_string();
         self.line(&format!("EXTERNPROTO {name} ["));
         let mut interface = Interface::new();
@@ -102,7 +102,12 @@ impl Writer {
 
     /// Writes a field of a prototype's or a script's interface. `connected` is the field of the
     /// prototype that a script's field stands for.
-    fn declaration(&mut self, field: &Element, interface: &mut Interface, connected: Option<&str>) {
+    fn declaration(
+        &mut self,
+        field: &XmlElement,
+        interface: &mut Interface,
+        connected: Option<&str>,
+    ) {
         let (kind, name) = declared(field);
         let head = format!("{} {kind} {name}", access(field));
         interface.insert(name, kind.clone());
@@ -114,7 +119,7 @@ impl Writer {
     }
 
     /// Writes a value that an element states by its attribute or by its children.
-    fn value(&mut self, head: &str, kind: &str, element: &Element) {
+    fn value(&mut self, head: &str, kind: &str, element: &XmlElement) {
         match kind {
             "SFNode" => {
                 let node = element.children.iter().find(|c| is_node(c));
@@ -138,7 +143,7 @@ impl Writer {
         }
     }
 
-    fn node(&mut self, element: &Element) {
+    fn node(&mut self, element: &XmlElement) {
         if let Some(name) = element.get("USE") {
             return self.line(&format!("USE {name}"));
         }
@@ -160,7 +165,7 @@ impl Writer {
         self.line("}");
     }
 
-    fn instance(&mut self, element: &Element, name: &str) {
+    fn instance(&mut self, element: &XmlElement, name: &str) {
         let class = element.get("name").unwrap_or_default();
         let known = self.scopes.iter().rev().find_map(|s| s.get(class)).cloned();
         let interface = known.unwrap_or_default();
@@ -178,7 +183,7 @@ impl Writer {
     }
 
     /// Writes a script's interface, and its program if it is in the scene.
-    fn script(&mut self, element: &Element, connected: &[(String, String)]) {
+    fn script(&mut self, element: &XmlElement, connected: &[(String, String)]) {
         let mut interface = Interface::new();
         for field in element.named("field") {
             let outer = connected
@@ -194,7 +199,7 @@ impl Writer {
     }
 
     /// Writes the fields that attributes state, and those that stand for fields of a prototype.
-    fn fields(&mut self, element: &Element, connected: &[(String, String)]) {
+    fn fields(&mut self, element: &XmlElement, connected: &[(String, String)]) {
         for (attribute, value) in &element.attributes {
             let name = renamed(&element.name, attribute);
             let Some(kind) = field_type(&element.name, name) else {
@@ -214,12 +219,12 @@ impl Writer {
 
     /// Writes the nodes inside a node, by the fields that contain them. Prototypes go first and
     /// routes last: VRML97 allows both only between fields.
-    fn children(&mut self, element: &Element) {
+    fn children(&mut self, element: &XmlElement) {
         let of = |name: &'static str| element.named(name);
         for child in of("ProtoDeclare").chain(of("ExternProtoDeclare")) {
             self.statement(child);
         }
-        let mut fields: Vec<(String, Vec<&Element>)> = Vec::new();
+        let mut fields: Vec<(String, Vec<&XmlElement>)> = Vec::new();
         for child in element.children.iter().filter(|c| is_node(c)) {
             let field = container(child, &element.name);
             match fields.iter_mut().find(|(name, _)| *name == field) {
@@ -247,13 +252,13 @@ impl Writer {
 }
 
 /// Returns the type and name of an interface's field.
-fn declared(field: &Element) -> (String, String) {
+fn declared(field: &XmlElement) -> (String, String) {
     let [kind, name] = ["type", "name"].map(|a| field.get(a).unwrap_or_default().to_string());
     (kind, name)
 }
 
 /// Returns VRML97's word for how a field of an interface is used.
-fn access(field: &Element) -> &'static str {
+fn access(field: &XmlElement) -> &'static str {
     match field.get("accessType") {
         Some("inputOnly") => "eventIn",
         Some("outputOnly") => "eventOut",
@@ -263,9 +268,9 @@ fn access(field: &Element) -> &'static str {
 }
 
 /// Returns the pairs of a node's field and the prototype's field that it stands for.
-fn connections(element: &Element) -> Vec<(String, String)> {
+fn connections(element: &XmlElement) -> Vec<(String, String)> {
     let connects = element.named("IS").flat_map(|is| is.named("connect"));
-    let pair = |c: &Element| {
+    let pair = |c: &XmlElement| {
         let [inner, outer] =
             ["nodeField", "protoField"].map(|a| c.get(a).unwrap_or_default().to_string());
         (inner, outer)
@@ -273,7 +278,7 @@ fn connections(element: &Element) -> Vec<(String, String)> {
     connects.map(pair).collect()
 }
 
-fn is_node(element: &Element) -> bool {
+fn is_node(element: &XmlElement) -> bool {
     element.name == "ProtoInstance" || by_name(&element.name, Dialect::VRML97).is_some()
 }
 
@@ -289,7 +294,7 @@ fn renamed<'a>(class: &str, field: &'a str) -> &'a str {
 
 /// Returns the field of a node that contains a node inside it: the one stated, or X3D's default for
 /// the inner node's class.
-fn container(child: &Element, parent: &str) -> String {
+fn container(child: &XmlElement, parent: &str) -> String {
     let usual = match child.name.as_str() {
         "Appearance" => "appearance",
         "Material" => "material",

@@ -6,15 +6,15 @@ use quick_xml::{Reader, XmlVersion};
 
 /// An element with its attributes, children and text.
 #[derive(Default)]
-pub(super) struct Element {
+pub(super) struct XmlElement {
     pub(super) name: String,
     pub(super) attributes: Vec<(String, String)>,
-    pub(super) children: Vec<Element>,
+    pub(super) children: Vec<XmlElement>,
     /// The text directly inside the element, `CDATA` sections included.
     pub(super) text: String,
 }
 
-impl Element {
+impl XmlElement {
     /// Returns the value of an attribute.
     pub(super) fn get(&self, name: &str) -> Option<&str> {
         let of_name = self.attributes.iter().find(|(n, _)| n == name);
@@ -22,7 +22,7 @@ impl Element {
     }
 
     /// Returns the children of a name.
-    pub(super) fn named(&self, name: &'static str) -> impl Iterator<Item = &Element> {
+    pub(super) fn named(&self, name: &'static str) -> impl Iterator<Item = &XmlElement> {
         self.children.iter().filter(move |c| c.name == name)
     }
 }
@@ -31,9 +31,9 @@ impl Element {
 ///
 /// # Errors
 /// The text is not well-formed; the message says where.
-pub(super) fn parse(text: &str) -> Result<Element, String> {
+pub(super) fn parse(text: &str) -> Result<XmlElement, String> {
     let mut reader = Reader::from_str(text);
-    let mut open = vec![Element::default()];
+    let mut open = vec![XmlElement::default()];
     loop {
         let event = reader.read_event();
         let place = reader.buffer_position();
@@ -71,15 +71,15 @@ pub(super) fn parse(text: &str) -> Result<Element, String> {
 
 /// Returns the element that is open. The first of the stack is never closed: the reader checks that
 /// tags match.
-fn parent(open: &mut Vec<Element>) -> &mut Element {
+fn parent(open: &mut Vec<XmlElement>) -> &mut XmlElement {
     if open.is_empty() {
-        open.push(Element::default());
+        open.push(XmlElement::default());
     }
     let last = open.len() - 1;
     &mut open[last]
 }
 
-fn element(start: &BytesStart<'_>) -> Result<Element, String> {
+fn element(start: &BytesStart<'_>) -> Result<XmlElement, String> {
     let mut attributes = Vec::new();
     for attribute in start.attributes() {
         let attribute = attribute.map_err(|e| e.to_string())?;
@@ -89,10 +89,10 @@ fn element(start: &BytesStart<'_>) -> Result<Element, String> {
             .map_err(|e| e.to_string())?;
         attributes.push((name, value.into_owned()));
     }
-    Ok(Element {
+    Ok(XmlElement {
         name: String::from_utf8_lossy(start.name().as_ref()).into_owned(),
         attributes,
-        ..Element::default()
+        ..XmlElement::default()
     })
 }
 

@@ -20,8 +20,8 @@ use std::process::{Command, ExitCode};
 use image::{Rgb, RgbImage};
 use ivcam::compare::{self, Matching, Plate};
 
-use self::peers::{Peer, Scene};
-use super::shared::contact::Layout;
+use self::peers::{CorpusScene, PictureSource};
+use super::shared::contact::ContactSheet;
 
 /// The width and height of the pictures, those of the archived ones.
 const SIZE: (u32, u32) = (320, 240);
@@ -29,14 +29,14 @@ const SIZE: (u32, u32) = (320, 240);
 /// The seconds after which another program is ended.
 const SECONDS: &str = "120";
 
-const SHEET: Layout = Layout {
+const SHEET: ContactSheet = ContactSheet {
     picture: (240, 180),
     pictures: 3,
     columns: 2,
     rows: 6,
 };
 
-struct Options {
+struct ViewersOptions {
     ivcam: PathBuf,
     corpus: PathBuf,
     out: PathBuf,
@@ -47,7 +47,7 @@ struct Options {
     least: f64,
 }
 
-impl Options {
+impl ViewersOptions {
     fn parse(words: &[String]) -> Option<Self> {
         let value = |name: &str| words.iter().skip_while(|w| *w != name).nth(1);
         let path = |name: &str| value(name).map(PathBuf::from);
@@ -67,9 +67,9 @@ impl Options {
 }
 
 /// The comparison of two pictures of a scene.
-struct Pair {
+struct PicturePair {
     scene: String,
-    peer: Peer,
+    peer: PictureSource,
     ssim: f64,
     /// The peak signal-to-noise ratio in decibels.
     psnr: f64,
@@ -77,7 +77,7 @@ struct Pair {
 }
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let Some(options) = Options::parse(&words) else {
+    let Some(options) = ViewersOptions::parse(&words) else {
         eprintln!(
             "usage: viewers PROGRAM CORPUS -o FOLDER [--coin PROGRAM] [--view3dscene PROGRAM] \
              [--only TEXT] [--least SSIM]"
@@ -104,7 +104,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
 }
 
 /// Makes a scene's pictures and compares them, one pair for each other program that draws it.
-fn compare_scene(options: &Options, scene: &Scene) -> Vec<Pair> {
+fn compare_scene(options: &ViewersOptions, scene: &CorpusScene) -> Vec<PicturePair> {
     let mut pairs = Vec::new();
     for (peer, theirs) in scene.pictures(options) {
         let ours = file(&options.out, "ivcam", peer, &scene.name);
@@ -113,7 +113,7 @@ fn compare_scene(options: &Options, scene: &Scene) -> Vec<Pair> {
             continue;
         }
         match measures(&ours, &theirs) {
-            Ok((ssim, psnr)) => pairs.push(Pair {
+            Ok((ssim, psnr)) => pairs.push(PicturePair {
                 scene: scene.name.clone(),
                 peer,
                 ssim,
@@ -127,7 +127,7 @@ fn compare_scene(options: &Options, scene: &Scene) -> Vec<Pair> {
 }
 
 /// Returns the place of a picture, and makes its folder.
-fn file(out: &Path, by: &str, peer: Peer, scene: &str) -> PathBuf {
+fn file(out: &Path, by: &str, peer: PictureSource, scene: &str) -> PathBuf {
     let file = out.join(by).join(peer.name()).join(format!("{scene}.png"));
     if let Some(folder) = file.parent() {
         // A folder that cannot be made is reported by who writes into it.
@@ -138,7 +138,12 @@ fn file(out: &Path, by: &str, peer: Peer, scene: &str) -> PathBuf {
 
 /// Renders a scene by ivcam with what the other program shows where the scene states nothing, and
 /// returns whether there is a picture.
-fn photograph(options: &Options, scene: &Scene, peer: Peer, output: &Path) -> bool {
+fn photograph(
+    options: &ViewersOptions,
+    scene: &CorpusScene,
+    peer: PictureSource,
+    output: &Path,
+) -> bool {
     let mut command = Command::new(&options.ivcam);
     command.arg("render").arg(&scene.file);
     command.args(["--look", "viewer", "--quiet", "--size"]);
@@ -147,11 +152,11 @@ fn photograph(options: &Options, scene: &Scene, peer: Peer, output: &Path) -> bo
     command.arg("--search").arg(options.corpus.join("scenes"));
     match peer {
         // Coin shows a world without a Viewpoint whole, not from 0 0 10.
-        Peer::Archive | Peer::Coin => command.args(["--view", "else:front"]),
+        PictureSource::Archive | PictureSource::Coin => command.args(["--view", "else:front"]),
         // It lights every point, and its ground has the level 26.
-        Peer::View3dscene => command.args(["-s", "p", "--background", "else:#1a1a1a"]),
+        PictureSource::View3dscene => command.args(["-s", "p", "--background", "else:#1a1a1a"]),
     };
-    if peer == Peer::Archive {
+    if peer == PictureSource::Archive {
         command.args(["--headlight", if scene.headlight { "on" } else { "off" }]);
     }
     // A picture of an earlier run must not stand for one that fails now.
@@ -172,7 +177,7 @@ fn measures(ours: &Path, theirs: &Path) -> Result<(f64, f64), String> {
     Ok((measures.ssim, measures.psnr))
 }
 
-fn sums(pairs: &[Pair], least: f64) {
+fn sums(pairs: &[PicturePair], least: f64) {
     let mut by_peer: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
     for pair in pairs {
         by_peer.entry(pair.peer.name()).or_default().push(pair.ssim);
@@ -186,7 +191,7 @@ fn sums(pairs: &[Pair], least: f64) {
 }
 
 /// Prints the pairs below a structural similarity, with their numbers on the sheet.
-fn table(pairs: &[Pair], least: f64) {
+fn table(pairs: &[PicturePair], least: f64) {
     println!("\n| | file | pictures by | SSIM | PSNR | cause |\n|---|---|---|---|---|---|");
     for (i, pair) in pairs.iter().enumerate().filter(|(_, p)| p.ssim < least) {
         let (number, scene, peer) = (i + 1, &pair.scene, pair.peer.name());
@@ -195,8 +200,8 @@ fn table(pairs: &[Pair], least: f64) {
     }
 }
 
-fn sheet(pairs: &[Pair], out: &Path) -> image::ImageResult<usize> {
-    let open = |pair: &Pair| {
+fn sheet(pairs: &[PicturePair], out: &Path) -> image::ImageResult<usize> {
+    let open = |pair: &PicturePair| {
         let [ours, theirs] = &pair.pictures;
         let (ours, theirs) = (image::open(ours)?.to_rgb8(), image::open(theirs)?.to_rgb8());
         let difference = difference(&ours, &theirs);

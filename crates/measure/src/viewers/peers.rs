@@ -6,11 +6,11 @@ use std::process::Command;
 use ivcam_inventor::iv::{Document, Limits};
 use serde_json::Value;
 
-use super::{Options, SECONDS, SIZE, file};
+use super::{SECONDS, SIZE, ViewersOptions, file};
 
 /// A source of pictures to compare with.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Peer {
+pub(super) enum PictureSource {
     /// Coin's pictures in the corpus, with a headlight if the scene has no light.
     Archive,
     /// Coin with the headlight, as its viewers have it.
@@ -18,7 +18,7 @@ pub(super) enum Peer {
     View3dscene,
 }
 
-impl Peer {
+impl PictureSource {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Archive => "Coin, archived",
@@ -49,7 +49,7 @@ impl Peer {
 }
 
 /// A scene of the corpus.
-pub(super) struct Scene {
+pub(super) struct CorpusScene {
     /// The path below the corpus's scenes.
     pub name: String,
     pub file: PathBuf,
@@ -59,7 +59,7 @@ pub(super) struct Scene {
 }
 
 /// Returns the scenes that the manifest of a corpus lists, by name.
-pub(super) fn scenes(corpus: &Path) -> Vec<Scene> {
+pub(super) fn scenes(corpus: &Path) -> Vec<CorpusScene> {
     let manifest = std::fs::read_to_string(corpus.join("manifest.tsv")).unwrap_or_default();
     let names = manifest
         .lines()
@@ -70,14 +70,14 @@ pub(super) fn scenes(corpus: &Path) -> Vec<Scene> {
     names.into_iter().map(|name| scene(corpus, name)).collect()
 }
 
-fn scene(corpus: &Path, name: &str) -> Scene {
+fn scene(corpus: &Path, name: &str) -> CorpusScene {
     let reference = |ending: &str| corpus.join("reference").join(format!("{name}.{ending}"));
     let answer: Value = std::fs::read(reference("json"))
         .ok()
         .and_then(|bytes| serde_json::from_slice(&bytes).ok())
         .unwrap_or(Value::Null);
     let mut lights = answer["lights"].as_array().into_iter().flatten();
-    Scene {
+    CorpusScene {
         name: name.to_owned(),
         file: corpus.join("scenes").join(name),
         headlight: lights.any(|light| light["headlight"] == true),
@@ -85,28 +85,30 @@ fn scene(corpus: &Path, name: &str) -> Scene {
     }
 }
 
-impl Scene {
+impl CorpusScene {
     /// Returns the pictures of the scene by other programs.
-    pub(super) fn pictures(&self, options: &Options) -> Vec<(Peer, PathBuf)> {
+    pub(super) fn pictures(&self, options: &ViewersOptions) -> Vec<(PictureSource, PathBuf)> {
         let mut all = Vec::new();
         if let Some(picture) = &self.archived {
-            all.push((Peer::Archive, picture.clone()));
+            all.push((PictureSource::Archive, picture.clone()));
         }
         let drawn = self.archived.is_some() && self.headlight;
         if let Some(program) = options.coin.as_ref().filter(|_| !drawn) {
             let size = format!("{}x{}", SIZE.0, SIZE.1);
             let words = ["-headlight", "on", "-s", &size, "-png"];
-            all.extend(self.drawn(options, Peer::Coin, |command, output| {
+            all.extend(self.drawn(options, PictureSource::Coin, |command, output| {
                 command.arg(program).args(words).arg(output).arg(&self.file);
             }));
         }
         if let Some(program) = options.view3dscene.as_ref().filter(|_| self.is_vrml_view()) {
             let size = format!("{}x{}", SIZE.0, SIZE.1);
             let words = ["--no-sound", "-H", "--hide-menu", "--geometry", &size];
-            all.extend(self.drawn(options, Peer::View3dscene, |command, output| {
-                command.arg(program).args(words).arg(&self.file);
-                command.args(["--screenshot", "0"]).arg(output);
-            }));
+            all.extend(
+                self.drawn(options, PictureSource::View3dscene, |command, output| {
+                    command.arg(program).args(words).arg(&self.file);
+                    command.args(["--screenshot", "0"]).arg(output);
+                }),
+            );
         }
         all
     }
@@ -125,10 +127,10 @@ impl Scene {
     /// Returns the picture that a command draws, or that an earlier run of it has drawn.
     fn drawn(
         &self,
-        options: &Options,
-        peer: Peer,
+        options: &ViewersOptions,
+        peer: PictureSource,
         describe: impl FnOnce(&mut Command, &Path),
-    ) -> Option<(Peer, PathBuf)> {
+    ) -> Option<(PictureSource, PathBuf)> {
         let output = file(&options.out, "peers", peer, &self.name);
         if !output.exists() {
             let mut command = Command::new("timeout");
