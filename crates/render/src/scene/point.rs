@@ -111,13 +111,13 @@ impl Point<'_> {
     #[inline(never)]
     fn add_further_textures(&mut self, scene: &RenderScene, ray: &Ray, hit: &Hit, stored: Vec3) {
         let local = (hit.primitive - self.surface.first) as usize;
+        let corners = scene.corners(hit.primitive, hit.place);
+        let doubled_area = corners.map(|[a, b, c]| (b - a).cross(c - a).length());
         let mut overlay = Overlay::NONE;
         for further in &self.surface.further_textures {
             let texture = &further.texture;
-            let corners = scene.corners(hit.primitive, hit.place);
-            let (coordinates, wide) = match (corners, further.coordinates.get(local)) {
-                (Some([a, b, c]), Some(own)) => {
-                    let doubled_area = (b - a).cross(c - a).length();
+            let (coordinates, wide) = match (doubled_area, further.coordinates.get(local)) {
+                (Some(doubled_area), Some(own)) => {
                     let corners = (texture, Some(own));
                     let wide = scene.texels_on_triangle(self, ray, hit, corners, doubled_area);
                     (between(own, hit.u, hit.v).extend(0.0), wide)
