@@ -1,5 +1,6 @@
 //! The fuzz target for command lines, and the functions by which tests read and print them.
 
+use std::cell::RefCell;
 use std::ffi::OsString;
 
 use ivcam_base::diag::Sink;
@@ -8,16 +9,22 @@ use ivcam::cli::flags;
 use ivcam::photo::options::all;
 use ivcam::photo::{Era, Plan};
 
+thread_local! {
+    /// The command with the options of a photograph. Making it takes longer than reading a line.
+    static COMMAND: RefCell<clap::Command> = RefCell::new(
+        clap::Command::new("ivcam")
+            .no_binary_name(true)
+            .args_override_self(true)
+            .args(flags::photograph())
+            .arg(clap::Arg::new("scene")),
+    );
+}
+
 /// Returns the plan of command-line arguments, or `None` if they are not valid.
 pub(crate) fn read(words: &[String], era: Era) -> Option<Plan> {
     let words = flags::modernize(words.iter().map(OsString::from));
-    let matches = clap::Command::new("ivcam")
-        .no_binary_name(true)
-        .args_override_self(true)
-        .args(flags::photograph())
-        .arg(clap::Arg::new("scene"))
-        .try_get_matches_from(words)
-        .ok()?;
+    let matches = COMMAND.with_borrow_mut(|command| command.try_get_matches_from_mut(words));
+    let matches = matches.ok()?;
     let start = |era| Plan::of_era(era, "a.iv");
     let options = flags::given_options(&matches);
     Plan::from_options(&options, era, start, &mut Sink::new()).ok()
