@@ -66,7 +66,7 @@ fn glass(
     for (slot, word) in k.iter_mut().zip(words) {
         *slot = word.number(source)?;
     }
-    // A glass for the infrared may have no index at the d line. It is kept with an index of NaN.
+    // A glass whose formula has no index anywhere is refused where a lens uses it.
     let medium = Medium::from_formula(formula, k).unwrap_or_else(|| Medium::constant(f64::NAN));
     Ok(medium.named(name.text))
 }

@@ -1,6 +1,6 @@
 //! Glasses by name: the table that comes with the program, and catalogues read from `.agf` files.
 
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
@@ -26,12 +26,17 @@ const MAKERS: [&str; 12] = [
     "INFRARED",
 ];
 
+/// The ends of the keys of Schott's glasses that transmit more light than the plain ones.
+const TRANSMITS_MORE: [&str; 2] = ["HTULTRA", "HT"];
+
 /// Glasses that a prescription can name.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
     /// The glasses with the keys of their names. Of several with one name, the one added last is
     /// first.
     glasses: Vec<(String, Medium)>,
+    /// The keys of other names of glasses, with the keys of their names in the table.
+    aliases: Vec<(String, String)>,
     /// The keys of glasses that are not in the table, with the keys of those that replace them.
     substitutes: Vec<(String, String)>,
 }
@@ -45,17 +50,26 @@ impl Default for Catalogue {
 impl Catalogue {
     /// The table in `lenses/glasses.txt`.
     pub fn builtin() -> Self {
+        static BUILTIN: LazyLock<Catalogue> = LazyLock::new(Catalogue::read_table);
+        BUILTIN.clone()
+    }
+
+    fn read_table() -> Self {
         let rows = TABLE.lines().filter(|line| !line.starts_with('#'));
-        let substitute = |line: &str| {
-            let words: Vec<&str> = line.split_whitespace().collect();
-            let [_, name, "like", other] = words[..] else {
-                return None;
+        let named = |relation: &str| {
+            let pair = |line: &str| {
+                let words: Vec<&str> = line.split_whitespace().collect();
+                let [_, name, word, other] = words[..] else {
+                    return None;
+                };
+                (word == relation).then(|| (key(name), key(other)))
             };
-            Some((key(name), key(other)))
+            rows.clone().filter_map(pair).collect()
         };
         Self {
+            aliases: named("is"),
+            substitutes: named("like"),
             glasses: rows.clone().filter_map(row).collect(),
-            substitutes: rows.filter_map(substitute).collect(),
         }
     }
 
@@ -80,17 +94,29 @@ impl Catalogue {
 
     /// Finds a glass by name. Case, dashes and the maker are ignored: `nbk7_SCHOTT` is N-BK7. A
     /// word after an underscore is also ignored if it is not a known maker: `SILICA_SPECIAL` is
-    /// SILICA.
+    /// SILICA. So are `HT` and `HTultra` at the end, which Schott adds to glasses that transmit
+    /// more light; their indices are the same.
     pub fn find(&self, name: &str) -> Option<&Medium> {
-        let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
         let bare = || Some(name.rsplit_once('_')?.0).filter(|bare| !bare.is_empty());
-        let found = find(key(name)).or_else(|| find(key(bare()?)));
-        found.map(|(_, glass)| glass)
+        self.find_key(&key(name))
+            .or_else(|| self.find_key(&key(bare()?)))
+    }
+
+    fn find_key(&self, key: &str) -> Option<&Medium> {
+        let plain = TRANSMITS_MORE.iter().find_map(|end| key.strip_suffix(end));
+        let alias = self.aliases.iter().find(|(from, _)| from == key);
+        let keys = [Some(key), alias.map(|(_, to)| to.as_str()), plain];
+        let find = |key: &str| self.glasses.iter().find(|(k, _)| *k == key);
+        keys.into_iter()
+            .flatten()
+            .find_map(find)
+            .map(|(_, glass)| glass)
     }
 
     /// The glass that takes the place of one that is not in the table: the one that the table
-    /// names for it, Schott's lead-free glass of that name (BASF64 is N-BASF64), or for Hikari's
-    /// J and E series Schott's glass of the name behind the letter.
+    /// names for it, Schott's lead-free glass of that name (BASF64 is N-BASF64), for Hikari's
+    /// J and E series Schott's glass of the name behind the letter, or for a glass as it is after
+    /// molding (D-ZLAF52LAM) the glass before.
     fn substitute(&self, name: &str) -> Option<Medium> {
         let wanted = key(name);
         let named = self.substitutes.iter().find(|(from, _)| *from == wanted);
@@ -100,6 +126,7 @@ impl Catalogue {
             Some(format!("N{wanted}")),
             Some(bare.to_owned()),
             Some(format!("N{bare}")),
+            wanted.strip_suffix('M').map(str::to_owned),
         ];
         let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
         let (_, glass) = keys.into_iter().flatten().find_map(find)?;
@@ -156,8 +183,9 @@ impl Catalogue {
         let near = nearest(&wanted, stripped.iter().map(String::as_str));
         let own_series = |name: &&&str| name.starts_with("N-") == bare.starts_with("N-");
         let same = |near| relatives.iter().filter(move |name| plain(name) == near);
+        // A glass of another family is another glass, however alike the names are.
         let relative = near.and_then(|near| same(near).find(own_series).or(same(near).next()));
-        relative.copied().or_else(|| nearest(bare, names()))
+        relative.copied()
     }
 
     /// All glasses.
@@ -189,6 +217,8 @@ fn row(line: &str) -> Option<(String, Medium)> {
     }
     let glass = match formula {
         "sellmeier" => Medium::from_formula(Formula::Sellmeier1, k)?,
+        "sellmeier3" => Medium::from_formula(Formula::Sellmeier3, k)?,
+        "sellmeier5" => Medium::from_formula(Formula::Sellmeier5, k)?,
         "schott" => Medium::from_formula(Formula::Schott, k)?,
         "extended3" => Medium::from_formula(Formula::Extended3, k)?,
         "lines" => Medium::from_lines(k[0], k[1], k[2]),
@@ -207,15 +237,49 @@ mod tests {
     fn every_row_of_the_table_is_a_glass() {
         let rows = TABLE
             .lines()
-            .filter(|l| !l.starts_with('#') && !l.trim().is_empty() && !l.contains(" like "));
+            .filter(|l| !l.starts_with('#') && !l.trim().is_empty())
+            .filter(|l| !l.contains(" like ") && !l.contains(" is "));
         let table = Catalogue::builtin();
         assert_eq!(table.glasses().count(), rows.count());
         for glass in table.glasses() {
             let abbe = glass.abbe().unwrap();
+            // Those for the infrared have no Abbe number, or one of the edge of their absorption.
+            let is_infrared = glass.n_d > 2.25;
             assert!(
-                (1.3..2.1).contains(&glass.n_d) && (15.0..100.0).contains(&abbe),
+                is_infrared || (1.3..2.2).contains(&glass.n_d) && (15.0..110.0).contains(&abbe),
                 "{glass:?}"
             );
+        }
+        let infrared = table.glasses().filter(|glass| glass.n_d > 2.25);
+        assert!(infrared.count() < 25);
+        for (from, to) in table.aliases.iter().chain(&table.substitutes) {
+            assert!(table.find(to).is_some(), "{from}: {to} is not in the table");
+        }
+    }
+
+    /// Names in lens files of shops, with n_d and V_d of the makers' data sheets.
+    #[test]
+    fn stock_glasses_and_their_other_names_are_in_the_table() {
+        let table = Catalogue::builtin();
+        for (name, n_d, abbe) in [
+            ("C79-80", 1.45847, 67.82),
+            ("SiO2", 1.45847, 67.82),
+            ("ACRYLIC", 1.4918, 57.44),
+            ("N-SF6HT", 1.80518, 25.36),
+            ("N-SF6HTultra", 1.80518, 25.36),
+            ("FD10", 1.72825, 28.41),
+            ("H-LAK54_MOLD", 1.73400, 51.49),
+            ("D-ZLAF52LA_M", 1.80882, 40.93),
+            ("N-SF56", 1.78470, 26.10),
+        ] {
+            let glass = table.find(name).unwrap_or_else(|| panic!("{name}"));
+            assert!((glass.n_d - n_d).abs() < 4e-3, "{name} {}", glass.n_d);
+            let found = glass.abbe().unwrap();
+            assert!((found - abbe).abs() < 0.25, "{name} {found}");
+        }
+        for name in ["GERMANIUM", "ZNSE", "BD2", "IRG26", "AMTIR2"] {
+            let n = table.find(name).unwrap().index(10_000.0);
+            assert!((2.3..4.1).contains(&n), "{name} {n}");
         }
     }
 
@@ -239,7 +303,7 @@ mod tests {
         let get = |name: &str| table.get(name, &source, Span::at(0));
         for (name, other) in [
             ("BASF64_SCHOTT", "N-BASF64"),
-            ("J-SK14", "SK14"),
+            ("D-ZLAF52LAM", "D-ZLAF52LA"),
             ("D-ZK3M", "D-ZK3"),
         ] {
             let glass = get(name).unwrap();

@@ -22,6 +22,15 @@ pub fn named_line(wavelength_nm: f64) -> f64 {
         .unwrap_or(wavelength_nm)
 }
 
+/// The name of a spectral line, `d` for 587.56 nm, or the wavelength with its unit.
+pub fn line_name(wavelength_nm: f64) -> String {
+    let lines = [(F_LINE, "F"), (D_LINE, "d"), (C_LINE, "C")];
+    match lines.iter().find(|(nm, _)| *nm == wavelength_nm) {
+        Some((_, name)) => (*name).to_owned(),
+        None => format!("{wavelength_nm:.0} nm"),
+    }
+}
+
 /// The dependence of an index on the wavelength λ, in micrometers.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -137,12 +146,15 @@ impl Formula {
     }
 }
 
+/// The wavelengths, in micrometers, at which a glass that is opaque at the d line gets its index.
+const INFRARED: [f64; 3] = [4.0, 10.0, 1.5];
+
 /// A medium: its name if it has one, its index at the d line, and its dispersion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Medium {
     /// The name of a glass in its catalogue; empty if a file gives only numbers.
     pub name: String,
-    /// The index at the d line.
+    /// The index at the d line; of a glass that is opaque there, the index in the infrared.
     pub n_d: f64,
     /// The name in the file, if the table does not have it and another glass takes its place.
     pub stands_for: Option<Box<str>>,
@@ -211,14 +223,22 @@ impl Medium {
         }
     }
 
-    /// A glass by a catalogue's formula; none if the formula has no index at the d line.
+    /// A glass by a catalogue's formula; none if the formula has no index at the d line or at the
+    /// first of some wavelengths in the infrared.
     pub(crate) fn from_formula(formula: Formula, coefficients: [f64; 10]) -> Option<Self> {
-        let n_d = formula.index(&coefficients, D_LINE * 1e-3);
+        // Where a glass is opaque its formula may have any value.
+        let index = |um| formula.index(&coefficients, um);
+        let is_index = |n: &f64| (1.0..10.0).contains(n);
+        let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| index(nm * 1e-3));
+        let is_visible = (1.0..3.0).contains(&d) && f >= d && d >= c;
+        let visible = is_visible.then_some(d);
+        let infrared = || INFRARED.into_iter().map(index).find(is_index);
+        let n_d = visible.or_else(infrared)?;
         let dispersion = Dispersion::Catalogue {
             formula,
             coefficients,
         };
-        n_d.is_finite().then(|| Self {
+        Some(Self {
             dispersion,
             ..Self::constant(n_d)
         })
