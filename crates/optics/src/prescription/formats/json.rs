@@ -250,15 +250,17 @@ impl LensJsonReader<'_> {
         })
     }
 
-    /// Refuses a list of surfaces of another program: a surface, other than the stop and the last,
-    /// that has no thickness or no index under a name that is known here.
+    /// Refuses a list of surfaces of another program: a surface that has no thickness or no index
+    /// under a name that is known here. The stop may do without, and so may the last of several; a
+    /// single surface may do without one of them.
     fn refuse_foreign(&self, root: &Value, rows: &[Value]) -> Result<()> {
-        let inner = rows.len().saturating_sub(1);
-        for (i, row) in rows.iter().take(inner).enumerate() {
+        let checked = rows.len().saturating_sub(1).max(1);
+        for (i, row) in rows.iter().take(checked).enumerate() {
             let has = |keys: &[&str]| keys.iter().any(|key| row.get(key).is_some());
             let is_stop = row.get("kind").and_then(Value::as_str) == Some("stop");
             let missing = match (has(&["t", "thickness"]), has(&["n_d", "n", "glass"])) {
                 (true, true) => continue,
+                (true, false) | (false, true) if rows.len() == 1 => continue,
                 _ if is_stop || !row.is_object() => continue,
                 (false, false) => "neither a thickness `t` nor an index `n_d`",
                 (false, true) => "no thickness `t`",
@@ -566,17 +568,17 @@ mod tests {
                 (2, 27),
             ),
             (
-                "{\"surfaces\": [\n{\"kind\": \"spere\", \"R\": 5}]}",
+                "{\"surfaces\": [\n{\"kind\": \"spere\", \"t\": 5}]}",
                 (2, 1),
             ),
-            ("{\"surfaces\": [\n{\"R\": \"5\", \"a\": 2}]}", (2, 7)),
+            ("{\"surfaces\": [\n{\"R\": \"5\", \"n\": 2}]}", (2, 7)),
             ("{\"surfaces\": [\n{\"R\": NaN, \"a\": 2}]}", (2, 7)),
             (
-                "{\"surfaces\": [\n{\"R\": 5, \"a\": 2}],\n\"zoom\": [{\"gaps\": {\"1\": 2}}]}",
+                "{\"surfaces\": [\n{\"R\": 5, \"n\": 2}],\n\"zoom\": [{\"gaps\": {\"1\": 2}}]}",
                 (3, 1),
             ),
             (
-                "{\"surfaces\": [\n{\"R\": 5, \"a\": 2}],\n\"focus_group\": [0, 1]}",
+                "{\"surfaces\": [\n{\"R\": 5, \"n\": 2}],\n\"focus_group\": [0, 1]}",
                 (3, 1),
             ),
         ] {
@@ -589,7 +591,8 @@ mod tests {
     #[test]
     fn a_field_of_another_type_is_named() {
         for field in FIELDS.split(' ').filter(|field| *field != "i") {
-            let text = format!("{{\"surfaces\": [\n{{\"{field}\": [{{}}]}}]}}");
+            let text =
+                format!("{{\"schema\": \"ivlens-1\", \"surfaces\": [\n{{\"{field}\": [{{}}]}}]}}");
             let error = parse(&text).unwrap_err();
             assert!(error.message.contains("[{}]"), "{field}: {error}");
             assert_eq!(error.location().1.unwrap().0, 2, "{field}: {error}");

@@ -12,7 +12,9 @@ pub(super) enum Column {
     Abbe,
     Diameter,
     SemiDiameter,
-    /// The name of a glass, or another word or number that is not read.
+    /// The name of a glass, which stands for the index if no other column has that.
+    Glass,
+    /// A word or number that is not read.
     Ignored,
 }
 
@@ -52,9 +54,16 @@ pub(super) fn heading(text: &str) -> Option<Heading> {
     let words: Vec<&str> = words
         .filter(|w| !w.starts_with(['(', '[']) && !w.ends_with([')', ']']))
         .collect();
-    let columns: Vec<Column> = words.iter().map(|word| column(word)).collect();
+    let mut columns: Vec<Column> = words.iter().map(|word| column(word)).collect();
     // A sentence has words that name no column; a heading begins with one that does.
     let named = columns.iter().filter(|c| **c != Column::Ignored).count();
+    let glass = match columns.contains(&Column::Index) {
+        true => Column::Ignored,
+        false => Column::Index,
+    };
+    for column in columns.iter_mut().filter(|c| **c == Column::Glass) {
+        *column = glass;
+    }
     let has = |column| columns.contains(&column);
     if !has(Column::Radius) || !has(Column::Gap) || 2 * named <= columns.len() {
         return None;
@@ -80,6 +89,7 @@ fn column(word: &str) -> Column {
         "thickness" | "thick" | "axpos" | "t" | "d" | "gap" | "distance" | "separation"
         | "position" | "pos" | "z" => Column::Gap,
         "index" | "n" | "nd" | "n_d" | "ior" | "eta" => Column::Index,
+        "glass" | "material" | "medium" => Column::Glass,
         "abbe" | "v" | "vd" | "v_d" | "v-no" | "vno" | "v-number" | "abbe-no" | "abbe_no"
         | "abbe-number" => Column::Abbe,
         "aperture" | "ap" | "diameter" | "diam" | "dia" => Column::Diameter,

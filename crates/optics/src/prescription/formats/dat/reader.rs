@@ -27,6 +27,8 @@ struct Row {
     radius: f64,
     gap: f64,
     index: Option<f64>,
+    /// The glass that the file names in place of its index.
+    glass: Option<Medium>,
     diameter: f64,
     abbe: Option<f64>,
     spans: Places,
@@ -267,6 +269,8 @@ fn parsed_rows(
 struct Value {
     column: Column,
     number: f64,
+    /// The glass whose index the number is.
+    glass: Option<Medium>,
     span: Span,
 }
 
@@ -302,11 +306,13 @@ fn row(
         _ => return Err(wrong_count(file, &values)),
     };
     let [radius, gap, index, aperture] = at.map(|i| values[i].number);
+    let glass = values.iter().find_map(|v| v.glass.clone());
     let is_half = values.iter().any(|v| v.column == Column::SemiDiameter);
     Ok(Row {
         radius: if is_stop { 0.0 } else { radius },
         gap,
         index: (!is_stop).then_some(index),
+        glass,
         diameter: if is_half { 2.0 * aperture } else { aperture },
         abbe,
         spans: at.map(|i| values[i].span),
@@ -324,11 +330,16 @@ fn values(
     let mut values = Vec::with_capacity(cells.len());
     for (i, cell) in cells.iter().enumerate() {
         let column = if in_order { columns[i] } else { Column::Radius };
+        let mut glass = None;
         let number = match cell.number {
             _ if column == Column::Ignored => continue,
             Some(number) if number.is_finite() => number,
             Some(number) if number.is_infinite() && i == 0 => 0.0,
             None if cell.word.is("air") && column == Column::Index => 1.0,
+            None if column == Column::Index => {
+                let named = file.glass(cell.word.text, cell.word.span)?;
+                glass.insert(named).n_d
+            }
             _ => {
                 let message = format!("`{}` is not a number", cell.word.text);
                 return Err(file.refuse(cell.word.span, message, ROW));
@@ -337,6 +348,7 @@ fn values(
         values.push(Value {
             column,
             number,
+            glass,
             span: cell.word.span,
         });
     }
@@ -362,9 +374,10 @@ fn wrong_count(file: PrescriptionReader<'_>, values: &[Value]) -> Box<Diagnostic
 fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescription {
     let mut draft = file.draft(None);
     for (row, gap) in rows.iter().zip(gaps) {
-        let medium = match row.index {
-            Some(index) => Medium::from_index(index, row.abbe),
-            None => draft.medium().clone(),
+        let medium = match (&row.glass, row.index) {
+            (Some(glass), _) => glass.clone(),
+            (None, Some(index)) => Medium::from_index(index, row.abbe),
+            (None, None) => draft.medium().clone(),
         };
         let surface = Surface::sphere(row.radius, *gap, medium, 0.5 * row.diameter);
         let surface = Surface {

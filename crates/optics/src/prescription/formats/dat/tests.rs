@@ -108,7 +108,7 @@ fn a_bad_row_is_named_by_line_and_column() {
         ("", (1, 1), "no surfaces"),
         ("10 2 1.5 9\n20 3 1.5\n", (2, 9), "too few"),
         ("10 2 1.5 9 7\n", (1, 12), "too many"),
-        ("10 2 1.5 9\n10 2 x 9\n", (2, 6), "`x` is not a number"),
+        ("10 2 1.5 9\n10 2 x 9\n", (2, 6), "no glass named `x`"),
         ("10 2 NaN 9\n", (1, 6), "not a number"),
         ("10 2 1.5 -9\n", (1, 10), "not greater than 0"),
         ("10 1.5 0.9 9\n", (1, 8), "less than 1"),
