@@ -3,7 +3,6 @@
 use std::fmt::Write as _;
 
 use ivcam_optics::lens::{Aberrations, Fans, LensSheet, PointAberrations, PointImage, SeidelSums};
-use ivcam_optics::prescription::glass::medium::{C_LINE, F_LINE};
 
 /// What a curve is over for a value that is no curve.
 const NOTHING: (&str, f64) = ("", f64::NAN);
@@ -31,7 +30,7 @@ pub(super) fn csv(sheet: &LensSheet, all: &Aberrations, nm: f64) -> String {
     fields(&mut rows, sheet, nm);
     axis(&mut rows, sheet, nm);
     for point in &sheet.points {
-        image(&mut rows, point, &sheet.frequencies, nm);
+        image(&mut rows, point, sheet);
     }
     for point in &all.points {
         for fan in &point.fans {
@@ -48,7 +47,7 @@ pub(super) fn csv(sheet: &LensSheet, all: &Aberrations, nm: f64) -> String {
 
 /// The curves over the film's height.
 fn fields(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
-    let (f, c) = (F_LINE, C_LINE);
+    let [f, _, c] = sheet.lines_nm;
     for row in &sheet.fields {
         let light = Some(row.relative_illumination);
         for (name, nm, value, unit) in [
@@ -75,9 +74,9 @@ fn fields(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
 fn axis(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
     for zone in &sheet.spherical {
         let lines = [
-            (F_LINE, zone.focus_f),
+            (sheet.lines_nm[0], zone.focus_f),
             (nm, zone.focus_d),
-            (C_LINE, zone.focus_c),
+            (sheet.lines_nm[2], zone.focus_c),
         ];
         for (nm, focus) in lines {
             let over = ("pupil", zone.pupil);
@@ -92,14 +91,14 @@ fn axis(rows: &mut Rows, sheet: &LensSheet, nm: f64) {
 }
 
 /// The spot of a point, its beam and its modulation.
-fn image(rows: &mut Rows, point: &PointImage, frequencies: &[f64], nm: f64) {
-    let place = (point.height, nm);
+fn image(rows: &mut Rows, point: &PointImage, sheet: &LensSheet) {
+    let place = (point.height, sheet.lines_nm[1]);
     let white = (point.height, f64::NAN);
     rows.add("spot_rms", place, NOTHING, (point.rms, "mm"));
     let area = (point.pupil_area, "of the axial beam");
     rows.add("beam_area", place, NOTHING, area);
     let (rays, waves) = (&point.geometric, &point.diffraction);
-    for (i, f) in frequencies.iter().enumerate() {
+    for (i, f) in sheet.frequencies.iter().enumerate() {
         for (name, place, values) in [
             ("modulation_rays_tangential", place, &rays.tangential),
             ("modulation_rays_sagittal", place, &rays.sagittal),
@@ -109,7 +108,7 @@ fn image(rows: &mut Rows, point: &PointImage, frequencies: &[f64], nm: f64) {
             rows.add(name, place, ("lp/mm", *f), (values[i], ""));
         }
     }
-    for (spot, nm) in point.spots.iter().zip([F_LINE, nm, C_LINE]) {
+    for (spot, nm) in point.spots.iter().zip(sheet.lines_nm) {
         for (i, p) in spot.iter().enumerate() {
             let over = ("ray", i as f64);
             rows.add("spot_x", (point.height, nm), over, (p.x, "mm"));

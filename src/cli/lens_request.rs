@@ -19,7 +19,7 @@ pub(super) const CONDITIONS: [(&str, &str, &str); 5] = [
     (
         "wavelength",
         "NM",
-        "the wavelength in nanometers; default the d line",
+        "the wavelength in nanometers; default that of the file, or the d line",
     ),
     (
         "defocus",
@@ -84,9 +84,10 @@ impl<'m> Request<'m> {
         let opened = choice.open(&mut sink);
         sink.items().iter().for_each(print_diagnostic);
         let mut unfocused = opened?;
-        if let Some(nm) = parsed(matches, "wavelength", POSITIVE, positive)? {
-            unfocused = unfocused.at_wavelength(wavelength(nm)?);
-        }
+        unfocused = match parsed(matches, "wavelength", POSITIVE, positive)? {
+            Some(nm) => unfocused.at_wavelength(wavelength(nm)?),
+            None => unfocused.at_primary_wavelength(),
+        };
         let (lens, focus) = match distance {
             None => (unfocused.clone(), None),
             Some(distance) => {

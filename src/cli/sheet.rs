@@ -65,7 +65,7 @@ pub(super) fn text(request: &Request<'_>) -> Result<Content> {
     f_numbers(&mut page, lens);
     page.number("length", lens.length(), " mm");
     if !lens.prescription().is_dispersive() {
-        page.line("  colour                 none: the source gives indices at the d line alone");
+        page.line("  color                  none: the source gives indices at the d line alone");
     }
     if let Some(focus) = &request.focus {
         focus_data(&mut page, focus);

@@ -21,6 +21,7 @@ const DRAWN: usize = 20_000;
 
 /// A ray to trace.
 #[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
 struct RayQuery {
     origin: [f64; 3],
     direction: [f64; 3],
@@ -169,7 +170,7 @@ fn read(file: &str) -> Result<Vec<RayQuery>> {
         Diagnostic::error(format!("this is not a list of rays: {reason}"))
             .at(&source, Span::at(at))
             .with_help(
-                r#"a ray is {"origin": [x, y, z], "direction": [x, y, z], "from": "scene" or "film"}"#,
+                r#"a ray is {"origin": [x, y, z], "direction": [x, y, z]}; "from": "scene" or "film", "apertures": true or false and "wavelength_nm" may follow"#,
             )
     })
 }

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use ivcam_base::diag::{Severity, Sink, Source};
-use ivcam_optics::lens::{Lens, open_prescription};
+use ivcam_optics::lens::{Lens, LensSheet, open_prescription};
 use ivcam_optics::prescription::Reading;
 use ivcam_optics::prescription::formats;
 use ivcam_optics::prescription::formats::write::{Target, write};
@@ -176,4 +176,82 @@ fn a_stated_f_number_may_be_that_of_real_rays_or_of_paraxial_ones() {
             .all(|n| found[0].contains(&format!("f/{n:.3}")));
         assert!(both, "{found:?}");
     }
+}
+
+/// The same doublet in four formats, with a field of 4 degrees and an infrared primary wavelength.
+/// Its sheet opens at both.
+#[test]
+fn the_field_and_the_wavelengths_of_a_file_are_those_of_its_sheet() {
+    let zemax = "VERS 1\nMODE SEQ\nUNIT MM\nENPD 20\nFTYP 0 0 3 3 0 0 0\nYFLN 0 2 4 60\n\
+        WAVM 1 0.9 1\nWAVM 2 1.0 1\nWAVM 3 1.2 1\nWAVM 4 0.55 1\nPWAV 2\n\
+        SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n\
+        SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.016\n  DISZ 6\n  GLAS N-BK7\n  DIAM 12.7\n\
+        SURF 2\n  TYPE STANDARD\n  CURV -0.0225\n  DISZ 2.5\n  GLAS N-SF6HT\n  DIAM 12.7\n\
+        SURF 3\n  TYPE STANDARD\n  CURV -0.0075\n  DISZ 97\n  DIAM 12.7\n\
+        SURF 4\n  TYPE STANDARD\n  CURV 0\n  DISZ 0\n";
+    let code_v = "RDM;LEN\nDIM M\nEPD 20\nWL 1200 1000 900\nREF 2\nYAN 0 2 4\nSO 0 1e14\n\
+        S 62.5 6 NBK7\n STO\n CIR 12.7\nS -44.444444 2.5 NSF6\n CIR 12.7\nS -133.33333 97\n \
+        CIR 12.7\nSI 0 0\nGO\n";
+    let oslo = "LEN NEW \"a\" 100 3\nEBR 10\nANG 4\nUNI 1.0\nWV 1.0 0.9 1.2\nAIR\nTH 1e20\n\
+        NXT\nGLA N-BK7\nRD 62.5\nTH 6\nAP 12.7\nAST\nNXT\nGLA N-SF6\nRD -44.444444\nTH 2.5\n\
+        AP 12.7\nNXT\nAIR\nRD -133.33333\nTH 97\nAP 12.7\nNXT\nAIR\nEND 4\n";
+    for (name, text) in [("a.zmx", zemax), ("a.seq", code_v), ("a.len", oslo)] {
+        let source = Arc::new(Source::new(name, text.as_bytes().to_vec()));
+        let read = formats::read(&source, &mut Sink::new());
+        let lens = Lens::new(read.unwrap_or_else(|e| panic!("{name}: {e}")));
+        assert_eq!(lens.prescription().half_field, Some(4.0), "{name}");
+        assert_eq!(lens.spectral_lines()[1], 587.5618, "{name}");
+        let lens = lens.at_primary_wavelength();
+        assert_eq!(lens.spectral_lines(), [900.0, 1000.0, 1200.0], "{name}");
+        let sheet = LensSheet::of(&lens).unwrap();
+        assert_eq!(sheet.lines_nm, [900.0, 1000.0, 1200.0], "{name}");
+        assert!((sheet.half_field_degrees - 4.0).abs() < 1e-6, "{name}");
+        let ends = [sheet.color[0], sheet.color[30]].map(|row| row.wavelength_nm);
+        assert_eq!(ends, [900.0, 1200.0], "{name}");
+    }
+}
+
+/// A glass that is opaque in the visible is traced at its own wavelength, in the index that its
+/// maker's catalogue has there.
+#[test]
+fn an_infrared_lens_is_read_and_traced_at_its_wavelength() {
+    let text = "VERS 1\nMODE SEQ\nUNIT MM\nENPD 10\nWAVM 1 10 1\nPWAV 1\n\
+        SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n\
+        SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.02\n  DISZ 3\n  GLAS GERMANIUM\n  DIAM 6\n\
+        SURF 2\n  TYPE STANDARD\n  CURV 0\n  DISZ 50\n  DIAM 6\n";
+    let source = Arc::new(Source::new("a.zmx", text.as_bytes().to_vec()));
+    let read = formats::read(&source, &mut Sink::new());
+    let lens = Lens::new(read.unwrap()).at_primary_wavelength();
+    assert_eq!(lens.wavelength(), 10_000.0);
+    // f = R/(n − 1) with n = 4.0032 at 10 µm.
+    let efl = lens.first_order().efl();
+    assert!((efl - 50.0 / 3.0032).abs() < 0.01, "{efl}");
+    let sheet = LensSheet::of(&lens).unwrap();
+    assert_eq!(sheet.lines_nm, [10_000.0; 3]);
+    assert!(sheet.color.is_empty());
+}
+
+/// A table may name the glass in place of its index, under a heading or without one.
+#[test]
+fn a_table_may_name_glasses() {
+    let open = |text: &str| {
+        let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+        formats::read(&source, &mut Sink::new())
+    };
+    let heading = "# radius thickness glass semi-diameter\n";
+    for text in [
+        "50 5 N-BK7 10\n-50 45 air 10\n",
+        "50 5 N-BK7 20\n-50 45 1 20\n",
+    ] {
+        let text = match text.contains("air") {
+            true => format!("{heading}{text}"),
+            false => text.to_owned(),
+        };
+        let lens = open(&text).unwrap_or_else(|e| panic!("{text}: {e}"));
+        assert_eq!(lens.surfaces[0].medium.name, "N-BK7", "{text}");
+        assert_eq!(lens.surfaces[0].semi_diameter, 10.0, "{text}");
+        assert_eq!(lens.surfaces[1].medium.n_d, 1.0, "{text}");
+    }
+    let error = open("50 5 N-XY99 20\n-50 45 1 20\n").unwrap_err();
+    assert!(error.message.contains("N-XY99"), "{error}");
 }

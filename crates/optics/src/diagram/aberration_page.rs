@@ -5,6 +5,7 @@ use crate::lens::analysis::aberrations::fans::{FanRay, WavefrontFit};
 use crate::lens::analysis::aberrations::report::{Aberrations, PointAberrations};
 use crate::lens::analysis::aberrations::through_focus::SPOTS;
 use crate::lens::{FieldRow, LensSheet};
+use crate::prescription::glass::medium::line_name;
 
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
@@ -50,6 +51,7 @@ fn field_charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
         series,
         y_span: (0.0, 0.0),
         x_span: None,
+        upright: false,
     };
     let angle = over_height(&|row| row.chief_ray_angle_degrees);
     let mut charts = vec![chart(
@@ -60,22 +62,23 @@ fn field_charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
     let limit = 0.25 * sheet.image_height;
     let kept = |v: Option<f64>| v.filter(|v| v.abs() < limit);
     if sheet.dispersive {
+        let [f, d, c] = sheet.line_names();
         charts.push(chart(
             "Tangential focus by wavelength",
             "mm from the film",
             vec![
-                Series::new(over_height(&|row| kept(row.tangential_focus_f)), 1, "F"),
-                Series::new(over_height(&|row| kept(row.tangential_focus)), 3, "d"),
-                Series::new(over_height(&|row| kept(row.tangential_focus_c)), 2, "C"),
+                Series::new(over_height(&|row| kept(row.tangential_focus_f)), 1, &f),
+                Series::new(over_height(&|row| kept(row.tangential_focus)), 3, &d),
+                Series::new(over_height(&|row| kept(row.tangential_focus_c)), 2, &c),
             ],
         ));
         charts.push(chart(
             "Sagittal focus by wavelength",
             "mm from the film",
             vec![
-                Series::new(over_height(&|row| kept(row.sagittal_focus_f)), 1, "F"),
-                Series::new(over_height(&|row| kept(row.sagittal_focus)), 3, "d"),
-                Series::new(over_height(&|row| kept(row.sagittal_focus_c)), 2, "C"),
+                Series::new(over_height(&|row| kept(row.sagittal_focus_f)), 1, &f),
+                Series::new(over_height(&|row| kept(row.sagittal_focus)), 3, &d),
+                Series::new(over_height(&|row| kept(row.sagittal_focus_c)), 2, &c),
             ],
         ));
     }
@@ -87,17 +90,17 @@ fn field_charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
 }
 
 /// The color of a line by its place among the fans of a point.
-fn line_curve(index: usize, count: usize) -> (u8, &'static str) {
+fn line_curve(index: usize, count: usize) -> u8 {
     match (count, index) {
-        (1, _) => (0, ""),
-        (_, 0) => (1, "F"),
-        (_, 1) => (3, "d"),
-        _ => (2, "C"),
+        (1, _) => 0,
+        (_, 0) => 1,
+        (_, 1) => 3,
+        _ => 2,
     }
 }
 
-/// Two rows of fans, tangential above sagittal, at one scale. `value` is what each of the two shows
-/// of a ray.
+/// Two rows of fans, tangential above sagittal, both fans of a point at one scale. `value` is what
+/// each of the two shows of a ray.
 fn fans(
     page: &mut Drawing,
     points: &[&PointAberrations],
@@ -108,15 +111,16 @@ fn fans(
     let count = points.len().max(1) as f64;
     let gap = 0.6 * GUTTER;
     let width = ((WIDTH - 2.0 * MARGIN - (count - 1.0) * gap) / count).min(300.0);
-    let rays = points.iter().flat_map(|p| p.fans.iter());
-    let sizes = rays.flat_map(|f| {
-        let up = f.tangential.iter().map(move |ray| value(ray).0.abs());
-        up.chain(f.sagittal.iter().map(move |ray| value(ray).1.abs()))
-    });
-    let size = sizes.filter(|v| v.is_finite()).fold(1e-6, f64::max);
+    let size = |point: &PointAberrations| {
+        let sizes = point.fans.iter().flat_map(|f| {
+            let up = f.tangential.iter().map(move |ray| value(ray).0.abs());
+            up.chain(f.sagittal.iter().map(move |ray| value(ray).1.abs()))
+        });
+        sizes.filter(|v| v.is_finite()).fold(1e-6, f64::max)
+    };
     page.heading([MARGIN, top + 4.0], 11.5, title);
     let note = format!(
-        "{unit} over the pupil coordinate; all at one scale; ends where the beam is vignetted"
+        "{unit} over the pupil coordinate; each point at its own scale; ends where the beam is vignetted"
     );
     page.note(
         [MARGIN + 8.0 + 7.0 * title.len() as f64, top + 4.0],
@@ -136,11 +140,13 @@ fn fans(
                     true => [ray.pupil, value(ray).0],
                     false => [ray.pupil, value(ray).1],
                 };
-                let (curve, line) = line_curve(k, point.fans.len());
+                let count = point.fans.len();
+                let is_named = i == 0 && count > 1;
+                let line = is_named.then(|| line_name(fan.wavelength_nm));
                 Series::new(
                     rays.iter().map(place).collect(),
-                    curve,
-                    if i == 0 { line } else { "" },
+                    line_curve(k, count),
+                    line.as_deref().unwrap_or(""),
                 )
             });
             let name = if tangential { "tangential" } else { "sagittal" };
@@ -149,8 +155,9 @@ fn fans(
                 x_label: String::new(),
                 y_label: unit.into(),
                 series: lines.collect(),
-                y_span: (-size, size),
+                y_span: (-size(point), size(point)),
                 x_span: Some((-1.0, 1.0)),
+                upright: false,
             };
             let x = MARGIN + i as f64 * (width + gap);
             page.put(chart.draw(width, FAN_HEIGHT), [x, y]);
@@ -187,6 +194,7 @@ fn through_focus(
         series: sizes.collect(),
         y_span: (0.0, 0.0),
         x_span: None,
+        upright: false,
     }];
     let shown = all.frequencies.len().saturating_sub(2);
     for (k, frequency) in all.frequencies.iter().enumerate().skip(shown) {
@@ -212,6 +220,7 @@ fn through_focus(
             series: series.collect(),
             y_span: (0.0, 1.0),
             x_span: None,
+            upright: false,
         });
     }
     for (i, chart) in charts.into_iter().enumerate() {

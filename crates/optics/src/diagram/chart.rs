@@ -49,6 +49,9 @@ pub struct Chart {
     pub y_span: (f64, f64),
     /// The range of the x axis; `None` for the range of all curves.
     pub x_span: Option<(f64, f64)>,
+    /// Whether x is drawn upward and y to the right, as lens designers draw what varies over the
+    /// field or the pupil.
+    pub upright: bool,
 }
 
 const LEFT: f64 = 40.0;
@@ -72,30 +75,45 @@ impl Chart {
         let x_step = round_number((x_high - x_low) / 5.0);
         let (right, bottom) = (width - RIGHT, height - BOTTOM);
         let place = |[x, y]: [f64; 2]| {
-            [
-                LEFT + (right - LEFT) * (x - x_low) / (x_high - x_low).max(1e-300),
-                bottom - (bottom - TOP) * (y - y_low) / (y_high - y_low).max(1e-300),
-            ]
+            let x = (x - x_low) / (x_high - x_low).max(1e-300);
+            let y = (y - y_low) / (y_high - y_low).max(1e-300);
+            let [across, up] = if self.upright { [y, x] } else { [x, y] };
+            [LEFT + (right - LEFT) * across, bottom - (bottom - TOP) * up]
         };
         drawing.heading([0.0, 11.0], 11.5, &*self.title);
         self.legend(&mut drawing, width);
+        let note = |drawing: &mut Drawing, [x, y]: [f64; 2], is_beside: bool, text: String| {
+            match is_beside {
+                true => drawing.note([LEFT - 6.0, y + 3.2], Anchor::End, 9.0, text),
+                false => drawing.note([x, bottom + 14.0], Anchor::Middle, 9.0, text),
+            }
+        };
         for value in ticks(y_low, y_high, y_step) {
-            let [_, y] = place([x_low, value]);
+            let ends = [place([x_low, value]), place([x_high, value])];
             let is_zero = value.abs() < 1e-9 * y_step;
             let ink = if is_zero { Ink::Plane } else { Ink::Faint };
             if is_zero {
-                drawing.line([LEFT, y], [right, y], Ink::Faint);
+                drawing.line(ends[0], ends[1], Ink::Faint);
             }
-            drawing.line([LEFT, y], [right, y], ink);
-            drawing.note([LEFT - 6.0, y + 3.2], Anchor::End, 9.0, tidy(value, y_step));
+            drawing.line(ends[0], ends[1], ink);
+            note(&mut drawing, ends[0], !self.upright, tidy(value, y_step));
         }
         for value in ticks(x_low, x_high, x_step) {
-            let [x, _] = place([value, y_low]);
-            drawing.line([x, bottom], [x, bottom + 3.0], Ink::Faint);
-            drawing.note([x, bottom + 14.0], Anchor::Middle, 9.0, tidy(value, x_step));
+            let [x, y] = place([value, y_low]);
+            let tick = if self.upright {
+                [x - 3.0, y]
+            } else {
+                [x, y + 3.0]
+            };
+            drawing.line([x, y], tick, Ink::Faint);
+            note(&mut drawing, [x, y], self.upright, tidy(value, x_step));
         }
-        drawing.note([right, height - 7.0], Anchor::End, 9.0, &*self.x_label);
-        drawing.note([LEFT, 26.0], Anchor::Start, 9.0, &*self.y_label);
+        let labels = match self.upright {
+            true => [&*self.y_label, &*self.x_label],
+            false => [&*self.x_label, &*self.y_label],
+        };
+        drawing.note([right, height - 7.0], Anchor::End, 9.0, labels[0]);
+        drawing.note([LEFT, 26.0], Anchor::Start, 9.0, labels[1]);
         for series in &self.series {
             let inside = series
                 .points
@@ -107,6 +125,14 @@ impl Chart {
             }
         }
         drawing
+    }
+
+    /// Returns the chart with x upward.
+    pub(super) fn upright(self) -> Self {
+        Self {
+            upright: true,
+            ..self
+        }
     }
 
     /// Returns the range of all curves, and at least `span`.

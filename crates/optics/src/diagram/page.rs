@@ -331,7 +331,7 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
     for row in rows {
         if row.len() == 1 {
             let x = MARGIN + width + GUTTER;
-            page.heading([x, y + 11.0], 11.5, "Colour");
+            page.heading([x, y + 11.0], 11.5, "Color");
             let text = "The source gives indices at the d line alone.";
             page.note([x, y + 30.0], Anchor::Start, 10.0, text);
         }
@@ -342,7 +342,11 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
         y += CHART_HEIGHT + 22.0;
     }
     let modulations = [
-        modulation(sheet, "Modulation, rays, d line", |p| &p.geometric),
+        modulation(
+            sheet,
+            &format!("Modulation, rays, {}", sheet.line_names()[1]),
+            |p| &p.geometric,
+        ),
         modulation(sheet, "Modulation, waves, white light", |p| &p.diffraction),
     ];
     for (i, chart) in modulations.into_iter().enumerate() {
@@ -371,6 +375,7 @@ fn field_chart(title: &str, unit: &str, series: Vec<Series>, span: (f64, f64)) -
         series,
         y_span: span,
         x_span: None,
+        upright: false,
     }
 }
 
@@ -380,12 +385,8 @@ fn distortion(sheet: &LensSheet) -> Chart {
         "m y" => format!("% of m y, m = {}", tidy(sheet.projection_scale, 1e-4)),
         name => format!("% of {name}, f = {} mm", tidy(sheet.projection_scale, 0.01)),
     };
-    field_chart(
-        "Distortion",
-        &unit,
-        vec![Series::new(curve, 0, "")],
-        (-1.0, 1.0),
-    )
+    let series = vec![Series::new(curve, 0, "")];
+    field_chart("Distortion", &unit, series, (-1.0, 1.0)).upright()
 }
 
 fn illumination(sheet: &LensSheet) -> Chart {
@@ -418,16 +419,18 @@ fn curvature(sheet: &LensSheet) -> Chart {
         )
         .dashed(),
     ];
-    field_chart("Field curvature", "mm", series, (0.0, 0.0))
+    field_chart("Field curvature", "mm", series, (0.0, 0.0)).upright()
 }
 
 fn lateral(sheet: &LensSheet) -> Chart {
     let micrometers = |v: Option<f64>| v.map(|v| 1000.0 * v);
+    let [f, d, c] = sheet.line_names();
     let series = vec![
-        Series::new(over_height(sheet, |row| micrometers(row.lateral_f)), 1, "F"),
-        Series::new(over_height(sheet, |row| micrometers(row.lateral_c)), 2, "C"),
+        Series::new(over_height(sheet, |row| micrometers(row.lateral_f)), 1, &f),
+        Series::new(over_height(sheet, |row| micrometers(row.lateral_c)), 2, &c),
     ];
-    field_chart("Lateral color", "\u{b5}m from d", series, (-1.0, 1.0))
+    let unit = format!("\u{b5}m from {d}");
+    field_chart("Lateral color", &unit, series, (-1.0, 1.0))
 }
 
 fn spherical(sheet: &LensSheet) -> Chart {
@@ -437,21 +440,23 @@ fn spherical(sheet: &LensSheet) -> Chart {
             .filter_map(|zone| Some([zone.pupil, value(zone)?]))
             .collect()
     };
+    let [f, d, c] = sheet.line_names();
     Chart {
         title: "Spherical aberration".into(),
         x_label: "height in the pupil".into(),
         y_label: "mm from the film".into(),
         series: if sheet.dispersive {
             vec![
-                Series::new(curve(|z| z.focus_f), 1, "F"),
-                Series::new(curve(|z| z.focus_d), 3, "d"),
-                Series::new(curve(|z| z.focus_c), 2, "C"),
+                Series::new(curve(|z| z.focus_f), 1, &f),
+                Series::new(curve(|z| z.focus_d), 3, &d),
+                Series::new(curve(|z| z.focus_c), 2, &c),
             ]
         } else {
             vec![Series::new(curve(|z| z.focus_d), 0, "")]
         },
         y_span: (0.0, 0.0),
         x_span: Some((0.0, 1.0)),
+        upright: true,
     }
 }
 
@@ -464,10 +469,15 @@ fn chromatic(sheet: &LensSheet) -> Chart {
     Chart {
         title: "Longitudinal color".into(),
         x_label: "wavelength, nm".into(),
-        y_label: "mm from d".into(),
+        y_label: format!("mm from {}", sheet.line_names()[1]),
         series: vec![Series::new(curve, 0, "")],
         y_span: (-0.01, 0.01),
-        x_span: Some((400.0, 700.0)),
+        x_span: sheet
+            .color
+            .first()
+            .zip(sheet.color.last())
+            .map(|(first, last)| (first.wavelength_nm, last.wavelength_nm)),
+        upright: true,
     }
 }
 
@@ -503,6 +513,7 @@ fn modulation(sheet: &LensSheet, title: &str, of: fn(&PointImage) -> &Modulation
         series,
         y_span: (0.0, 1.0),
         x_span: None,
+        upright: false,
     }
 }
 

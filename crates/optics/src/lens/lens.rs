@@ -1,5 +1,7 @@
 //! A lens prepared for tracing.
 
+use std::ops::RangeInclusive;
+
 use glam::DVec2;
 use ivcam_base::diag::Result;
 use ivcam_base::math::Mm;
@@ -9,9 +11,12 @@ use crate::lens::trace::ray::{LensRay, Loss, RayPath, Toward};
 use crate::lens::trace::tracer::Tracer;
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::coating::Coating;
-use crate::prescription::glass::medium::D_LINE;
+use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
 use crate::prescription::prescription::{Iris, Prescription};
 use crate::prescription::surface::{Plane, Surface};
+
+/// The wavelengths of visible light, in nanometers.
+pub(crate) const VISIBLE: RangeInclusive<f64> = 380.0..=780.0;
 
 /// A prescription prepared for tracing at one wavelength.
 #[derive(Clone, Debug)]
@@ -67,6 +72,29 @@ impl Lens {
     /// The wavelength at which rays are traced, in nanometers.
     pub fn wavelength(&self) -> f64 {
         self.wavelength_nm
+    }
+
+    /// The wavelengths of curves of color: the shortest that the prescription states, the lens's
+    /// own, and the longest. They are the F and the C line at the ends if the prescription does
+    /// not state several, or not the lens's own. Beyond the visible there is then one wavelength
+    /// alone.
+    pub fn spectral_lines(&self) -> [f64; 3] {
+        let own = self.wavelength_nm;
+        let stated = &self.prescription.wavelengths_nm;
+        let [short, long] = match stated.contains(&own) && stated.len() > 1 {
+            true => [f64::min, f64::max].map(|f| stated.iter().copied().fold(own, f)),
+            false if VISIBLE.contains(&own) => [F_LINE, C_LINE],
+            false => [own, own],
+        };
+        [short, own, long]
+    }
+
+    /// The lens at the primary wavelength that its file states, or as it is without one.
+    pub fn at_primary_wavelength(&self) -> Self {
+        match self.prescription.wavelengths_nm.first() {
+            Some(nm) => self.at_wavelength(*nm),
+            None => self.clone(),
+        }
     }
 
     /// The lens at another wavelength, in nanometers.

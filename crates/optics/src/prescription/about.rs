@@ -74,6 +74,8 @@ impl About {
             }
         }
         about.image_height = lens.image_height.or(about.image_height);
+        let by_format = lens.half_field.map(|half| 2.0 * half);
+        about.field_degrees = about.field_degrees.or(by_format);
         about
     }
 }

@@ -23,6 +23,10 @@ pub struct Prescription {
     pub object_medium: Medium,
     /// Half of the diagonal of the film that it is made for, in millimeters, if the file states it.
     pub image_height: Option<f64>,
+    /// Half of the field in degrees, if the file states it by numbers of its format.
+    pub half_field: Option<f64>,
+    /// The wavelengths that the file states, in nanometers, the primary one first.
+    pub wavelengths_nm: Vec<f64>,
     /// The positions of a zoom lens; empty for a lens of one focal length.
     pub zoom: Vec<ZoomPosition>,
     /// The surfaces that move for focusing; none if the whole lens moves.
@@ -95,6 +99,8 @@ impl Prescription {
             surfaces,
             object_medium: Medium::air(),
             image_height: None,
+            half_field: None,
+            wavelengths_nm: Vec::new(),
             zoom: Vec::new(),
             focus_group: None,
             iris: Iris::Round,

@@ -8,10 +8,9 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::lens::lens::Lens;
+use crate::lens::lens::{Lens, VISIBLE};
 use crate::lens::optics::chief_ray::angle_of;
 use crate::lens::trace::ray::{LensRay, Toward};
-use crate::prescription::glass::medium::D_LINE;
 
 /// The number of steps of the curves over the film's height.
 const STEPS: usize = 40;
@@ -97,7 +96,7 @@ pub struct Zone {
 pub struct ColorRow {
     /// The wavelength in nanometers.
     pub wavelength_nm: f64,
-    /// The distance from the focus of the d line, in millimeters.
+    /// The distance from the focus of the lens's own wavelength, in millimeters.
     pub focus: f64,
 }
 
@@ -246,18 +245,24 @@ impl Conjugate {
         (0..=STEPS).into_par_iter().map(row).collect()
     }
 
-    /// The longitudinal color from 400 to 700 nm.
+    /// The longitudinal color from 400 to 700 nm, or beyond the visible between the wavelengths of
+    /// the prescription.
     pub(super) fn color(&self, lens: &Lens) -> Vec<ColorRow> {
         let focus = |nm: f64| self.paraxial_image(&lens.at_wavelength(nm));
-        let Some(d) = focus(D_LINE) else {
+        let [short, own, long] = lens.spectral_lines();
+        let [low, high] = match VISIBLE.contains(&own) {
+            true => [400.0, 700.0],
+            false => [short, long],
+        };
+        let Some(own) = focus(own).filter(|_| low < high) else {
             return Vec::new();
         };
         (0..=30)
-            .map(|i| 400.0 + 10.0 * f64::from(i))
+            .map(|i| low + (high - low) / 30.0 * f64::from(i))
             .filter_map(|wavelength_nm| {
                 Some(ColorRow {
                     wavelength_nm,
-                    focus: focus(wavelength_nm)? - d,
+                    focus: focus(wavelength_nm)? - own,
                 })
             })
             .collect()

@@ -12,6 +12,30 @@ impl Lens {
         self.irradiance_and_area(film, film_z).0
     }
 
+    /// Whether light reaches a height on the film, in millimeters.
+    pub(crate) fn is_lit(&self, height: f64, film_z: f64) -> bool {
+        let film = DVec2::new(0.0, height).extend(film_z);
+        PupilSearch::new(self).is_lit(film)
+    }
+
+    /// The height on the film up to which there is light, at most `height`. Both, and `film_z`, are
+    /// in millimeters.
+    pub fn lit_height(&self, height: f64, film_z: f64) -> f64 {
+        if self.is_lit(height, film_z) {
+            return height;
+        }
+        let (mut lit, mut dark) = (0.0, height);
+        for _ in 0..20 {
+            let middle = 0.5 * (lit + dark);
+            *(if self.is_lit(middle, film_z) {
+                &mut lit
+            } else {
+                &mut dark
+            }) = middle;
+        }
+        lit
+    }
+
     /// The irradiance, and the area of the pupil on the rear vertex plane in square millimeters.
     pub(crate) fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
         let z = film_z - self.length();

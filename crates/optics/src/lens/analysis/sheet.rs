@@ -15,7 +15,7 @@ use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
 use crate::lens::optics::focus::Focus;
 use crate::prescription::about::About;
-use crate::prescription::glass::medium::{C_LINE, F_LINE};
+use crate::prescription::glass::medium::line_name;
 use crate::prescription::surface::Plane;
 
 /// The number of steps of the curves over frequency.
@@ -82,6 +82,9 @@ pub struct LensSheet {
     /// The f in millimeters, or the m, of `projection`: that of chief rays near the axis on this
     /// film.
     pub projection_scale: f64,
+    /// The wavelengths of the values whose names end in `_f` and `_c`, around that of the others,
+    /// in nanometers: the F and the C line around the d line, unless the prescription states others.
+    pub lines_nm: [f64; 3],
     /// Whether the indices of the glasses depend on the wavelength.
     pub dispersive: bool,
     /// The change of the field and the exposure with the distance, by the focusing group if there
@@ -122,7 +125,7 @@ impl LensSheet {
         let film_z = conjugate.film_z;
         let base = setting.unfocused.unwrap_or(lens);
         let image_height = setting.full_height(lens)?;
-        let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
+        let lines = lens.spectral_lines().map(|nm| lens.at_wavelength(nm));
         let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
         let projection = match conjugate.distance.is_finite() {
             _ if half > 60f64.to_radians() => ProjectionLaw::Angle,
@@ -138,7 +141,7 @@ impl LensSheet {
         let heights = setting.heights(lens, image_height, film_z);
         let is_kept = heights.len() <= KEPT;
         let images = heights.into_par_iter().filter_map(|height| {
-            let beam = Beam::of(lens, height, film_z, conjugate.distance)?;
+            let beam = lit_beam(lens, height, conjugate)?;
             let waves = PointWaves::of(lens, beam, film_z)?;
             let image = point_image(&waves, &lines, axial, &frequencies);
             Some((image, is_kept.then_some(waves)))
@@ -154,6 +157,7 @@ impl LensSheet {
             half_field_degrees: half.to_degrees(),
             projection: projection.name(),
             projection_scale: scale.unwrap_or(f64::NAN),
+            lines_nm: lens.spectral_lines(),
             dispersive: lens.prescription().is_dispersive(),
             breathing: base.breathing(base.default_focus_method(), image_height),
             fields: conjugate.field_rows(&lines, image_height, projection),
@@ -163,6 +167,11 @@ impl LensSheet {
             frequencies,
         };
         Some((this, waves))
+    }
+
+    /// The names of `lines_nm`.
+    pub(crate) fn line_names(&self) -> [String; 3] {
+        self.lines_nm.map(line_name)
     }
 
     /// What distortion is referred to, as a sentence part.
@@ -230,13 +239,21 @@ impl SheetSetting<'_> {
         }
         let lit = || {
             let conjugate = self.conjugate(lens)?;
-            let (film_z, distance) = (conjugate.film_z, conjugate.distance);
-            let heights = self.heights(lens, self.full_height(lens)?, film_z);
-            let is_lit = |height: &f64| Beam::of(lens, *height, film_z, distance).is_some();
+            let heights = self.heights(lens, self.full_height(lens)?, conjugate.film_z);
+            let is_lit = |height: &f64| lit_beam(lens, *height, conjugate).is_some();
             Some(heights.iter().filter(|height| is_lit(height)).count())
         };
         lit().map_or(0, |lit| self.fields.len() - lit)
     }
+}
+
+/// The beam that arrives at a height; none where the film is dark. The light of the object point
+/// of a dark chief ray, if there is any, arrives elsewhere.
+fn lit_beam(lens: &Lens, height: f64, conjugate: Conjugate) -> Option<Beam<'_>> {
+    let is_lit = lens.is_lit(height, conjugate.film_z);
+    is_lit
+        .then(|| Beam::of(lens, height, conjugate.film_z, conjugate.distance))
+        .flatten()
 }
 
 /// The angle in the scene of the chief ray that arrives at a height, in radians.

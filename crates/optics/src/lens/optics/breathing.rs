@@ -16,7 +16,8 @@ pub struct Breathing {
     pub magnification: f64,
     /// The distance by which the film, or the part that focuses, has moved, in millimeters.
     pub extension: f64,
-    /// The angle between the chief rays of the ends of the film's diagonal, in degrees.
+    /// The angle between the chief rays of the ends of the film's diagonal, or of its lit part, in
+    /// degrees.
     pub field_degrees: Option<f64>,
     /// The field over the field at infinity, less 1, in percent.
     pub field_change_percent: Option<f64>,
@@ -62,7 +63,8 @@ impl Lens {
         let pupils = optics.entrance_pupil.zip(optics.exit_pupil);
         let magnified = pupils.map(|(en, ex)| ex.semi_diameter / en.semi_diameter);
         let working = |(n, p): (f64, f64)| n * (1.0 + focus.magnification.abs() / p);
-        let chief = self.distortion(Plane::Y, image_height, focus.film_z);
+        let height = self.lit_height(image_height, focus.film_z);
+        let chief = self.distortion(Plane::Y, height, focus.film_z);
         Breathing {
             distance: focus.distance.is_finite().then_some(focus.distance),
             magnification: if focus.distance.is_finite() {

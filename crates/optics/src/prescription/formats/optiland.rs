@@ -27,7 +27,26 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let mut draft = draft(file, &root)?;
     let beam = beam(&root);
     draft.limit(beam, sink);
+    state_wavelengths(&mut draft, &root);
     file.finish(draft, sink)
+}
+
+/// Keeps the wavelengths, which have a unit and one of which is the primary one.
+fn state_wavelengths(draft: &mut Draft, root: &Value) {
+    let list = root["wavelengths"]["wavelengths"].as_array();
+    let list = list.map_or(&[][..], |list| list);
+    let nanometers = |row: &Value| {
+        let unit = match row["unit"].as_str().or(row["_unit"].as_str()) {
+            Some("nm") => 1.0,
+            Some("mm") => 1e6,
+            Some("m") => 1e9,
+            _ => 1e3,
+        };
+        finite(row.get("value").or(row.get("_value"))).map_or(f64::NAN, |value| unit * value)
+    };
+    let all: Vec<f64> = list.iter().map(nanometers).collect();
+    let primary = list.iter().position(|row| row["is_primary"] == true);
+    draft.state_wavelengths(&all, primary.unwrap_or(0));
 }
 
 /// The beam of the file: its aperture and its largest field.

@@ -11,7 +11,7 @@ use ivcam_base::math::LengthUnit;
 
 use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::format::Reading;
-use crate::prescription::glass::Medium;
+use crate::prescription::glass::{Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, check, check_count};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::{self, Word};
@@ -180,14 +180,33 @@ impl Draft {
         self.lens.medium_before(self.lens.surfaces.len())
     }
 
-    /// Gives surfaces without an aperture that of the beam, and keeps an f-number that contradicts
-    /// the apertures.
+    /// Gives surfaces without an aperture that of the beam, and keeps its field, and an f-number
+    /// that contradicts the apertures.
     pub(super) fn limit(&mut self, beam: Beam, sink: &mut Sink) {
         if fill(&mut self.lens, beam) {
             let message = "apertures that the file leaves out are those of its beam";
             sink.note(Span::at(0), message);
         }
         note_f_number(&mut self.lens, beam);
+        self.state_field(beam);
+    }
+
+    /// Keeps the field of a beam.
+    pub(super) fn state_field(&mut self, beam: Beam) {
+        let stated = |value: &f64| *value > 0.0 && value.is_finite();
+        self.lens.half_field = Some(beam.half_field).filter(stated);
+        let height = beam.image_height.filter(stated);
+        self.lens.image_height = self.lens.image_height.or(height);
+    }
+
+    /// Keeps wavelengths in nanometers, of which `primary` is the index of the first in rank.
+    /// Those that are not possible are left out.
+    pub(super) fn state_wavelengths(&mut self, all: &[f64], primary: usize) {
+        let possible = |nm: &f64| (100.0..=100_000.0).contains(nm);
+        let first = all.get(primary).into_iter();
+        let others = all.iter().enumerate().filter(|(i, _)| *i != primary);
+        let ranked = first.chain(others.map(|(_, nm)| nm)).copied();
+        self.lens.wavelengths_nm = ranked.filter(possible).map(named_line).collect();
     }
 }
 

@@ -41,6 +41,8 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     if let Some(beam) = reader.beam() {
         note_f_number(&mut draft.lens, beam);
     }
+    draft.state_field(reader.field());
+    reader.state_wavelengths(&mut draft);
     let stated = attributes(&model["system_spec"])["_dimensions"].as_str();
     let unit = stated.unwrap_or("mm");
     draft.unit = file.unit(unit, file.find(unit))?;
@@ -197,6 +199,42 @@ impl RayOpticsReader<'_> {
                 }
             }
         }
+    }
+
+    /// The widest field, which is an angle in the scene or a height on the film.
+    fn field(&self) -> Beam {
+        let field = attributes(&attributes(&self.model["optical_spec"])["field_of_view"]);
+        let key = ["key", "_key"]
+            .iter()
+            .find_map(|key| field[*key].as_array());
+        let is = |word: &str| key.is_some_and(|key| key.iter().any(|k| k == word));
+        let points = field["fields"].as_array().map_or(&[][..], |list| list);
+        let size = |point: &Value| {
+            let part = |keys: &[&str]| first(attributes(point), keys).unwrap_or(0.0);
+            libm::hypot(part(&["_x", "x"]), part(&["_y", "y"]))
+        };
+        let largest = points.iter().map(size).fold(0.0, f64::max);
+        let widest = match field["is_relative"] == true {
+            true => largest * first(field, &["_value", "value"]).unwrap_or(0.0),
+            false => largest,
+        };
+        Beam {
+            half_field: if is("object") && is("angle") {
+                widest
+            } else {
+                0.0
+            },
+            image_height: (is("image") && is("height")).then_some(widest),
+            ..Beam::default()
+        }
+    }
+
+    /// Keeps the wavelengths of the spectral region.
+    fn state_wavelengths(&self, draft: &mut Draft) {
+        let region = attributes(&attributes(&self.model["optical_spec"])["spectral_region"]);
+        let all = numbers(region.get("wavelengths"));
+        let reference = region["reference_wvl"].as_u64().unwrap_or(0);
+        draft.state_wavelengths(&all, reference as usize);
     }
 
     /// The aperture that the model states, in image or object space.

@@ -12,7 +12,6 @@ use crate::lens::analysis::curves::Conjugate;
 use crate::lens::analysis::points::PointWaves;
 use crate::lens::analysis::sheet::{LensSheet, SheetSetting};
 use crate::lens::lens::Lens;
-use crate::prescription::glass::medium::{C_LINE, F_LINE};
 
 /// The aberrations of a lens. Lengths are in millimeters.
 #[derive(Clone, Debug, Serialize)]
@@ -56,7 +55,7 @@ impl Aberrations {
     pub fn with_sheet(lens: &Lens, setting: &SheetSetting<'_>) -> Option<(LensSheet, Self)> {
         let (sheet, waves) = LensSheet::with_waves(lens, setting)?;
         let conjugate = setting.conjugate(lens)?;
-        let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
+        let lines = lens.spectral_lines().map(|nm| lens.at_wavelength(nm));
         let beam = lens.beam_height(conjugate.distance);
         let rim = lens.axial_ray(conjugate.distance, beam * (1.0 - 1e-12));
         let rim = lens.trace_from_scene(&rim).ok();
@@ -137,6 +136,7 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
+    use crate::prescription::glass::medium::{C_LINE, F_LINE};
     use crate::prescription::{Curvature, Medium, Prescription, Shape, Surface};
 
     const NM: f64 = 550.0;
@@ -160,7 +160,7 @@ mod tests {
             distance: f64::INFINITY,
             film_z,
         };
-        let lines = [F_LINE, lens.wavelength(), C_LINE].map(|nm| lens.at_wavelength(nm));
+        let lines = lens.spectral_lines().map(|nm| lens.at_wavelength(nm));
         point_aberrations(&lines, (0.0, conjugate), None, 0.1, &[20.0]).unwrap()
     }
 

@@ -8,7 +8,6 @@
 use serde::Serialize;
 
 use crate::lens::lens::Lens;
-use crate::prescription::glass::medium::{C_LINE, F_LINE};
 use crate::prescription::surface::{Plane, Shape, Surface};
 
 /// The Seidel coefficients of a surface or their sums, in millimeters.
@@ -24,9 +23,9 @@ pub struct Seidel {
     pub s4: f64,
     /// Distortion.
     pub s5: f64,
-    /// Axial color, from the C to the F line.
+    /// Axial color, from the longest to the shortest of the lens's spectral lines.
     pub c1: f64,
-    /// Lateral color, from the C to the F line.
+    /// Lateral color, likewise.
     pub c2: f64,
 }
 
@@ -104,7 +103,8 @@ impl SeidelSums {
             u: 1.0,
         };
         let chief = scaled_chief(lens, &indices, marginal, unit, image_height)?;
-        let shifts = [F_LINE, C_LINE].map(|nm| lens.prescription().indices(nm));
+        let [short, _, long] = lens.spectral_lines();
+        let shifts = [short, long].map(|nm| lens.prescription().indices(nm));
         let (mut a, mut b) = (marginal, chief);
         let invariant = indices[0] * (a.u * b.y - b.u * a.y);
         let mut all = Vec::with_capacity(surfaces.len());

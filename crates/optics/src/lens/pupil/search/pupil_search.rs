@@ -54,6 +54,10 @@ pub(crate) struct PupilSearch<'a> {
     full_turn: [Direction; DIRECTIONS],
 }
 
+/// The numbers of bundles that cover a line, in turn until a ray reaches all surfaces. The pupil of
+/// a wide field may be a seventieth of the reach.
+const BUNDLES: [usize; 3] = [3, 12, 48];
+
 /// A point inside the pupil, and its fill.
 #[derive(Clone, Copy)]
 pub(super) struct InnerPoint {
@@ -110,6 +114,11 @@ impl<'a> PupilSearch<'a> {
         }
     }
 
+    /// Whether light reaches a film point.
+    pub(crate) fn is_lit(&self, film: DVec3) -> bool {
+        self.inner_point(film).is_some()
+    }
+
     /// Finds a point well inside the pupil, or returns none if no light reaches the film point.
     pub(super) fn inner_point(&self, film: DVec3) -> Option<InnerPoint> {
         let meridian = film.truncate().try_normalize().unwrap_or(DVec2::X);
@@ -130,36 +139,63 @@ impl<'a> PupilSearch<'a> {
         (fill < 1.0).then_some(InnerPoint { center, fill })
     }
 
-    /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line; each
-    /// further bundle covers the neighborhood of the best aim so far.
+    /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line, and more
+    /// if all their rays miss a surface and the lens has rotational symmetry: the meridian is then
+    /// all there is to search. The fill of a lens with strong aberrations has several valleys; they
+    /// are searched from the deepest on until light is found.
     fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> (DVec2, f64) {
-        const ROWS: usize = 3;
-        const LAST: usize = LANES - 1;
         let middle = -from.dot(direction);
-        let mut best = (middle, f64::INFINITY);
-        // Traces a bundle, and returns a lower bound of the fill around its best aim: a convex
-        // function is nowhere below the extensions of its secants. At the ends of the bundle there
-        // is no bound.
-        let try_bundle = |low: f64, step: f64, best: &mut (f64, f64)| {
-            let place = |lane: usize| low + lane as f64 * step;
-            let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
-            let mut bound = f64::NEG_INFINITY;
-            for (lane, fill) in fills.into_iter().enumerate() {
-                if fill < best.1 {
-                    *best = (place(lane), fill);
-                    bound = match lane {
-                        1..LAST => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
-                        _ => f64::NEG_INFINITY,
-                    };
-                }
-            }
-            bound
+        let bundles = if self.rotational {
+            &BUNDLES[..]
+        } else {
+            &BUNDLES[..1]
         };
-        let mut step = 2.0 * self.reach / (ROWS * LANES) as f64;
-        for row in 0..ROWS {
-            let low = middle - self.reach + (row * LANES) as f64 * step;
-            try_bundle(low, step, &mut best);
+        let mut scan = Vec::new();
+        let mut step = 0.0;
+        for count in bundles.iter().map(|bundles| bundles * LANES) {
+            step = 2.0 * self.reach / count as f64;
+            scan.clear();
+            for first in (0..count).step_by(LANES) {
+                let low = middle - self.reach + first as f64 * step;
+                let place = |lane: usize| low + lane as f64 * step;
+                let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
+                scan.extend((0..LANES).map(|lane| (place(lane), fills[lane])));
+            }
+            if scan.iter().any(|(_, fill)| fill.is_finite()) {
+                break;
+            }
         }
+        let fill = |i: usize| scan.get(i).map_or(f64::INFINITY, |(_, fill)| *fill);
+        let is_valley = |i: &usize| {
+            fill(*i).is_finite() && fill(*i) < fill(i.wrapping_sub(1)) && fill(*i) <= fill(i + 1)
+        };
+        let mut valleys: Vec<usize> = (0..scan.len()).filter(is_valley).collect();
+        valleys.sort_by(|i, j| fill(*i).total_cmp(&fill(*j)));
+        let mut best = (middle, f64::INFINITY);
+        for i in valleys {
+            let found = self.least_near(film, from, direction, scan[i], step);
+            if found.1 < best.1 {
+                best = found;
+            }
+            if best.1 < 1.0 {
+                break;
+            }
+        }
+        (from + best.0 * direction, best.1)
+    }
+
+    /// Finds the place of least fill on a line near a place whose fill is known, and its fill. Each
+    /// bundle covers the neighborhood of the best place so far.
+    fn least_near(
+        &self,
+        film: DVec3,
+        from: DVec2,
+        direction: DVec2,
+        start: (f64, f64),
+        mut step: f64,
+    ) -> (f64, f64) {
+        const LAST: usize = LANES - 1;
+        let mut best = start;
         // Each round narrows the interval by a factor of 15.5. After 12 rounds it is shorter than
         // the rounding error.
         for round in 0..12 {
@@ -167,15 +203,28 @@ impl<'a> PupilSearch<'a> {
                 break;
             }
             let low = best.0 - step;
-            step *= 2.0 / (LANES - 1) as f64;
-            let bound = try_bundle(low, step, &mut best);
-            // No light gets through on this line. Without rotational symmetry some may get through
-            // elsewhere, and the search continues from the best aim on this line.
+            step *= 2.0 / LAST as f64;
+            let place = |lane: usize| low + lane as f64 * step;
+            let (fills, _) = self.fills(film, |lane| from + place(lane) * direction);
+            // A convex function is nowhere below the extensions of its secants. At the ends of the
+            // bundle there is no bound.
+            let mut bound = f64::NEG_INFINITY;
+            for (lane, fill) in fills.into_iter().enumerate() {
+                if fill < best.1 {
+                    best = (place(lane), fill);
+                    bound = match lane {
+                        1..LAST => 2.0 * fill - fills[lane - 1].max(fills[lane + 1]),
+                        _ => f64::NEG_INFINITY,
+                    };
+                }
+            }
+            // No light gets through in this valley. Without rotational symmetry some may get
+            // through elsewhere, and the search continues from the best aim on this line.
             if round > 1 && bound > 1.0 {
                 break;
             }
         }
-        (from + best.0 * direction, best.1)
+        best
     }
 
     /// Finds the aim of least fill on a grid over the reach, and its fill.
@@ -239,6 +288,33 @@ impl<'a> PupilSearch<'a> {
                 point: inside.center + distance * unit(lane),
                 limit: brackets[lane].limit,
             };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prescription::{Medium, Prescription, Surface};
+
+    /// From a point of the film the ball in front is seen through a 60th of the reach, and rays
+    /// beside it miss its surfaces. The first bundles often miss all of it.
+    #[test]
+    fn a_pupil_that_is_narrower_than_the_steps_of_the_search_is_found() {
+        let glass = || Medium::constant(1.5);
+        let lens = Lens::new(Prescription::new(
+            "ball in front of a wide plate",
+            vec![
+                Surface::sphere(1.0, 0.5, glass(), 0.9),
+                Surface::sphere(0.0, 30.0, Medium::air(), 0.9),
+                Surface::sphere(0.0, 2.0, glass(), 20.0),
+                Surface::sphere(0.0, 10.0, Medium::air(), 20.0),
+            ],
+        ));
+        let search = PupilSearch::new(&lens);
+        for i in 0..50 {
+            let film = DVec3::new(0.1 * f64::from(i), 0.0, 42.5);
+            assert!(search.is_lit(film), "{film}");
         }
     }
 }

@@ -46,6 +46,8 @@ pub(super) struct SequenceReader<'a> {
     /// The first bend of a surface that is not 0.
     pub(super) first_bend: Option<Span>,
     beam: Beam,
+    /// The wavelengths in nanometers, and the index of the reference.
+    wavelengths: (Vec<f64>, usize),
     pub(super) draft: Draft,
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
@@ -147,6 +149,7 @@ impl<'a> SequenceReader<'a> {
             radii,
             first_bend: None,
             beam: Beam::default(),
+            wavelengths: (Vec::new(), 0),
             draft: file.draft(None),
             current: None,
         }
@@ -225,6 +228,11 @@ impl<'a> SequenceReader<'a> {
             "DIM" => self.draft.unit = self.dimension(command)?,
             "EPD" => beam.state_entrance(self.file.argument(command)?, place),
             "FNO" => beam.state_f_number(self.file.argument(command)?, place),
+            "WL" => self.wavelengths.0 = list()?,
+            "REF" => {
+                let number = self.file.argument(command)?;
+                self.wavelengths.1 = (number as usize).saturating_sub(1);
+            }
             "YAN" | "XAN" => beam.half_field = widest(list()?, beam.half_field),
             "YIM" | "XIM" | "YRI" | "XRI" => {
                 let so_far = beam.image_height.unwrap_or(0.0);
@@ -311,6 +319,8 @@ impl<'a> SequenceReader<'a> {
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
         self.draft.limit(self.beam, sink);
+        let (all, reference) = &self.wavelengths;
+        self.draft.state_wavelengths(all, *reference);
         self.file.finish(self.draft, sink)
     }
 }

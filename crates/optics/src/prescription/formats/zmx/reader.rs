@@ -54,6 +54,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     let mut beam = reader.beam()?;
     beam.stated = beam.stated.filter(|_| draft.lens.zoom.is_empty());
     draft.limit(beam, sink);
+    reader.state_wavelengths(&mut draft);
     file.finish(draft, sink)
 }
 
@@ -98,6 +99,26 @@ impl ZemaxReader<'_> {
         unit.map_err(|error| error.with_help("MM, CM, IN or METER"))
     }
 
+    /// A count on the `FTYP` line: its third value is that of the fields, its fourth that of the
+    /// wavelengths. The lists have room for more.
+    fn counted(&self, at: usize) -> Option<usize> {
+        let word = self.line("FTYP")?.get(at)?;
+        word.text.parse().ok().filter(|count| *count > 0)
+    }
+
+    /// Keeps the wavelengths of the `WAVM` lines, each with its number, micrometers and weight.
+    fn state_wavelengths(&self, draft: &mut Draft) {
+        let lines = self.header.iter().filter(|line| line[0].is("WAVM"));
+        let micrometers = lines.filter_map(|line| line.get(2)?.text.parse::<f64>().ok());
+        let all: Vec<f64> = micrometers.map(|um| 1e3 * um).collect();
+        let count = self.counted(4).unwrap_or(all.len()).min(all.len());
+        let primary = self
+            .line("PWAV")
+            .and_then(|line| line.get(1)?.text.parse().ok());
+        let primary = primary.map_or(0, |number: usize| number.saturating_sub(1));
+        draft.state_wavelengths(&all[..count], primary);
+    }
+
     fn beam(&self) -> Result<Beam> {
         let value = |keyword: &str| {
             let word = self.line(keyword).and_then(|line| line.get(1));
@@ -108,12 +129,13 @@ impl ZemaxReader<'_> {
             let mut lines = self.header.iter().filter(|l| l[0].is("FTYP"));
             lines.any(|l| l.get(1).is_some_and(|w| w.is(number)))
         };
+        let count = self.counted(3).unwrap_or(usize::MAX);
         let fields = self
             .header
             .iter()
             .filter(|l| l[0].is("YFLN") || l[0].is("XFLN"));
         let largest = fields
-            .flat_map(|l| l[1..].iter())
+            .flat_map(|l| l[1..].iter().take(count))
             .filter_map(|w| w.text.parse::<f64>().ok())
             .fold(0.0, |most: f64, field| most.max(field.abs()));
         let mut lines = self.header.iter();
