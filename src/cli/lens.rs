@@ -9,15 +9,16 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::work::Budget;
 use ivcam_optics::picture::Depth;
 
 use super::lens_request::{CONDITIONS, Content, Request};
+use super::lens_survey::Survey;
 use super::messages::heard;
 use super::{flags, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value};
-use crate::photo::options;
+use crate::photo::{LensChoice, options};
 
 /// An output of the command.
 struct Output {
@@ -170,7 +171,7 @@ pub(crate) fn command() -> Command {
         .arg(
             Arg::new("lens")
                 .value_name("LENS")
-                .help("a shipped lens or a file; without one, lists the shipped lenses"),
+                .help("a shipped lens, a file or a folder of lens files; without one, or with a part of a name, lists shipped lenses"),
         )
         .args(OUTPUTS.iter().map(Output::argument))
         .args(lens_export::arguments())
@@ -230,6 +231,13 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let Some(name) = text(matches, "lens") else {
         return without_lens(&outputs, out);
     };
+    if Path::new(name).is_dir() {
+        return survey(Path::new(name), &outputs, matches, out);
+    }
+    let is_file = Path::new(name).exists() || outputs.iter().any(|output| output.flag != "json");
+    if !is_file && let Some(list) = lens_list::named_like(name, !outputs.is_empty())? {
+        return save(list, None, out);
+    }
     check_standard_output(&outputs, matches)?;
     for output in &outputs {
         output.check_ending(matches)?;
@@ -252,6 +260,43 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         return save(contents.into_iter().next().unwrap_or_default(), None, out);
     }
     for (output, content) in outputs.iter().zip(contents) {
+        save(content, output.file(matches), out)?;
+    }
+    Ok(0)
+}
+
+/// Writes the survey of a folder: as text, JSON or CSV, or as a page.
+fn survey(
+    folder: &Path,
+    outputs: &[&Output],
+    matches: &ArgMatches,
+    out: &mut dyn Write,
+) -> Result<i32> {
+    const POSSIBLE: [&str; 3] = ["json", "csv", "sheet"];
+    if let Some(other) = outputs
+        .iter()
+        .find(|output| !POSSIBLE.contains(&output.flag))
+    {
+        let error = format!(
+            "`--{}` needs one lens, and `{}` is a folder",
+            other.flag,
+            folder.display()
+        );
+        return Err(Diagnostic::error(error)
+            .with_help("a folder takes --json, --csv FILE and --sheet FILE.html"));
+    }
+    let (choice, _) =
+        LensChoice::from_options("", &flags::given_options(matches), &mut Sink::new())?;
+    let survey = Survey::of(folder, &choice.reading()?)?;
+    if outputs.is_empty() {
+        return save(survey.text(), None, out);
+    }
+    for output in outputs {
+        let content = match output.flag {
+            "json" => survey.json()?,
+            "csv" => survey.csv(),
+            _ => survey.page(),
+        };
         save(content, output.file(matches), out)?;
     }
     Ok(0)

@@ -8,10 +8,47 @@ use ivcam_optics::lens::{About, Lens, shipped_names};
 use super::lens_json::{Object, field, pretty};
 use super::lens_request::Content;
 
+/// The names of makers that lens files state otherwise.
+const MAKERS: [(&str, &str); 2] = [("nikon", "nikkor"), ("pentax", "takumar")];
+
 /// Lists the shipped lenses, by kind.
 pub(super) fn list(is_json: bool) -> Result<Content> {
-    let lenses: Vec<Lens> = shipped_names().map(Lens::named).collect::<Result<_>>()?;
-    let names = shipped_names().zip(&lenses);
+    of(&shipped()?, is_json)
+}
+
+/// Lists the shipped lenses whose name, title, kind or source has a word, if there are any and none
+/// has the word as its name.
+pub(super) fn named_like(word: &str, is_json: bool) -> Result<Option<Content>> {
+    let word = word.to_ascii_lowercase();
+    if shipped_names().any(|name| name == word) {
+        return Ok(None);
+    }
+    let maker = MAKERS.iter().find(|(maker, _)| *maker == word);
+    let has = |text: &str| {
+        let text = text.to_ascii_lowercase();
+        text.contains(&word) || maker.is_some_and(|(_, series)| text.contains(series))
+    };
+    let is_like = |(name, lens): &(&str, Lens)| {
+        let about = About::of(lens.prescription());
+        let texts = [about.title, about.kind, about.source];
+        has(name) || texts.iter().flatten().any(|text| has(text))
+    };
+    let found: Vec<_> = shipped()?.into_iter().filter(is_like).collect();
+    if word.len() < 3 || found.is_empty() {
+        return Ok(None);
+    }
+    of(&found, is_json).map(Some)
+}
+
+/// The shipped lenses with their names.
+fn shipped() -> Result<Vec<(&'static str, Lens)>> {
+    let open = |name| Ok((name, Lens::named(name)?));
+    shipped_names().map(open).collect()
+}
+
+/// Lists lenses, in the order of their kinds.
+fn of(lenses: &[(&str, Lens)], is_json: bool) -> Result<Content> {
+    let names = lenses.iter().map(|(name, lens)| (*name, lens));
     if is_json {
         return pretty(
             &names

@@ -26,6 +26,7 @@ mod lens_files;
 mod lens_json;
 mod lens_list;
 mod lens_request;
+mod lens_survey;
 pub(crate) mod merge;
 mod messages;
 mod meter;

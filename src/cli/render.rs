@@ -513,6 +513,7 @@ fn render_in_strips(
 pub(crate) fn print_notices(session: &Session, quiet: bool) {
     let headlight = session.headlight_notice().map(str::to_owned);
     let lines = headlight.into_iter().chain(session.view_notice());
+    let lines = lines.chain(session.cover_notice());
     for line in lines.filter(|_| !quiet) {
         super::status!("{line}");
     }

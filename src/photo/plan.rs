@@ -167,11 +167,8 @@ impl LensChoice {
     ///
     /// # Errors
     /// Returns the errors of [`LensChoice::open`].
-    pub fn open_as(&self, mut reading: Reading, sink: &mut Sink) -> Result<Lens> {
-        for file in &self.catalogues {
-            reading.glasses.add_file(file)?;
-        }
-        reading.gap = self.gap.or(reading.gap);
+    pub fn open_as(&self, reading: Reading, sink: &mut Sink) -> Result<Lens> {
+        let reading = self.completed(reading)?;
         let mut lens = open_prescription(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens
@@ -195,6 +192,22 @@ impl LensChoice {
             lens = lens.with_iris(self.iris.clone());
         }
         Ok(lens)
+    }
+
+    /// Returns the options for reading lens files, with the catalogues of this choice.
+    ///
+    /// # Errors
+    /// Returns an error if a catalogue cannot be read.
+    pub(crate) fn reading(&self) -> Result<Reading> {
+        self.completed(Reading::default())
+    }
+
+    fn completed(&self, mut reading: Reading) -> Result<Reading> {
+        for file in &self.catalogues {
+            reading.glasses.add_file(file)?;
+        }
+        reading.gap = self.gap.or(reading.gap);
+        Ok(reading)
     }
 
     /// Opens the lens and focuses it at a distance. Returns it with the position of the film.

@@ -45,7 +45,7 @@ use super::lens_settings::camera;
 use super::light_plan::Surroundings;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
-use super::plan::{Optics, Plan};
+use super::plan::{Era, Optics, Plan};
 use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose, view_of_everything};
 use super::snapshot_options::snapshot_for;
 use super::stopping::{GRACE, StopKeeper};
@@ -520,6 +520,27 @@ impl Session {
         (automatic && can_be_lit).then_some(
             "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly",
         )
+    }
+
+    /// Returns a line for the user if the lens does not light the corners of the film. The program
+    /// of 1999 had none.
+    pub fn cover_notice(&self) -> Option<String> {
+        let Camera::Lens(camera) = &self.camera else {
+            return None;
+        };
+        let lit = camera
+            .lit_radius()
+            .filter(|_| self.plan.era == Era::Modern)?;
+        let (corner, film) = (camera.format.half_diagonal(), camera.format);
+        let efl = camera.lens.first_order().efl() * corner / lit;
+        let part = lit / corner;
+        Some(format!(
+            "lens: its light ends {lit:.1} mm from the middle of the film, whose corners are at {corner:.1} mm \
+             and stay black; `--efl {:.0}mm` covers the film, and the lens covers `--film {:.1}x{:.1}`",
+            efl.ceil(),
+            film.width * part,
+            film.height * part
+        ))
     }
 
     /// Returns a line for the user if the scene has no camera and is not seen from the front.

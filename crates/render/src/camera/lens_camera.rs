@@ -51,6 +51,17 @@ impl LensCamera {
         Self::with_film(lens, focus, place, format, aim, pose)
     }
 
+    /// The radius of the circle on the film that the lens lights, in millimeters, if the film's
+    /// corners are outside it. None for a film that is moved or bent.
+    pub fn lit_radius(&self) -> Option<f64> {
+        let (corner, film_z) = (self.format.half_diagonal(), self.focus.film_z);
+        if self.place != FilmPlace::flat(film_z) {
+            return None;
+        }
+        let lit = self.lens.lit_height(corner, film_z);
+        (lit < corner).then_some(lit)
+    }
+
     /// A camera with a film that may be moved or bent, at the scene's origin with the orientation
     /// of a pose.
     pub fn with_film(
