@@ -4,10 +4,12 @@
 use glam::{DVec2, DVec3};
 use ivcam_base::math::Meters;
 use ivcam_base::math::lanes::Width;
+use ivcam_base::work::{Budget, WorkLimit};
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{
-    Bundle, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LossKind, Movements, Plane,
-    Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names, trace::ray::unit,
+    Bundle, ExitPupil, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LensSheet, LossKind,
+    Movements, Plane, Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names,
+    trace::ray::unit,
 };
 use ivcam_optics::prescription::Medium;
 use proptest::prelude::*;
@@ -341,6 +343,37 @@ fn every_shipped_lens_opens_and_passes_light() {
 }
 
 /// The four lenses of the 1999 command line are about 100 mm, so `-z 0.2` makes 20 mm.
+/// Returns a lens of equal biconvex elements with a number of surfaces, which relays its image many
+/// times.
+fn many_surfaces(count: usize) -> Lens {
+    let surface = |i: usize| match i % 2 {
+        0 => Surface::sphere(50.0, 0.1, Medium::constant(1.5), 10.0),
+        _ => Surface::sphere(-50.0, 0.1, Medium::air(), 10.0),
+    };
+    Lens::new(Prescription::new("many", (0..count).map(surface).collect()))
+}
+
+#[test]
+fn a_lens_of_a_thousand_surfaces_has_a_pupil_and_a_data_sheet_within_the_usual_work() {
+    let lens = many_surfaces(1000);
+    let account = Budget::new(u64::MAX, WorkLimit::default());
+    let focus = lens.focus(FocusMethod::Film, Meters(5.0)).unwrap();
+    let place = FilmPlace::flat(focus.film_z);
+    let pupil = account.during(|| ExitPupil::new(&lens, &place, 2.0));
+    assert_eq!(account.cut(), None, "{}", account.used_steps());
+    // Openings beside the pupil are not searched, so some rays are aimed anywhere.
+    assert!(matches!(
+        pupil.window(DVec2::ZERO),
+        PupilWindow::Defensive(..)
+    ));
+    let account = Budget::new(u64::MAX, WorkLimit::default());
+    let sheet = account
+        .during(|| LensSheet::of(&lens))
+        .expect("a data sheet");
+    assert_eq!(account.cut(), None, "{}", account.used_steps());
+    assert!(sheet.image_height > 0.0);
+}
+
 #[test]
 fn the_four_vintage_lenses_are_about_100_millimeters() {
     for name in ["wide-angle", "double-gauss", "telephoto", "fisheye"] {

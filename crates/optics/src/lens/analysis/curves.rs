@@ -5,6 +5,7 @@
 //! is an object plane with the film's position.
 
 use glam::{DVec2, DVec3};
+use ivcam_base::work::Budget;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -242,7 +243,9 @@ impl Conjugate {
                 lateral_c: at_axis(0.0, lateral(&lines[2])),
             }
         };
-        (0..=STEPS).into_par_iter().map(row).collect()
+        let account = Budget::current();
+        let rows = (0..=STEPS).into_par_iter();
+        rows.map(|i| account.during(|| row(i))).collect()
     }
 
     /// The longitudinal color from 400 to 700 nm, or beyond the visible between the wavelengths of

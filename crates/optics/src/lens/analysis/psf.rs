@@ -2,6 +2,7 @@
 
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::work::Budget;
 use rayon::prelude::*;
 
 use crate::lens::analysis::beam::Beam;
@@ -62,16 +63,20 @@ impl PointSpreads {
             .iter()
             .map(|(nm, _)| *nm)
             .fold(f64::INFINITY, f64::min);
+        let account = Budget::current();
         let openings: Vec<Openings> = points
             .par_iter()
-            .map(|p| p.openings(lens, shortest))
+            .map(|p| account.during(|| p.openings(lens, shortest)))
             .collect::<Result<_>>()?;
         let jobs: Vec<(usize, usize)> = (0..points.len())
             .flat_map(|p| (0..colors.len()).map(move |c| (p, c)))
             .collect();
         let spreads: Vec<Vec<f64>> = jobs
             .par_iter()
-            .map(|&(p, c)| points[p].spread(lens, colors[c].0, &openings[p], (side, pitch)))
+            .map(|&(p, c)| {
+                let spread = || points[p].spread(lens, colors[c].0, &openings[p], (side, pitch));
+                account.during(spread)
+            })
             .collect();
         let mut images = vec![vec![DVec3::ZERO; side * side]; points.len()];
         for (&(p, c), spread) in jobs.iter().zip(&spreads) {

@@ -5,6 +5,7 @@
 //! meridian of y.
 
 use glam::DVec2;
+use ivcam_base::work::Budget;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -140,12 +141,15 @@ impl LensSheet {
         let axial = Beam::of(lens, 0.0, film_z, conjugate.distance)?.outline_radius();
         let heights = setting.heights(lens, image_height, film_z);
         let is_kept = heights.len() <= KEPT;
-        let images = heights.into_par_iter().filter_map(|height| {
+        let image = |height: f64| {
             let beam = lit_beam(lens, height, conjugate)?;
             let waves = PointWaves::of(lens, beam, film_z)?;
             let image = point_image(&waves, &lines, axial, &frequencies);
             Some((image, is_kept.then_some(waves)))
-        });
+        };
+        let account = Budget::current();
+        let images = heights.into_par_iter();
+        let images = images.filter_map(|height| account.during(|| image(height)));
         let (points, waves): (Vec<_>, Vec<_>) = images.unzip();
         let this = Self {
             object_distance: Some(conjugate.distance).filter(|d| d.is_finite()),

@@ -12,7 +12,7 @@ use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
 
 /// The steps of work that a bundle of rays takes at a surface.
-const SURFACE_STEPS: u64 = 32;
+pub(super) const SURFACE_STEPS: u64 = 32;
 
 impl Lens {
     /// The fills of rays from a film point through points of the rear vertex plane. If the account

@@ -1,8 +1,10 @@
 //! Traces any number of rays from the scene to the film side, a bundle at a time.
 
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, Width, dispatch};
+use ivcam_base::work;
 
 use crate::lens::lanes::bundle::{Bundle, EMPTY};
+use crate::lens::lanes::fills::SURFACE_STEPS;
 use crate::lens::lanes::follow::stretch;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Loss, LossKind, Toward, unit};
@@ -14,7 +16,7 @@ impl Lens {
     /// not have unit length.
     ///
     /// A ray without a direction or with a coordinate that is not finite misses the first surface
-    /// that it would meet.
+    /// that it would meet. If the account of this thread is used up, so do all further rays.
     pub fn trace_all(
         &self,
         rays: &[LensRay],
@@ -29,8 +31,13 @@ impl Lens {
             surface: first,
             kind: LossKind::Missed,
         };
+        let steps = SURFACE_STEPS * self.prescription().surfaces.len() as u64;
         let mut all = Vec::with_capacity(rays.len());
         for rays in rays.chunks(LANES) {
+            if work::spend(steps).is_err() {
+                all.resize(all.len() + rays.len(), Err(missed));
+                continue;
+            }
             bundle.set_all(rays);
             self.trace_bundle(&mut bundle, toward, Width::detect());
             all.extend((0..rays.len()).map(|lane| {
@@ -44,7 +51,8 @@ impl Lens {
     /// The rays as they leave the lens toward the film, with the optical path of each from its
     /// origin to its last hit, in millimeters. Apertures do not block the rays; the result is none
     /// for a ray that misses a surface or is totally reflected. `indices` are those of the media,
-    /// from the one in front of the lens.
+    /// from the one in front of the lens. If the account of this thread is used up, the result is
+    /// none for all further rays.
     pub(crate) fn optical_paths(
         &self,
         rays: &[LensRay],
@@ -54,6 +62,10 @@ impl Lens {
         let mut bundle = Bundle::default();
         let mut all = Vec::with_capacity(rays.len());
         for rays in rays.chunks(LANES) {
+            if work::spend(SURFACE_STEPS * tracer.elements.len() as u64).is_err() {
+                all.resize(all.len() + rays.len(), None);
+                continue;
+            }
             bundle.set_all(rays);
             let bundle = &mut bundle;
             let paths = dispatch(OpticalPaths {

@@ -1,6 +1,7 @@
 //! All aberrations of a lens for the points of a data sheet.
 
 use glam::DVec2;
+use ivcam_base::work::Budget;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -63,10 +64,11 @@ impl Aberrations {
         let working = working.filter(|n| n.is_finite());
         let frequencies = focus_frequencies(&sheet, setting);
         let range = range(lens, &sheet, working.unwrap_or(8.0));
+        let account = Budget::current();
         let points = sheet.points.par_iter().zip(waves);
         let points = points.filter_map(|(point, waves)| {
             let at = (point.height, conjugate);
-            point_aberrations(&lines, at, waves, range, &frequencies)
+            account.during(|| point_aberrations(&lines, at, waves, range, &frequencies))
         });
         let points = points.collect();
         let this = Self {

@@ -295,7 +295,9 @@ impl PupilSearch<'_> {
     ///
     /// Where the shadow of one surface meets that of another, a row of directions misses the
     /// corner. Between two directions in which different surfaces limit the pupil, eight more are
-    /// searched, and eight more between those two of them that enclose the corner.
+    /// searched, and eight more between those two of them that enclose the corner. That is done
+    /// for at most `count / 8` corners, because a lens of a thousand surfaces has one between any
+    /// two directions.
     fn fine_rim_points(&self, film: DVec3, inside: InnerPoint, count: usize) -> Vec<RimPoint> {
         let mut rims = Vec::with_capacity(count + 64);
         let mut guess = None;
@@ -319,7 +321,8 @@ impl PupilSearch<'_> {
                     angle: rims[0].angle + TAU,
                     ..rims[0]
                 });
-                if next.limit != rim.limit && next.angle - rim.angle > 1e-6 {
+                let has_corner = next.limit != rim.limit && next.angle - rim.angle > 1e-6;
+                if has_corner && more.len() < count {
                     let part = (next.angle - rim.angle) / 9.0;
                     more.extend((1..9).map(|j| rim.angle + f64::from(j) * part));
                 }

@@ -85,6 +85,11 @@ impl<'a> PupilSearch<'a> {
         }
     }
 
+    /// The number of surfaces of the lens.
+    pub(crate) fn surfaces(&self) -> usize {
+        self.lens.prescription().surfaces.len()
+    }
+
     /// The fills of a bundle of aims, which `aim` returns for each lane, and the numbers of the
     /// surfaces that limit them.
     pub(super) fn fills(&self, film: DVec3, aim: impl Fn(usize) -> DVec2) -> (Lane, [u64; LANES]) {
