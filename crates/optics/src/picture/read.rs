@@ -3,12 +3,13 @@
 //! Textures, archival pictures and exposures are decoded here without conversion. For an animated
 //! file, the first frame is read.
 
-use std::io::Cursor;
+use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use image::{DynamicImage, ImageDecoder, ImageFormat};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
 use ivcam_base::files::{MAX_PICTURE, read_file};
+use ivcam_base::work::{Budget, Cut, StopSignal};
 
 use super::raster::{Raster, Samples, check_size};
 use super::{exr, sgi};
@@ -68,7 +69,13 @@ fn decode_other(
     name: &str,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
-    let unreadable = |e: image::ImageError| Diagnostic::error(e.to_string());
+    let unreadable = |e: image::ImageError| {
+        let account = Budget::current();
+        match account.stop().cause() {
+            Some(cause) => account.refusal(Cut::Stopped(cause)),
+            None => Diagnostic::error(e.to_string()),
+        }
+    };
     let by_content = image::guess_format(bytes).ok();
     let by_name = || ImageFormat::from_path(name).ok();
     // Only TGA has no signature; a file of any other format is recognized by its content.
@@ -83,7 +90,7 @@ fn decode_other(
     let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
     let (width, height) = sized.into_dimensions().map_err(unreadable)?;
     check_size(width as usize, height as usize)?;
-    let mut reader = image::ImageReader::with_format(Cursor::new(bytes), format);
+    let mut reader = image::ImageReader::with_format(Stoppable::new(bytes), format);
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(1 << 16);
     limits.max_image_height = Some(1 << 16);
@@ -102,6 +109,58 @@ fn decode_other(
         return Ok(from_image(DynamicImage::ImageRgb8(picture.to_rgb8())));
     }
     Ok(from_image(picture))
+}
+
+/// The bytes of a picture for a decoder. Reading fails once the work of this thread has to end,
+/// which ends a decoder that reads while it decodes.
+struct Stoppable<'a> {
+    bytes: Cursor<&'a [u8]>,
+    stop: StopSignal,
+}
+
+/// The most bytes that a decoder gets at once. Those of a PNG may expand a thousand times.
+const PIECE: usize = 4096;
+
+impl<'a> Stoppable<'a> {
+    fn new(bytes: &'a [u8]) -> Self {
+        Self {
+            bytes: Cursor::new(bytes),
+            stop: Budget::current().stop().clone(),
+        }
+    }
+
+    fn check(&self) -> std::io::Result<()> {
+        match self.stop.is_set() {
+            true => Err(std::io::Error::other("the work has to end")),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Read for Stoppable<'_> {
+    fn read(&mut self, to: &mut [u8]) -> std::io::Result<usize> {
+        self.check()?;
+        let most = to.len().min(PIECE);
+        self.bytes.read(&mut to[..most])
+    }
+}
+
+impl BufRead for Stoppable<'_> {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        self.check()?;
+        let rest = self.bytes.fill_buf()?;
+        Ok(&rest[..rest.len().min(PIECE)])
+    }
+
+    fn consume(&mut self, count: usize) {
+        self.bytes.consume(count);
+    }
+}
+
+impl Seek for Stoppable<'_> {
+    fn seek(&mut self, to: SeekFrom) -> std::io::Result<u64> {
+        self.bytes.seek(to)
+    }
 }
 
 /// Converts to a raster in the file's own precision.
@@ -161,6 +220,25 @@ mod tests {
             assert_eq!((raster.width, raster.height), (3, 2), "{format:?}");
             assert_eq!(raster.color(5), [160.0 / 255.0, 0.0, 1.0 / 255.0]);
         }
+    }
+
+    #[test]
+    fn decoding_ends_with_the_account_of_the_thread() {
+        let picture = image::GrayImage::new(1000, 1000);
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Png).unwrap();
+        let bytes = bytes.into_inner();
+        let account = Budget::unlimited();
+        account.during(|| {
+            assert!(Raster::decode(&bytes, "a.png").is_ok());
+            // The signal comes between the header and the pixels.
+            let mut cancel = |_| {
+                account.stop().cancel();
+                Ok(())
+            };
+            let error = Raster::decode_within(&bytes, "a.png", &mut cancel).expect_err("ended");
+            assert_eq!(error.message, "the work was canceled");
+        });
     }
 
     #[test]
