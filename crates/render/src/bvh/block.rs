@@ -17,13 +17,18 @@ pub struct Block {
     /// Coordinates by corner, axis and lane. A lane without a triangle has NaN, which no ray hits.
     pub(super) corners: [[[f32; BLOCK]; 3]; 3],
     pub(super) primitives: [u32; BLOCK],
-    /// A bit mask of the lanes that hold primitives other than triangles.
+    /// A bit mask of the lanes that hold primitives other than triangles, with
+    /// [`Block::ALWAYS_VISITED`] in a crowded tree.
     pub(super) non_triangles: u32,
     /// Whether this is the last block of its leaf.
     pub(super) last: bool,
 }
 
 impl Block {
+    /// The bit of a block that a ray visits even if it hits no triangle, so that the visits can be
+    /// counted.
+    pub(super) const ALWAYS_VISITED: u32 = 1 << 31;
+
     pub(super) const EMPTY: Self = Self {
         corners: [[[f32::NAN; BLOCK]; 3]; 3],
         primitives: [0; BLOCK],
@@ -38,7 +43,7 @@ impl Block {
 
     /// A bit mask of the lanes that hold primitives other than triangles.
     pub(crate) fn non_triangles(&self) -> u32 {
-        self.non_triangles
+        self.non_triangles & !Self::ALWAYS_VISITED
     }
 
     pub(super) fn triangle(&self, lane: usize) -> [Vec3; 3] {

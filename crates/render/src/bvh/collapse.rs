@@ -26,6 +26,7 @@ impl Bvh {
             nodes: Vec::with_capacity(binary.nodes.len() / 2 + 1),
             blocks: Vec::with_capacity(binary.order.len()),
             stack_size: 0,
+            is_crowded: false,
         };
         let mut this = reserved.collapse_with(binary, |this, leaf, _| {
             held.clear();
@@ -45,6 +46,7 @@ impl Bvh {
             nodes: Vec::with_capacity(binary.nodes.len() + count(|t| t.nodes.len())),
             blocks: Vec::with_capacity(count(|t| t.blocks.len())),
             stack_size: 0,
+            is_crowded: false,
         };
         this.collapse_with(binary, |this, leaf, stacked| {
             let tree = std::mem::take(&mut trees[binary.nodes[leaf as usize].first as usize]);

@@ -18,6 +18,7 @@ mod block;
 mod build;
 mod chunks;
 mod collapse;
+mod crowding;
 mod hit;
 mod nearest_hit;
 mod nodes;

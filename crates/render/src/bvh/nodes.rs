@@ -46,6 +46,8 @@ pub struct Bvh {
     pub(super) blocks: Vec<Block>,
     /// The largest number of boxes that can be on a traversal stack at once.
     pub(super) stack_size: usize,
+    /// Whether many primitives are at one place.
+    pub(super) is_crowded: bool,
 }
 
 impl Bvh {

@@ -1,5 +1,7 @@
 //! The hits of a single ray in a scene, and the light that it transmits.
 
+use std::sync::atomic::Ordering;
+
 use glam::{DVec3, Vec3};
 use ivcam_base::math::lanes::bits;
 
@@ -93,14 +95,22 @@ impl RenderScene {
     #[inline(always)]
     pub(super) fn nearest(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
         match self.instances {
-            None => self.nearest_in::<false>(ray, is_visible),
-            Some(_) => self.nearest_in::<true>(ray, is_visible),
+            _ if self.is_crowded() => self.nearest_in_crowd(ray, is_visible),
+            None => self.nearest_in::<false, false>(ray, is_visible),
+            Some(_) => self.nearest_in::<true, false>(ray, is_visible),
         }
     }
 
-    /// Does the work of [`RenderScene::nearest`] for a scene with or without instances.
+    /// Does the work of [`RenderScene::nearest`] where many primitives are at one place.
+    #[inline(never)]
+    fn nearest_in_crowd(&self, ray: &Ray, is_visible: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        self.nearest_in::<true, true>(ray, is_visible)
+    }
+
+    /// Does the work of [`RenderScene::nearest`] for a scene with or without instances, and with or
+    /// without a limit on the tests of primitives. The limit has an effect only with `INSTANCES`.
     #[inline(always)]
-    fn nearest_in<const INSTANCES: bool>(
+    fn nearest_in<const INSTANCES: bool, const LIMITED: bool>(
         &self,
         ray: &Ray,
         is_visible: impl Fn(&Hit) -> bool,
@@ -113,6 +123,9 @@ impl RenderScene {
             let steps = RaySteps::new(self.most_steps, &self.stop);
             self.tree()
                 .walk(&prepared, ray.t_min, front.t_max, |block, hits, t_max| {
+                    if LIMITED && !takes_block(&steps, block) {
+                        return f32::NEG_INFINITY;
+                    }
                     let range = (ray.t_min, t_max);
                     let query = (&prepared, true, &steps);
                     self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
@@ -142,9 +155,7 @@ impl RenderScene {
     /// Counts a ray that was cut.
     #[cold]
     fn count_cut(&self) {
-        if let Some(instances) = &self.instances {
-            instances.cut.add();
-        }
+        self.cut.fetch_add(1, Ordering::Relaxed);
     }
 
     /// Returns the rank of a primitive in the drawing order. Transparent primitives are drawn after
@@ -288,13 +299,19 @@ impl RenderScene {
     /// of the transparencies of all primitives between them. Any opaque primitive ends the search.
     pub fn transmittance(&self, ray: &Ray, t_max: f32) -> f32 {
         match self.instances {
-            None => self.transmittance_in::<false>(ray, t_max),
-            Some(_) => self.transmittance_in::<true>(ray, t_max),
+            _ if self.is_crowded() => self.transmittance_in::<true, true>(ray, t_max),
+            None => self.transmittance_in::<false, false>(ray, t_max),
+            Some(_) => self.transmittance_in::<true, false>(ray, t_max),
         }
     }
 
-    /// Does the work of [`RenderScene::transmittance`] for a scene with or without instances.
-    fn transmittance_in<const INSTANCES: bool>(&self, ray: &Ray, t_max: f32) -> f32 {
+    /// Does the work of [`RenderScene::transmittance`] for a scene with or without instances, and
+    /// with or without a limit as in [`RenderScene::nearest_in`].
+    fn transmittance_in<const INSTANCES: bool, const LIMITED: bool>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+    ) -> f32 {
         if self.stop.is_set() {
             return 0.0;
         }
@@ -303,6 +320,9 @@ impl RenderScene {
         let mut through = 1.0;
         self.tree()
             .walk_any(&prepared, ray.t_min, t_max, |block, hits, t_max| {
+                if LIMITED && !takes_block(&steps, block) {
+                    return f32::NEG_INFINITY;
+                }
                 let range = (ray.t_min, t_max);
                 let query = (&prepared, false, &steps);
                 self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
@@ -394,6 +414,12 @@ impl RenderScene {
             Primitive::Triangle(_) => Vec3::ZERO, // `geometric_normal` has computed it
         }
     }
+}
+
+/// Takes the steps of a block: one, and one for each primitive that is not a triangle. Returns
+/// `false` if the ray is cut.
+fn takes_block(steps: &RaySteps<'_>, block: &Block) -> bool {
+    (0..=block.non_triangles().count_ones()).all(|_| steps.take())
 }
 
 /// Whether a point is cut away by a clip plane of its surface.

@@ -99,10 +99,15 @@ impl RenderScene {
         bits(doubtful).for_each(|lane| hits.set(lane, self.hit_any_side(&rays.ray(lane))));
     }
 
+    /// Whether rays are traced one by one: packets are not faster, or cannot limit a ray's steps.
+    fn traces_alone(&self) -> bool {
+        self.instances.is_some() || !RayPacket::is_fast() || self.is_crowded()
+    }
+
     /// Finds the nearest hits of a packet of rays, whether or not they are visible. Returns a bit
     /// mask of the rays that must be traced alone: all, if packets are not faster.
     fn nearest_hits(&self, rays: &RayPacket, hits: &mut PacketHits) -> u32 {
-        if self.instances.is_some() || !RayPacket::is_fast() {
+        if self.traces_alone() {
             hits.mask = 0;
             return rays.mask;
         }
@@ -113,7 +118,7 @@ impl RenderScene {
     /// [`RenderScene::transmittance`] does for one ray. Behind three transparent primitives or more
     /// the order of the factors, and so the rounding, may differ.
     pub(crate) fn transmittances(&self, rays: &RayPacket, through: &mut Lanes<f32>) {
-        if self.instances.is_some() || !RayPacket::is_fast() {
+        if self.traces_alone() {
             for lane in bits(rays.mask) {
                 through[lane] = self.transmittance(&rays.ray(lane), rays.t_max[lane]);
             }
@@ -157,6 +162,35 @@ mod tests {
     use crate::scene::CompileOptions;
     use ivcam_inventor::iv::Document;
     use ivcam_inventor::snapshot::Snapshot;
+
+    fn compiled(text: String) -> RenderScene {
+        let document = Document::read_headerless("bundle.iv", text.into_bytes()).unwrap();
+        RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default()).unwrap()
+    }
+
+    #[test]
+    fn a_ray_among_many_primitives_at_one_place_is_cut_and_counted() {
+        let sphere = "Translation { translation .0001 0 0 } Sphere { } ";
+        let scene =
+            |count: usize| compiled(format!("#Inventor V2.1 ascii\n{}", sphere.repeat(count)));
+        let ray = Ray::new(Vec3::new(0.3, 0.2, 9.0), Vec3::NEG_Z);
+        let few = scene(500);
+        assert!(!few.is_crowded() && few.hit(&ray).is_some());
+        let many = scene(6000);
+        assert!(many.is_crowded() && many.hit(&ray).is_some());
+        assert_eq!(many.cut_rays(), 1);
+        let mut rays = RayPacket::default();
+        rays.set(3, &ray);
+        let mut hits = PacketHits::default();
+        many.hits(&rays, &mut hits);
+        assert_eq!((hits.hit(3), many.cut_rays()), (many.hit(&ray), 3));
+        let warning = many.warn_of_cut_rays().expect("a warning");
+        assert!(
+            warning
+                .message
+                .starts_with("3 rays took more than 3814 steps")
+        );
+    }
 
     #[test]
     fn a_packet_has_the_hits_of_its_single_rays() {

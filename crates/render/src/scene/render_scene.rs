@@ -1,6 +1,7 @@
 //! A compiled scene.
 
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, counted};
@@ -53,8 +54,10 @@ pub struct RenderScene {
     pub(super) bounds: Option<(Vec3, Vec3)>,
     /// The signal that ends all rays.
     pub(super) stop: StopSignal,
-    /// The number of steps that a ray may take between instances.
+    /// The number of steps that a ray may take between parts that overlap.
     pub(super) most_steps: u64,
+    /// The number of rays that took more.
+    pub(super) cut: AtomicU64,
 }
 
 /// The number of rays for each primitive from which a refined tree saves more time than it takes to
@@ -161,6 +164,11 @@ impl RenderScene {
         self.tree.get_or_init(|| self.build_tree(true))
     }
 
+    /// Whether the tests of primitives are steps of a ray, because many primitives are at one place.
+    pub(super) fn is_crowded(&self) -> bool {
+        self.tree().is_crowded()
+    }
+
     /// Builds the tree now, so that the first ray does not wait. It is refined if the expected
     /// number of rays pays for that.
     pub fn prepare(&self, rays: u64) {
@@ -171,7 +179,7 @@ impl RenderScene {
 
     fn build_tree(&self, refined: bool) -> Bvh {
         let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-        Bvh::build(self.boxes(), refined, corners)
+        Bvh::build(self.boxes(), refined, corners).measure_crowding()
     }
 
     /// Computes the center of the bounding box of each surface.
@@ -252,15 +260,14 @@ impl RenderScene {
     }
 
     /// Returns the number of rays that were cut so far, because they took too many steps between
-    /// instances.
+    /// parts that overlap.
     pub fn cut_rays(&self) -> u64 {
-        self.instances.as_ref().map_or(0, |all| all.cut.get().0)
+        self.cut.load(Ordering::Relaxed)
     }
 
     /// Returns a warning about the rays that were cut, if there are any.
     pub fn warn_of_cut_rays(&self) -> Option<Box<Diagnostic>> {
-        let instances = self.instances.as_ref()?;
-        let (rays, prototype) = instances.cut.get();
+        let rays = self.cut_rays();
         if rays == 0 {
             return None;
         }
@@ -271,7 +278,10 @@ impl RenderScene {
         ));
         let help = "`--work N` raises the limit, of which a ray may take a 262,144th";
         let warning = warning.of_kind(ErrorKind::Limit).with_help(help);
-        let part = instances.prototypes.get(prototype as usize);
+        let part = self.instances.as_ref().and_then(|all| {
+            let prototype = all.cut_in.get();
+            all.prototypes.get(prototype as usize)
+        });
         Some(match part.and_then(|part| part.source.as_ref()) {
             Some((source, span)) => warning.at(source, *span),
             None => warning,

@@ -96,7 +96,7 @@ impl<'a> InstanceSearch<'a, '_> {
         let may_go_on = self.steps.take();
         if !may_go_on {
             self.t_max = f32::NEG_INFINITY;
-            self.instances.cut.note(prototype);
+            self.instances.cut_in.note(prototype);
         }
         may_go_on
     }

@@ -1,7 +1,8 @@
-//! The steps that a ray takes between instances, and what becomes of one that takes too many.
+//! The steps that a ray takes between parts that overlap, and what becomes of one that takes too
+//! many.
 
 use std::cell::Cell;
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use ivcam_base::work::StopSignal;
 
@@ -9,7 +10,8 @@ use ivcam_base::work::StopSignal;
 const TURN: u64 = 1024;
 
 /// The steps that one ray may still take between the instances of a scene: prototypes that it
-/// enters, boxes of their parts, and halves of grids.
+/// enters, boxes of their parts, and halves of grids. In a scene with many primitives at one place
+/// the blocks and the primitives that it tests are steps too.
 ///
 /// Instances that overlap have no end of steps: a ray has to look into each that it is inside of.
 /// A ray that has none left is cut: its hit is the nearest so far. The limit is that of one ray, so
@@ -33,7 +35,7 @@ impl<'a> RaySteps<'a> {
 
     /// Takes a step. Returns `false` if the ray is cut.
     #[inline]
-    pub(super) fn take(&self) -> bool {
+    pub(in crate::scene) fn take(&self) -> bool {
         let left = self.left.get();
         if left.is_multiple_of(TURN) && (left == 0 || self.stop.is_set()) {
             self.is_cut.set(true);
@@ -51,37 +53,24 @@ impl<'a> RaySteps<'a> {
     }
 }
 
-/// The rays that were cut.
+/// The lowest number of a prototype in which a ray was cut.
 #[derive(Debug)]
-pub(in crate::scene) struct CutRays {
-    count: AtomicU64,
-    /// The lowest number of a prototype in which one was cut.
-    prototype: AtomicU32,
-}
+pub(in crate::scene) struct CutPrototype(AtomicU32);
 
-impl Default for CutRays {
+impl Default for CutPrototype {
     fn default() -> Self {
-        Self {
-            count: AtomicU64::new(0),
-            prototype: AtomicU32::new(u32::MAX),
-        }
+        Self(AtomicU32::new(u32::MAX))
     }
 }
 
-impl CutRays {
-    /// Counts a ray that was cut.
-    pub(in crate::scene) fn add(&self) {
-        self.count.fetch_add(1, Ordering::Relaxed);
-    }
-
+impl CutPrototype {
     /// Notes that a ray was cut in a prototype.
     pub(super) fn note(&self, prototype: u32) {
-        self.prototype.fetch_min(prototype, Ordering::Relaxed);
+        self.0.fetch_min(prototype, Ordering::Relaxed);
     }
 
-    /// Returns their number, and the lowest number of a prototype in which one was cut.
-    pub(in crate::scene) fn get(&self) -> (u64, u32) {
-        let count = self.count.load(Ordering::Relaxed);
-        (count, self.prototype.load(Ordering::Relaxed))
+    /// Returns the number; that of no prototype if no ray was cut in one.
+    pub(in crate::scene) fn get(&self) -> u32 {
+        self.0.load(Ordering::Relaxed)
     }
 }

@@ -8,7 +8,7 @@ use ivcam_inventor::traversal::Grid;
 use super::extent::{Extent, moved, product};
 use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
 use super::shape::{ShapeLists, ShapePrimitives};
-use super::steps::CutRays;
+use super::steps::CutPrototype;
 use super::tree::PrototypeTree;
 use crate::geometry::Quadric;
 use crate::scene::placement::Placement;
@@ -26,8 +26,8 @@ pub(in crate::scene) struct Instances {
     pub shapes: Vec<ShapePrimitives>,
     /// The tree of each prototype, which is built for the first ray.
     trees: OnceLock<Vec<PrototypeTree>>,
-    /// The rays that were cut.
-    pub cut: CutRays,
+    /// The prototype in which a ray was cut.
+    pub cut_in: CutPrototype,
 }
 
 impl Instances {
