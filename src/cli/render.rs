@@ -437,6 +437,9 @@ fn write_picture(
 ) -> Result<()> {
     let (counts, is_finished) = (exposure.counts, exposure.stopped.is_none());
     let warn = |picture: &Picture| {
+        if let Some(warning) = session.warn_without_diffraction(picture) {
+            print_diagnostic(&warning);
+        }
         let warning = session.warn_if_black_or_clipped(&counts, picture);
         if let Some(warning) = warning.filter(|_| is_finished) {
             print_diagnostic(&warning);

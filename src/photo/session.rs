@@ -70,6 +70,8 @@ const GHOST_RAYS: u32 = 1 << 17;
 
 /// The key of the metadata of a picture whose render was interrupted.
 pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
+/// What is said of a picture whose diffraction was canceled.
+const WITHOUT_DIFFRACTION: &str = "without diffraction";
 
 /// A plan that is ready to render: the scene is compiled, the camera is placed and the lens is
 /// focused.
@@ -757,12 +759,23 @@ impl Session {
         self.plan.max_depth.unwrap_or(usual)
     }
 
-    /// Returns the film with diffraction, if the plan has it and the camera has a pupil.
+    /// Returns the film with diffraction, if the plan has it, the camera has a pupil, and the work
+    /// is not canceled.
     fn diffracted(&self, film: &Film) -> Option<Film> {
         match &self.camera {
-            Camera::Lens(camera) if self.plan.diffraction => Some(diffract(film, camera)),
+            Camera::Lens(camera) if self.plan.diffraction => {
+                diffract(film, camera, self.budget.stop())
+            }
             _ => None,
         }
+    }
+
+    /// Returns the warning that a picture has no diffraction because the work was canceled.
+    pub fn warn_without_diffraction(&self, picture: &Picture) -> Option<Box<Diagnostic>> {
+        let said = picture.provenance.get(UNFINISHED);
+        let is_without = said.is_some_and(|text| text.ends_with(WITHOUT_DIFFRACTION));
+        let text = "the work was canceled; the picture is without diffraction";
+        is_without.then(|| Diagnostic::warning(text))
     }
 
     /// Develops an exposure to a picture. Its metadata has the plan and the command line.
@@ -771,15 +784,15 @@ impl Session {
         let film = diffracted.as_ref().unwrap_or(&exposure.film);
         let picture = Picture::develop(film, self.plan.response.clone());
         Picture {
-            provenance: self.provenance_of(exposure, command),
+            provenance: self.provenance_of(exposure, diffracted.is_some(), command),
             ..picture
         }
     }
 
     /// Develops an exposure as [`Session::develop`] does, and releases its memory meanwhile.
     pub(crate) fn develop_last(&self, exposure: Exposure, command: &str) -> Picture {
-        let provenance = self.provenance_of(&exposure, command);
         let diffracted = self.diffracted(&exposure.film);
+        let provenance = self.provenance_of(&exposure, diffracted.is_some(), command);
         let film = diffracted.unwrap_or(exposure.film);
         let picture = Picture::develop_last(film, self.plan.response.clone());
         Picture {
@@ -788,13 +801,26 @@ impl Session {
         }
     }
 
-    /// Returns the metadata of an exposure's picture.
-    fn provenance_of(&self, exposure: &Exposure, command: &str) -> IndexMap<String, String> {
+    /// Returns the metadata of an exposure's picture, with or without diffraction.
+    fn provenance_of(
+        &self,
+        exposure: &Exposure,
+        is_diffracted: bool,
+        command: &str,
+    ) -> IndexMap<String, String> {
         let error = stated_error(exposure.film.error());
         let mut provenance = self.provenance(command, exposure.samples, &error);
         if let Some(stopped) = &exposure.stopped {
             let text = stopped.describe(self.plan.stop.samples);
             provenance.insert(UNFINISHED.into(), text);
+        }
+        let is_lens = matches!(self.camera, Camera::Lens(_));
+        if self.plan.diffraction && is_lens && !is_diffracted {
+            let text: &mut String = provenance.entry(UNFINISHED.into()).or_default();
+            if !text.is_empty() {
+                text.push_str(", ");
+            }
+            text.push_str(WITHOUT_DIFFRACTION);
         }
         provenance
     }

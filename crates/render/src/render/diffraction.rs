@@ -14,6 +14,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 use ivcam_base::math::fourier::{times, transform_square};
+use ivcam_base::work::{StopCause, StopSignal};
 use ivcam_optics::film::{Exposed, Film, Resolution};
 use ivcam_optics::lens::{Bundle, LANES, LensRay, PupilWindow};
 use ivcam_optics::spectrum::Spectrum;
@@ -39,7 +40,10 @@ const LAST: i32 = 700;
 
 /// Returns the film with diffraction. Only the pixels' means change; the error estimate remains
 /// that of the rays.
-pub fn diffract(film: &Film, camera: &LensCamera) -> Film {
+///
+/// Returns none if `stop` is canceled before the end. A signal that the time has passed does not
+/// count: the picture that was asked for has diffraction.
+pub fn diffract(film: &Film, camera: &LensCamera, stop: &StopSignal) -> Option<Film> {
     let size = film.resolution;
     let colors = colors();
     let places: Vec<(usize, usize)> = (0..PLACES[1])
@@ -47,8 +51,8 @@ pub fn diffract(film: &Film, camera: &LensCamera) -> Film {
         .collect();
     let parts: Vec<(PixelBox, Vec<DVec3>)> = places
         .par_iter()
-        .map(|&(i, j)| spread_part(film, camera, &colors, i, j))
-        .collect();
+        .map(|&(i, j)| spread_part((film, camera, stop), &colors, i, j))
+        .collect::<Option<_>>()?;
     let mut out = film.clone();
     out.pixels.iter_mut().for_each(|p| p.mean = DVec3::ZERO);
     // Places are added in a fixed order, so that any number of threads gives the same bits.
@@ -61,7 +65,7 @@ pub fn diffract(film: &Film, camera: &LensCamera) -> Film {
             }
         }
     }
-    out
+    Some(out)
 }
 
 /// Returns the memory in bytes that diffraction of a film of a size takes at most: a copy of the
@@ -113,12 +117,14 @@ fn share(pixel: usize, count: u32, place: usize, places: usize) -> f64 {
 
 /// Returns the light of the pixels around place (i, j), spread by the pattern there.
 fn spread_part(
-    film: &Film,
-    camera: &LensCamera,
+    (film, camera, stop): (&Film, &LensCamera, &StopSignal),
     colors: &[(f64, DMat3)],
     i: usize,
     j: usize,
-) -> (PixelBox, Vec<DVec3>) {
+) -> Option<(PixelBox, Vec<DVec3>)> {
+    // A transform of the largest field takes about half a second.
+    let proceed = || (stop.cause() != Some(StopCause::Canceled)).then_some(());
+    proceed()?;
     let Resolution { width, height } = film.resolution;
     let at = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
     let pitch = DVec2::new(
@@ -156,11 +162,13 @@ fn spread_part(
                 field[(y - y0 + reach) * side + x - x0 + reach].x = value(x, y)[c];
             }
         }
+        proceed()?;
         transform_square(&mut field, side, -1.0);
-        field
+        Some(field)
     };
-    let light = [channel(0), channel(1), channel(2)];
-    let spread = [0, 1, 2].map(|out| pattern.spread(&light, side, out));
+    let light = [channel(0)?, channel(1)?, channel(2)?];
+    let spread = |out: usize| pattern.spread(&light, side, out, &proceed);
+    let spread = [spread(0)?, spread(1)?, spread(2)?];
     let mut values = Vec::new();
     for y in to.y0..to.y1 {
         for x in to.x0..to.x1 {
@@ -169,7 +177,7 @@ fn spread_part(
             values.push(DVec3::new(spread[0][k], spread[1][k], spread[2][k]));
         }
     }
-    (to, values)
+    Some((to, values))
 }
 
 /// The directions from which light reaches a place of the film, on a grid of direction cosines.
@@ -315,8 +323,15 @@ impl Pattern {
         }
     }
 
-    /// Returns one channel of the convolved light, from the transforms of all three channels.
-    fn spread(&self, light: &[Vec<DVec2>; 3], side: usize, out: usize) -> Vec<f64> {
+    /// Returns one channel of the convolved light, from the transforms of all three channels; none
+    /// if `proceed` ends the work.
+    fn spread(
+        &self,
+        light: &[Vec<DVec2>; 3],
+        side: usize,
+        out: usize,
+        proceed: &dyn Fn() -> Option<()>,
+    ) -> Option<Vec<f64>> {
         let count = 2 * self.reach + 1;
         let mut sum = vec![DVec2::ZERO; side * side];
         for (from, light) in light.iter().enumerate() {
@@ -326,6 +341,7 @@ impl Pattern {
                 let wrapped = |k: usize| (k + side - self.reach) % side;
                 field[wrapped(k / count) * side + wrapped(k % count)].x = tap.col(from)[out];
             }
+            proceed()?;
             transform_square(&mut field, side, -1.0);
             for (sum, (a, b)) in sum.iter_mut().zip(light.iter().zip(&field)) {
                 *sum += times(*a, *b);
@@ -333,7 +349,7 @@ impl Pattern {
         }
         transform_square(&mut sum, side, 1.0);
         let scale = 1.0 / (side * side) as f64;
-        sum.iter().map(|v| v.x * scale).collect()
+        Some(sum.iter().map(|v| v.x * scale).collect())
     }
 }
 
@@ -372,14 +388,14 @@ mod tests {
     fn white_stays_white_and_no_light_is_lost() {
         let camera = camera(16.0, Iris::Round, [0.36, 0.24]);
         let film = star(36, 24);
-        let out = diffract(&film, &camera);
+        let out = diffract(&film, &camera, &StopSignal::default()).unwrap();
         let sum: DVec3 = out.pixels.iter().map(|p| p.mean).sum();
         assert!((sum - DVec3::ONE).abs().max_element() < 0.03, "{sum}");
         let mut even = film.clone();
         even.pixels
             .iter_mut()
             .for_each(|p| p.mean = DVec3::new(0.2, 0.5, 0.3));
-        let out = diffract(&even, &camera);
+        let out = diffract(&even, &camera, &StopSignal::default()).unwrap();
         let middle = out.pixels[12 * 36 + 18].mean;
         assert!(
             (middle - DVec3::new(0.2, 0.5, 0.3)).length() < 0.02,
@@ -393,7 +409,7 @@ mod tests {
     fn a_star_at_f_22_is_an_airy_disc() {
         let camera = camera(22.0, Iris::Round, [0.072, 0.048]);
         let pixel = 0.001;
-        let out = diffract(&star(72, 48), &camera);
+        let out = diffract(&star(72, 48), &camera, &StopSignal::default()).unwrap();
         let radius = |k: usize| {
             let (x, y) = ((k % 72) as f64 - 36.0, (k / 72) as f64 - 24.0);
             pixel * (x * x + y * y).sqrt()
@@ -420,7 +436,7 @@ mod tests {
             rotation: 0.0,
         };
         let camera = camera(22.0, iris, [0.9, 0.6]);
-        let out = diffract(&star(90, 60), &camera);
+        let out = diffract(&star(90, 60), &camera, &StopSignal::default()).unwrap();
         // The iris has corners on ±x, so its edges face 30, 90 and 150 degrees, as the rays do.
         let at = |degrees: f64| -> f64 {
             let (sin, cos) = libm::sincos(degrees.to_radians());
