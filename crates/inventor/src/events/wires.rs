@@ -1,6 +1,9 @@
 //! The routes of a scene by the event that they carry.
 
 use std::collections::HashMap;
+use std::sync::LazyLock;
+
+use indexmap::IndexSet;
 
 use crate::iv::{Document, NodeId, NodeRef, Route};
 use crate::snapshot::engines::edges::is_computed;
@@ -11,7 +14,7 @@ pub(super) type End = (NodeId, Box<str>);
 /// The routes, which a scene can change while it plays.
 #[derive(Debug, Default)]
 pub struct Wires {
-    targets: HashMap<End, Vec<End>>,
+    targets: HashMap<End, IndexSet<End>>,
 }
 
 impl Wires {
@@ -33,10 +36,7 @@ impl Wires {
 
     /// Adds a route. A route that exists already stays one route (VRML97, 4.10.2).
     pub fn add(&mut self, from: End, to: End) {
-        let targets = self.targets.entry(from).or_default();
-        if !targets.contains(&to) {
-            targets.push(to);
-        }
+        self.targets.entry(from).or_default().insert(to);
     }
 
     /// Removes a route.
@@ -46,9 +46,10 @@ impl Wires {
         }
     }
 
-    /// Returns the targets of an event.
-    pub(super) fn targets(&self, from: &End) -> &[End] {
-        self.targets.get(from).map_or(&[], Vec::as_slice)
+    /// Returns the targets of an event, in the order in which the routes were added.
+    pub(super) fn targets(&self, from: &End) -> impl ExactSizeIterator<Item = &End> {
+        static NONE: LazyLock<IndexSet<End>> = LazyLock::new(IndexSet::default);
+        self.targets.get(from).unwrap_or(&NONE).iter()
     }
 
     /// Returns whether there are no routes.

@@ -125,7 +125,7 @@ impl World {
         }
         self.log(from, output, value);
         let targets = self.wires.targets(&end);
-        if targets.is_empty() || !self.sent.insert(end.clone()) {
+        if targets.len() == 0 || !self.sent.insert(end.clone()) {
             return;
         }
         for (to, input) in self.wires.targets(&end) {
