@@ -22,6 +22,9 @@ use crate::snapshot::Snapshot;
 
 /// The steps of work that a visit takes.
 const VISIT_STEPS: u64 = 50;
+/// The further steps of a node with children: its frames may need new memory. A visit took 320 ns
+/// in 100,000 nested levels of detail.
+const ENTER_STEPS: u64 = 50;
 
 /// A walk in progress.
 pub(super) struct Walk<'a, 'v, V> {
@@ -274,6 +277,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 
     /// Enters a node with children.
     fn enter(&mut self, node: NodeRef<'a>, role: Role) {
+        if let Err(cut) = work::spend(ENTER_STEPS) {
+            self.cut = Some((cut, node));
+            return;
+        }
         self.on_path[node.id.0 as usize] = true;
         self.stack.push(WalkFrame::Leave(node.id));
         self.visitor.enter(node, &self.state);
