@@ -54,6 +54,9 @@ fn line(vintage: &str, option: &Opt) -> String {
 /// another one: `-j 0`, not `--samples 0`.
 pub(super) fn as_typed(message: &str, words: &[OsString]) -> String {
     let mut message = message.to_owned();
+    if !message.contains("--") {
+        return message; // most of the messages about a scene, of which there may be many
+    }
     for option in all() {
         let modern = format!("--{}", option.name);
         let mut typed = words
