@@ -22,6 +22,7 @@ mod roundtrip;
 mod scaling;
 mod shared;
 mod speed;
+mod stops;
 mod suite;
 mod unlit;
 mod viewers;
@@ -69,6 +70,7 @@ const TOOLS: &[Tool] = &[
         "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
         speed::run,
     ),
+    ("stops", "PROGRAM [--moments N] [--only NAME]", stops::run),
     (
         "suite",
         "PROGRAM FOLDER [--only TEXT] [--keep FOLDER]",
