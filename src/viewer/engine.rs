@@ -14,12 +14,12 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::work::StopSignal;
 use ivcam_optics::picture::PictureFormat;
 
 use super::archive::{AlignedArchive, AlignmentJob};
 use super::autofocus::{Focused, focus_at};
 use super::live::{Live, LiveFrame, Request};
+use super::saving::Saving;
 use super::setup::Setup;
 use super::view::{DepthMap, FocalSurface};
 use crate::photo::headlight::HeadlightSources;
@@ -102,8 +102,6 @@ pub struct Engine {
     threads: usize,
     wake: Arc<dyn Fn() + Send + Sync>,
     thread: Option<std::thread::JoinHandle<()>>,
-    /// Ends the saving of pictures.
-    stop_saving: StopSignal,
 }
 
 impl Engine {
@@ -134,7 +132,6 @@ impl Engine {
             threads,
             wake,
             thread: Some(thread),
-            stop_saving: StopSignal::default(),
         })
     }
 
@@ -183,11 +180,12 @@ impl Engine {
     }
 
     /// Renders and writes the picture of a plan, as a batch run does.
-    pub(crate) fn save(&self, setup: Setup, output: PathBuf) {
+    pub(crate) fn save(&self, setup: Setup, saving: Arc<Saving>) {
         let (sender, wake, threads) = (self.sender.clone(), self.wake.clone(), self.threads);
-        let budget = setup.plan.budget().stopped_by(&self.stop_saving);
+        let budget = setup.plan.budget().stopped_by(saving.stop());
         std::thread::spawn(move || {
-            let save = || budget.during(|| save(&setup, &output, threads));
+            let output = saving.path.clone();
+            let save = || budget.during(|| save(&setup, &saving, threads));
             let made = catch_unwind(AssertUnwindSafe(save));
             let made = made.unwrap_or_else(|cause| Err(Diagnostic::error(panic_message(&*cause))));
             let _ = sender.send(match made {
@@ -196,11 +194,6 @@ impl Engine {
             });
             wake();
         });
-    }
-
-    /// Ends the saving of all pictures. Nothing of them is written.
-    pub(crate) fn cancel_saving(&self) {
-        self.stop_saving.cancel();
     }
 }
 
@@ -220,10 +213,11 @@ fn pool(threads: usize) -> Result<rayon::ThreadPool> {
         .map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))
 }
 
-fn save(setup: &Setup, output: &std::path::Path, threads: usize) -> Result<String> {
+fn save(setup: &Setup, saving: &Saving, threads: usize) -> Result<String> {
+    let output = &saving.path;
     PictureFormat::of(output)?;
     let session = Session::open(setup.plan.clone())?;
-    let exposure = pool(threads)?.install(|| session.expose(&|_| ()));
+    let exposure = pool(threads)?.install(|| session.expose(&|p| saving.note(p.work_done, p.work)));
     session.budget.check()?;
     let picture = session.develop(&exposure, &setup.command(output));
     picture.save(output, session.plan.depth)?;

@@ -16,6 +16,7 @@ pub mod live;
 pub(crate) mod model;
 pub(crate) mod navigate;
 pub(crate) mod panels;
+pub(crate) mod saving;
 pub mod setup;
 pub(crate) mod sharpness;
 pub(crate) mod view;

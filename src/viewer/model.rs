@@ -24,6 +24,7 @@ use super::files;
 use super::history::History;
 use super::live::{LiveFrame, Request};
 use super::navigate::{self, Tool, Viewpoint};
+use super::saving::Saving;
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
 use super::view::{DepthMap, FocalSurface, VisiblePoint};
@@ -134,7 +135,7 @@ pub(crate) struct WindowModel {
     /// The existing file that a write would replace, until the user answers.
     pub replacing: Option<(OutputFile, PathBuf)>,
     /// The pictures that are being saved.
-    pub saving: Vec<PathBuf>,
+    pub saving: Vec<Arc<Saving>>,
     /// Whether the window closes in spite of them.
     pub closing: Closing,
     /// The sources that determine the headlight where the plan does not.
@@ -147,7 +148,7 @@ pub(crate) struct WindowModel {
     pub held: bool,
     pub flight: Option<Flight>,
     orders: Vec<EngineOrder>,
-    saves: Vec<(Setup, PathBuf)>,
+    saves: Vec<(Setup, Arc<Saving>)>,
     request: Option<(Setup, Preview, Option<Resolution>)>,
     serial: u64,
 }
@@ -318,14 +319,14 @@ impl WindowModel {
 
     fn propose_name(&mut self) {
         let name = picture_name(&self.setup.plan.scene);
-        let taken = |path: &Path| path.exists() || self.saving.iter().any(|p| p == path);
+        let taken = |path: &Path| path.exists() || self.saving.iter().any(|s| s.path == path);
         self.made_up = free_name(&name, taken).display().to_string();
         self.output = self.made_up.clone();
     }
 
     /// Writes a file, after the user has agreed to replace an existing one.
     pub(crate) fn write(&mut self, output: OutputFile, path: &Path) {
-        if path.exists() || self.saving.iter().any(|p| p == path) {
+        if path.exists() || self.saving.iter().any(|s| s.path == path) {
             self.replacing = Some((output, path.to_owned()));
         } else {
             self.write_now(output, path);
@@ -348,8 +349,9 @@ impl WindowModel {
         let text = match output {
             OutputFile::Picture => {
                 self.status = format!("making {}", path.display());
-                self.saving.push(path.to_owned());
-                self.saves.push((self.setup.clone(), path.to_owned()));
+                let saving = Arc::new(Saving::new(path.to_owned()));
+                self.saving.push(saving.clone());
+                self.saves.push((self.setup.clone(), saving));
                 return;
             }
             OutputFile::Camera => Ok(files::camera_text(&self.setup)),
@@ -365,7 +367,7 @@ impl WindowModel {
     }
 
     /// Returns the pictures that are to be saved.
-    pub(crate) fn saves(&mut self) -> Vec<(Setup, PathBuf)> {
+    pub(crate) fn saves(&mut self) -> Vec<(Setup, Arc<Saving>)> {
         std::mem::take(&mut self.saves)
     }
 
@@ -467,7 +469,7 @@ impl WindowModel {
 
     /// Removes a picture that was saved or failed to save.
     fn end_saving(&mut self, path: &Path) {
-        if let Some(i) = self.saving.iter().position(|p| p == path) {
+        if let Some(i) = self.saving.iter().position(|s| s.path == path) {
             self.saving.remove(i);
         }
     }

@@ -98,6 +98,14 @@ pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
         if model.opening || !model.saving.is_empty() {
             ui.spinner();
         }
+        for saving in &model.saving {
+            ui.label(saving.progress());
+            let button = ui.small_button("Cancel saving");
+            let button = button.on_hover_text("ends the picture; nothing is written");
+            if button.clicked() {
+                saving.cancel();
+            }
+        }
         ui.separator();
         ui.add(egui::Label::new(&model.status).truncate());
     });

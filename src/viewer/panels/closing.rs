@@ -2,17 +2,16 @@
 
 use egui::{Context, ViewportCommand};
 
-use crate::viewer::engine::Engine;
 use crate::viewer::model::{Closing, WindowModel};
 
 /// Keeps the window open while pictures are being saved, and asks what to do.
-pub(super) fn show(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
+pub(super) fn show(ctx: &Context, model: &mut WindowModel) {
     if ctx.input(|input| input.viewport().close_requested()) && !model.may_close() {
         ctx.send_viewport_cmd(ViewportCommand::CancelClose);
     }
     match model.closing {
         Closing::Not => {}
-        Closing::Asked => ask(ctx, model, engine),
+        Closing::Asked => ask(ctx, model),
         Closing::WhenSaved if model.saving.is_empty() => {
             ctx.send_viewport_cmd(ViewportCommand::Close)
         }
@@ -20,11 +19,11 @@ pub(super) fn show(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
     }
 }
 
-fn ask(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
+fn ask(ctx: &Context, model: &mut WindowModel) {
     let modal = egui::Modal::new(egui::Id::new("closing")).show(ctx, |ui| {
         ui.heading("Close while a picture is made?");
-        for path in &model.saving {
-            ui.label(format!("{} is not written yet.", path.display()));
+        for saving in &model.saving {
+            ui.label(format!("{} is not written yet.", saving.path.display()));
         }
         ui.horizontal(|ui| {
             if ui.button("Keep the window").clicked() {
@@ -34,7 +33,7 @@ fn ask(ctx: &Context, model: &mut WindowModel, engine: &Engine) {
                 model.closing = Closing::WhenSaved;
             }
             if ui.button("Discard it and close").clicked() {
-                engine.cancel_saving();
+                model.saving.iter().for_each(|saving| saving.cancel());
                 model.closing = Closing::WhenSaved;
             }
         });

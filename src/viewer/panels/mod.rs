@@ -118,10 +118,10 @@ impl Window {
             self.engine.show(request);
         }
         self.engine.refine(model.refine);
-        for (setup, output) in model.saves() {
-            self.engine.save(setup, output);
+        for (setup, saving) in model.saves() {
+            self.engine.save(setup, saving);
         }
-        closing::show(ctx, model, &self.engine);
+        closing::show(ctx, model);
         if let Some(job) = model.alignment_job() {
             self.engine.align(job);
         }

@@ -181,8 +181,8 @@ fn a_proposed_name_is_one_that_no_file_has() {
     assert_eq!(model.output, format!("{name}.png"));
     for end in [".png", "-2.png", "-3.png"] {
         model.save_picture();
-        let (_, path) = model.saves().pop().unwrap();
-        assert_eq!(path, PathBuf::from(format!("{name}{end}")));
+        let (_, saving) = model.saves().pop().unwrap();
+        assert_eq!(saving.path, PathBuf::from(format!("{name}{end}")));
     }
     // For a name that the user typed, the window asks instead.
     model.output = format!("{name}.png");
@@ -240,4 +240,27 @@ fn the_window_asks_before_it_closes_over_a_picture_that_is_made() {
     assert!(!output.exists());
     let status = &bench.model().status;
     assert!(status.contains("canceled"), "{status}");
+}
+
+#[test]
+fn a_picture_that_is_made_shows_its_time_left_and_can_be_canceled() {
+    let mut bench = Bench::open("canceling");
+    let output = bench.scratch.path("canceling.png");
+    bench.change(|m| {
+        m.output = output.display().to_string();
+        m.setup.plan.stop.samples = 4096;
+        m.save_picture();
+    });
+    let has_time = |m: &WindowModel| m.saving[0].progress().ends_with("left");
+    bench.until("the time left", has_time);
+    bench.click("Cancel saving");
+    bench.until("the end of the work", |m| m.saving.is_empty());
+    assert!(!output.exists() && bench.model().status.contains("canceled"));
+    // The next picture is not canceled.
+    bench.change(|m| {
+        m.setup.plan.stop.samples = 1;
+        m.save_picture();
+    });
+    bench.until("a picture", |m| m.saving.is_empty());
+    assert!(output.exists());
 }
