@@ -287,7 +287,8 @@ fn survey(
     }
     let (choice, _) =
         LensChoice::from_options("", &flags::given_options(matches), &mut Sink::new())?;
-    let survey = Survey::of(folder, &choice.reading()?)?;
+    let work = options::work(&flags::given_options(matches))?;
+    let survey = Survey::of(folder, &choice.reading()?, work)?;
     if outputs.is_empty() {
         return save(survey.text(), None, out);
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
 use ivcam_base::files::escaped;
-use ivcam_base::work::Budget;
+use ivcam_base::work::{Budget, WorkLimit};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
 use ivcam_optics::lens::{Lens, Plane, SheetSetting, open_prescription};
 use ivcam_optics::prescription::Reading;
@@ -20,9 +20,6 @@ const ENDINGS: [&str; 11] = [
 ];
 /// Endings that other files have too: one that is no lens is not listed.
 const SHARED: [&str; 3] = ["dat", "json", "txt"];
-
-/// The steps of work for one lens, about 5 s.
-const WORK: u64 = 1_000_000_000;
 
 /// What a survey says of a file.
 struct Row {
@@ -49,11 +46,11 @@ pub(super) struct Survey {
 }
 
 impl Survey {
-    /// Opens all lens files below a folder.
+    /// Opens all lens files below a folder. `work` is the limit of each.
     ///
     /// # Errors
     /// Returns an error if the folder cannot be read, or has no lens files.
-    pub(super) fn of(folder: &Path, reading: &Reading) -> Result<Self> {
+    pub(super) fn of(folder: &Path, reading: &Reading, work: WorkLimit) -> Result<Self> {
         let mut files = Vec::new();
         collect(folder, &mut files)?;
         files.sort();
@@ -63,7 +60,7 @@ impl Survey {
                 .unwrap_or(&path)
                 .display()
                 .to_string(),
-            lens: opened(&path, reading),
+            lens: opened(&path, reading, work),
         });
         let rows: Vec<Row> = rows.collect();
         let is_listed = |row: &Row| row.lens.is_ok() || !SHARED.contains(&&*ending(&row.file));
@@ -156,18 +153,18 @@ impl Survey {
         for row in &self.rows {
             let file = escaped(&row.file);
             let _ = match &row.lens {
-                Err(error) => write!(
+                Err(error) => writeln!(
                     page,
-                    "<figure><figcaption><b>{file}</b><br>not read: {}</figcaption></figure>\n",
+                    "<figure><figcaption><b>{file}</b><br>not read: {}</figcaption></figure>",
                     escaped(&error.message)
                 ),
                 Ok(found) => {
                     let options = SectionOptions::for_lens(&found.lens, &SheetSetting::default());
                     let drawing = LensDiagram::of(&found.lens, options).drawing().to_svg();
                     let drawing = drawing.find("<svg").map_or("", |at| &drawing[at..]);
-                    write!(
+                    writeln!(
                         page,
-                        "<figure>{drawing}<figcaption><b>{file}</b> {}<br>{}</figcaption></figure>\n",
+                        "<figure>{drawing}<figcaption><b>{file}</b> {}<br>{}</figcaption></figure>",
                         escaped(found.lens.name()),
                         escaped(&found.caption())
                     )
@@ -227,7 +224,7 @@ impl SurveyedLens {
 
 /// Adds the files with an ending of a lens below a folder. Links are not followed.
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<()> {
-    let failed = |error| Diagnostic::io(&folder.display().to_string(), &error);
+    let failed = |error| Diagnostic::io(folder.display().to_string(), &error);
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;
         let (path, kind) = (entry.path(), entry.file_type().map_err(failed)?);
@@ -245,8 +242,8 @@ fn ending(file: &str) -> String {
 }
 
 /// Opens a lens and computes its data, within a limit of work.
-fn opened(path: &Path, reading: &Reading) -> Result<SurveyedLens> {
-    let budget = Budget::new(u64::MAX, WORK);
+fn opened(path: &Path, reading: &Reading, work: WorkLimit) -> Result<SurveyedLens> {
+    let budget = Budget::new(u64::MAX, work);
     let found = budget.during(|| {
         let mut sink = Sink::new();
         let lens = open_prescription(path, reading, &mut sink)?;
@@ -276,7 +273,10 @@ fn opened(path: &Path, reading: &Reading) -> Result<SurveyedLens> {
         })
     });
     match budget.cut() {
-        Some(_) => Err(Diagnostic::beyond_limit("its data take too much work")),
+        Some(_) => {
+            let message = format!("its data take more than {work} steps of work");
+            Err(Diagnostic::beyond_limit(message))
+        }
         None => found,
     }
 }
