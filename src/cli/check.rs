@@ -12,6 +12,7 @@ use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
 
 use super::flags::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, argument, given_options};
+use super::messages::print_first;
 use super::{ERROR, print_diagnostic, print_warnings, switch};
 use crate::photo::{options, snapshot_options};
 
@@ -113,7 +114,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         };
         super::exit_code(result)?;
         if !json && !lines {
-            bar.suspend(|| checked.problems().for_each(print_diagnostic));
+            bar.suspend(|| print_first(checked.problems()));
         } else if json && !several {
             checked
                 .document

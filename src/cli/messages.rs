@@ -5,7 +5,7 @@ use std::ffi::OsString;
 use std::io::{IsTerminal, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::diag::{Diagnostic, Result, Severity, Sink, counted};
 
 use super::vintage_help::as_typed;
 
@@ -107,12 +107,23 @@ pub(crate) fn print_diagnostic(diagnostic: &Diagnostic) {
     status!("{}", diagnostic.render(color));
 }
 
+/// The number of different messages about one scene that are printed.
+const MOST_PRINTED: usize = 1000;
+
+/// Prints messages, of thousands only the first.
+pub(super) fn print_first<'a>(mut messages: impl Iterator<Item = &'a Diagnostic>) {
+    let first = messages.by_ref().take(MOST_PRINTED);
+    first.for_each(print_diagnostic);
+    let rest = messages.count();
+    if rest > 0 {
+        status!("not shown: {}", counted(rest, "further message"));
+    }
+}
+
 /// Prints the warnings and errors of a list, without its notes.
 pub(crate) fn print_warnings(sink: &Sink) {
-    sink.items()
-        .iter()
-        .filter(|d| d.severity >= Severity::Warning)
-        .for_each(print_diagnostic);
+    let items = sink.items().iter();
+    print_first(items.filter(|d| d.severity >= Severity::Warning));
 }
 
 /// Returns the exit code for the result of writing to stdout. A closed pipe is not an error.
@@ -130,6 +141,17 @@ pub(crate) fn exit_code(result: std::io::Result<()>) -> Result<i32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn of_thousands_of_messages_the_first_are_printed_and_the_rest_are_counted() {
+        let mut sink = Sink::new();
+        for i in 0..MOST_PRINTED + 20 {
+            sink.add(*Diagnostic::warning(format!("number {i}")));
+        }
+        let ((), lines) = heard(|| print_warnings(&sink));
+        assert_eq!(lines.len(), MOST_PRINTED + 1);
+        assert_eq!(lines[MOST_PRINTED], "not shown: 20 further messages");
+    }
 
     #[test]
     fn a_long_list_becomes_lines_that_keep_its_items() {
