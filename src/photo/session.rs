@@ -70,7 +70,7 @@ const GHOST_RAYS: u32 = 1 << 17;
 
 /// The key of the metadata of a picture whose render was interrupted.
 pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
-/// What is said of a picture whose diffraction was canceled.
+/// The end of the note about a picture whose diffraction was canceled.
 const WITHOUT_DIFFRACTION: &str = "without diffraction";
 
 /// A plan that is ready to render: the scene is compiled, the camera is placed and the lens is

@@ -119,7 +119,7 @@ struct Stoppable<'a> {
 }
 
 /// The most bytes that a decoder gets at once. Those of a PNG may expand a thousand times.
-const PIECE: usize = 4096;
+const PIECE: usize = 16 << 10;
 
 impl<'a> Stoppable<'a> {
     fn new(bytes: &'a [u8]) -> Self {

@@ -164,7 +164,7 @@ impl RenderScene {
         self.tree.get_or_init(|| self.build_tree(true))
     }
 
-    /// Whether the tests of primitives are steps of a ray, because many primitives are at one place.
+    /// Whether the tests of primitives are steps of a ray, because many are at one place.
     pub(super) fn is_crowded(&self) -> bool {
         self.tree().is_crowded()
     }
