@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec2, DVec3};
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, dispatch};
-use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
+use ivcam_inventor::pose::{CameraPose, Projection, ViewExtent};
 use ivcam_optics::sampling::Samples;
 
 use super::rays::{CameraRay, CameraRays, ExitRays};
@@ -25,39 +25,9 @@ pub struct Pinhole {
 
 impl Pinhole {
     /// The camera of a pose at the scene's origin, for a picture of an aspect ratio.
-    ///
-    /// If the aspect ratio is not that of the camera, Inventor's `viewportMapping` decides:
-    /// `ADJUST_CAMERA` keeps the height angle on the shorter side, the `CROP_` values leave a part
-    /// of the picture black, and `LEAVE_ALONE` stretches the picture.
+    /// [`CameraPose::view_extent`] says what is seen if that is not the camera's own.
     pub fn new(pose: &CameraPose, aspect: f64) -> Self {
-        let half_height = match pose.projection {
-            Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
-            Projection::Orthographic { height } => 0.5 * height,
-        };
-        let own = if pose.aspect_ratio > 0.0 {
-            pose.aspect_ratio
-        } else {
-            1.0
-        };
-        let (half, frame) = match pose.viewport_mapping {
-            ViewportMapping::AdjustCamera => {
-                let y = if aspect < 1.0 {
-                    half_height / aspect
-                } else {
-                    half_height
-                };
-                (DVec2::new(aspect * y, y), DVec2::ONE)
-            }
-            ViewportMapping::LeaveAlone => (DVec2::new(own * half_height, half_height), DVec2::ONE),
-            _ if aspect > own => {
-                let half = DVec2::new(aspect * half_height, half_height);
-                (half, DVec2::new(own / aspect, 1.0))
-            }
-            _ => {
-                let half = DVec2::new(own * half_height, own * half_height / aspect);
-                (half, DVec2::new(1.0, aspect / own))
-            }
-        };
+        let ViewExtent { half, frame } = pose.view_extent(aspect);
         let near = match pose.projection {
             Projection::Perspective { .. } => 0.0,
             Projection::Orthographic { .. } => pose.near,
@@ -157,7 +127,7 @@ mod tests {
         for projection in [perspective, orthographic] {
             let pose = CameraPose {
                 projection,
-                viewport_mapping: ViewportMapping::CropViewportFillFrame,
+                viewport_mapping: ivcam_inventor::pose::ViewportMapping::CropViewportFillFrame,
                 orientation: DQuat::from_rotation_x(0.3) * DQuat::from_rotation_z(1.2),
                 ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
             };
