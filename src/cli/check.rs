@@ -8,10 +8,11 @@ use std::path::PathBuf;
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Result, Sink, counted};
 use ivcam_inventor::events::SnapshotOptions;
+use ivcam_optics::film::Resolution;
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
 
-use super::flags::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, argument, given_options};
+use super::flags::{DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, argument, given_options};
 use super::messages::print_first;
 use super::{ERROR, print_diagnostic, print_warnings, switch};
 use crate::photo::{options, snapshot_options};
@@ -46,7 +47,7 @@ pub(crate) fn command() -> Command {
             "events",
             "lists the events that nodes send until --scene-time",
         ))
-        .args([&TIME, &EVENT, &TOUCH].map(argument))
+        .args([&TIME, &EVENT, &TOUCH, &DRAG].map(argument))
         .arg(switch(
             "handles",
             "includes the handles of draggers and manipulators",
@@ -87,6 +88,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         handles: matches.get_flag("handles"),
         log: matches.get_flag("events"),
         actions: options::actions(&given)?,
+        aspect: Some(Resolution::VINTAGE.aspect()),
         ..snapshot_options(options::scene_time(&given)?.unwrap_or_default())
     };
     let mut skipped = Sink::new();

@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
-pub(crate) use crate::photo::options::{EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK};
+pub(crate) use crate::photo::options::{DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK};
 use crate::photo::options::{GivenOptions, Opt, Takes, all, groups};
 
 /// The options that `-h` lists. `--help` lists all.

@@ -1,5 +1,6 @@
-//! The words of `--event` and `--touch`: what a user does with a scene.
+//! The words of `--event`, `--touch` and `--drag`: what a user does with a scene.
 
+use glam::DVec2;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_inventor::events::{Action, ActionKind};
 
@@ -33,21 +34,86 @@ pub(super) fn parse_event(word: &str) -> Result<Action> {
     })
 }
 
-/// Parses a touch: the name of a node, and `@SECONDS`.
+/// Parses a touch: the name of a node, a place in the picture, or both as `NODE:X,Y`, and
+/// `@SECONDS`.
 ///
 /// # Errors
-/// Returns an error if there is no name.
+/// Returns an error if there is neither a name nor a place.
 pub(super) fn parse_touch(word: &str) -> Result<Action> {
-    let (node, time) = timed(word);
-    if node.trim().is_empty() {
-        let error = Diagnostic::error(format!("`--touch {word}` names no node"));
-        return Err(error.with_help("such as `Switch@3s`"));
+    let (target, time) = timed(word);
+    let (node, path) = pointed(target);
+    let (node, place) = match path.as_deref() {
+        Some([place]) => (node, Some(*place)),
+        _ => (target.trim(), None),
+    };
+    if node.is_empty() && place.is_none() {
+        let error = Diagnostic::error(format!("`--touch {word}` names no node and no place"));
+        return Err(
+            error.with_help("such as `Switch@3s`, or `0.5,0.4@3s` for a place in the picture")
+        );
     }
     Ok(Action {
         time,
-        node: node.trim().into(),
-        what: ActionKind::Touch,
+        node: node.into(),
+        what: ActionKind::Touch { place },
     })
+}
+
+/// Parses a drag: at least two places in the picture with `-` between them, after the name of a
+/// node and `:` if it has one, and `@FROM..TO`.
+///
+/// # Errors
+/// Returns an error if a part is missing, or the end is before the beginning.
+pub(super) fn parse_drag(word: &str) -> Result<Action> {
+    let parts = word.rsplit_once('@').and_then(|(target, times)| {
+        let (start, end) = times.split_once("..")?;
+        let (time, end) = (seconds(start)?, seconds(end)?);
+        let (node, path) = pointed(target);
+        let path = path.filter(|path| path.len() >= 2 && end >= time)?;
+        Some((time, node, ActionKind::Drag { path, end }))
+    });
+    let Some((time, node, what)) = parts else {
+        let error = Diagnostic::error(format!("`--drag {word}` is not a drag"));
+        return Err(error.with_help(
+            "such as `Slider:0.5,0.5-0.7,0.5@1s..2s`: a node's name, at least two places in the \
+             picture, and two times",
+        ));
+    };
+    Ok(Action {
+        time,
+        node: node.into(),
+        what,
+    })
+}
+
+/// Splits places in the picture from the end of a word: `NODE:X,Y-X,Y` or `X,Y-X,Y`. The rest is
+/// the name of a node. A word without places is all name.
+fn pointed(word: &str) -> (&str, Option<Vec<DVec2>>) {
+    let (node, places) = word.rsplit_once(':').unwrap_or(("", word));
+    match path(places.trim()) {
+        Some(path) => (node.trim(), Some(path)),
+        None => (word.trim(), None),
+    }
+}
+
+/// Parses places with `-` between them. Numbers may be negative: a `-` after a digit or a point
+/// separates.
+fn path(text: &str) -> Option<Vec<DVec2>> {
+    let mut places = Vec::new();
+    let mut rest = text;
+    loop {
+        let ends = |(i, c): (usize, char)| {
+            c == '-' && rest[..i].ends_with(|c: char| c.is_ascii_digit() || c == '.')
+        };
+        let end = rest.char_indices().find(|at| ends(*at)).map(|(i, _)| i);
+        let (x, y) = rest[..end.unwrap_or(rest.len())].split_once(',')?;
+        let number = |text: &str| text.trim().parse().ok().filter(|v: &f64| v.is_finite());
+        places.push(DVec2::new(number(x)?, number(y)?));
+        match end {
+            Some(end) => rest = &rest[end + 1..],
+            None => return Some(places),
+        }
+    }
 }
 
 /// Returns the words that are parsed as an action.
@@ -56,19 +122,33 @@ pub(super) fn action_word(action: &Action) -> String {
         0.0 => String::new(),
         time => format!("@{time}s"),
     };
+    let target = |path: &[DVec2]| {
+        let places = path.iter().map(|place| format!("{},{}", place.x, place.y));
+        let places = places.collect::<Vec<_>>().join("-");
+        let parts = [action.node.clone(), places];
+        let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        parts.join(":")
+    };
     match &action.what {
         ActionKind::Send { event, value } => format!("{}.{event}={value}{time}", action.node),
-        _ => format!("{}{time}", action.node),
+        ActionKind::Drag { path, end } => format!("{}@{}s..{end}s", target(path), action.time),
+        ActionKind::Touch { place } => format!("{}{time}", target(place.as_slice())),
+        _ => String::new(),
     }
 }
 
 /// Splits the time after the last `@` from a word. Without one the time is 0.
 fn timed(word: &str) -> (&str, f64) {
-    let split = word.rsplit_once('@').and_then(|(rest, time)| {
-        let time: f64 = time.trim().trim_end_matches('s').parse().ok()?;
-        time.is_finite().then_some((rest, time))
-    });
+    let split = word
+        .rsplit_once('@')
+        .and_then(|(rest, time)| Some((rest, seconds(time)?)));
     split.unwrap_or((word, 0.0))
+}
+
+/// Parses a time in seconds, with or without the unit.
+fn seconds(word: &str) -> Option<f64> {
+    let time: f64 = word.trim().trim_end_matches('s').parse().ok()?;
+    time.is_finite().then_some(time)
 }
 
 #[cfg(test)]
@@ -92,5 +172,33 @@ mod tests {
             action_word(&parse_touch("Door@3s").expect("a touch")),
             "Door@3s"
         );
+    }
+    #[test]
+    fn a_touch_may_have_a_place_and_a_drag_has_two() {
+        for word in ["Door", "0.25,0.5@3s", "A:b:0.25,-0.5@3s", "Door:1,0"] {
+            let touch = parse_touch(word).expect("a touch");
+            assert_eq!(action_word(&touch), word);
+        }
+        let named = parse_touch("A:b:0.25,-0.5").expect("a touch");
+        let place = Some(DVec2::new(0.25, -0.5));
+        assert_eq!(
+            (named.node.as_str(), named.what),
+            ("A:b", ActionKind::Touch { place })
+        );
+        // What is no place is a name.
+        assert_eq!(parse_touch("A:b").expect("a touch").node, "A:b");
+        for word in ["S:0.1,0.2-0.3,-0.4@1s..2.5s", "0,0--1,1-2,2@0s..0s"] {
+            let drag = parse_drag(word).expect("a drag");
+            assert_eq!(action_word(&drag), word);
+        }
+        for wrong in [
+            "S@1s..2s",
+            "S:0,0@1s..2s",
+            "S:0,0-1,1@2s..1s",
+            "S:0,0-1,1",
+            "S:0,0-1@1..2",
+        ] {
+            assert!(parse_drag(wrong).is_err(), "{wrong}");
+        }
     }
 }

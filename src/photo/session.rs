@@ -11,7 +11,7 @@ use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
 use ivcam_base::work::Budget;
-use ivcam_inventor::events::depends_on_viewer;
+use ivcam_inventor::events::{Action, depends_on_viewer};
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
@@ -249,12 +249,14 @@ impl Session {
         };
         let is_stated =
             framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
-        let may_turn = !is_stated && !plan.solids && framing.view.is_none();
+        // What the pointer was over was seen from the front.
+        let is_touched = plan.actions.iter().any(Action::depends_on_viewer);
+        let may_turn = !is_stated && !plan.solids && framing.view.is_none() && !is_touched;
         let bounds = || framed_bounds(&document, &snapshot, &plan);
         let own = overview.camera.clone();
         let mut pose = resolve_pose(framing, &snapshot, environment, own, bounds)?;
         let follows_scene = overview.camera.as_ref() == Some(&pose);
-        if !follows_scene && depends_on_viewer(&document) {
+        if !follows_scene && has_viewer(&document, &plan) {
             snapshot = snapshot_of(&document, &plan, Some(&pose));
         }
         if plan.solids {
@@ -432,7 +434,7 @@ impl Session {
     fn compile_again(&mut self, needs: Needs) -> Result<()> {
         let projection = self.camera.projection(&self.pose);
         let options = options(&self.plan, needs, &self.pose, projection);
-        let viewer = depends_on_viewer(&self.document)
+        let viewer = has_viewer(&self.document, &self.plan)
             .then_some(&self.pose)
             .filter(|pose| self.scene_pose(&self.plan).as_ref() != Some(pose));
         let snapshot = snapshot_of(&self.document, &self.plan, viewer);
@@ -1084,6 +1086,11 @@ fn framed_bounds(document: &Document, snapshot: &Snapshot<'_>, plan: &Plan) -> (
     let whole = boxes.chain([now]).flatten();
     let whole = whole.reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
     whole.unwrap_or_default()
+}
+
+/// Returns whether what happens in a scene depends on where its viewer is.
+fn has_viewer(document: &Document, plan: &Plan) -> bool {
+    plan.actions.iter().any(Action::depends_on_viewer) || depends_on_viewer(document)
 }
 
 /// Returns the document at the plan's time. The viewer is given if it is not at the scene's camera.

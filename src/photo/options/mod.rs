@@ -29,8 +29,8 @@ pub(crate) use option::OptionNeeds;
 pub use option::{Opt, Takes};
 pub(crate) use sampling::rear_element;
 pub(crate) use scene::{
-    EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, actions, limits, memory, scene_time, typefaces,
-    work,
+    DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, actions, limits, memory, scene_time,
+    typefaces, work,
 };
 pub(crate) use shutter::Shutter;
 pub use table::all;

@@ -13,7 +13,7 @@ use super::given::GivenOptions;
 use super::option::{Opt, Takes};
 use super::values::{finite, if_any, paths, switch, unless_default};
 use crate::photo::Plan;
-use crate::photo::actions::{action_word, parse_event, parse_touch};
+use crate::photo::actions::{action_word, parse_drag, parse_event, parse_touch};
 use crate::photo::camera_choice::CameraChoice;
 use crate::photo::view::{Override, WholeView, color_word, parse_color};
 
@@ -108,7 +108,7 @@ pub(crate) const EVENT: Opt = Opt::new(
         plan.actions = actions(words)?;
         Ok(())
     },
-    |plan, _| action_words(plan, |what| *what != ActionKind::Touch),
+    |plan, _| action_words(plan, |what| matches!(what, ActionKind::Send { .. })),
 )
 .examples(&[
     "--event Lamp.on=FALSE",
@@ -118,16 +118,35 @@ pub(crate) const EVENT: Opt = Opt::new(
 /// The option `--touch`, which `check` has too.
 pub(crate) const TOUCH: Opt = Opt::new(
     "touch",
-    Takes::Many("NODE@SECONDS"),
-    "moves the pointer over a node, presses and releases it, at a time of the scene [@0s]: a sensor, an Anchor, or a shape or group beside or around one, by its name, or by its class if there is one of it",
+    Takes::Many("NODE:X,Y@SECONDS"),
+    "moves the pointer over a node, presses and releases it, at a time of the scene [@0s]: a sensor, an Anchor, or a shape or group beside or around one, by its name, or by its class if there is one of it; X,Y is a place in the picture from 0,0 in the upper left corner to 1,1 [the middle of the node]; a place without a node touches what is there",
 )
 .plan(
-    |_, _, _| Ok(()), // `--event` reads both.
-    |plan, _| action_words(plan, |what| *what == ActionKind::Touch),
+    |_, _, _| Ok(()), // `--event` reads all actions.
+    |plan, _| action_words(plan, |what| matches!(what, ActionKind::Touch { .. })),
 )
-.examples(&["--touch Door", "--touch Button@3s --touch Door@4.5s"]);
+.examples(&[
+    "--touch Door",
+    "--touch Button@3s --touch Door:0.25,0.5@4.5s",
+    "--touch 0.5,0.75@2s",
+]);
 
-pub(super) static OPTIONS: [Opt; 16] = [
+/// The option `--drag`, which `check` has too.
+pub(crate) const DRAG: Opt = Opt::new(
+    "drag",
+    Takes::Many("NODE:X,Y-X,Y@FROM..TO"),
+    "presses the pointer on a node at the first place in the picture and time, moves it by way of the others, and releases it at the last; places are those of --touch, and the node may be left out",
+)
+.plan(
+    |_, _, _| Ok(()), // `--event` reads all actions.
+    |plan, _| action_words(plan, |what| matches!(what, ActionKind::Drag { .. })),
+)
+.examples(&[
+    "--drag Slider:0.5,0.5-0.75,0.5@1s..2s",
+    "--drag 0.25,0.5-0.5,0.25-0.75,0.5@1s..3.5s",
+]);
+
+pub(super) static OPTIONS: [Opt; 17] = [
     Opt::new(
         "era",
         Takes::One("1999|modern"),
@@ -209,6 +228,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     TIME,
     EVENT,
     TOUCH,
+    DRAG,
     Opt::new(
         "handles",
         Takes::Nothing,
@@ -262,20 +282,22 @@ pub(crate) fn scene_time(words: &GivenOptions) -> Result<Option<f64>> {
     words.parsed(TIME.name, "a time in seconds", finite)
 }
 
-/// Returns what `--event` and `--touch` do.
+/// Returns what `--event`, `--touch` and `--drag` do.
 ///
 /// # Errors
-/// Returns an error if a word is neither an event nor a touch.
+/// Returns an error if a word is not an event, a touch or a drag.
 pub(crate) fn actions(words: &GivenOptions) -> Result<Vec<Action>> {
-    let events = words
-        .texts(EVENT.name)
-        .into_iter()
-        .map(|word| parse_event(&word));
-    let touches = words
-        .texts(TOUCH.name)
-        .into_iter()
-        .map(|word| parse_touch(&word));
-    events.chain(touches).collect()
+    type Parse = fn(&str) -> Result<Action>;
+    let kinds: [(&Opt, Parse); 3] = [
+        (&EVENT, parse_event),
+        (&TOUCH, parse_touch),
+        (&DRAG, parse_drag),
+    ];
+    let words = kinds.iter().flat_map(|(option, parse)| {
+        let given = words.texts(option.name).into_iter();
+        given.map(move |word| parse(&word))
+    });
+    words.collect()
 }
 
 /// Returns the words of a plan's actions of some kind.

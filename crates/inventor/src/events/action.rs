@@ -1,26 +1,34 @@
-//! What a user does with a scene: sends an event to a node, or touches it.
+//! What a user does with a scene: sends an event to a node, touches it, or drags it.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use glam::DVec2;
 use ivcam_base::diag::{Diagnostic, Result, nearest};
 
+use super::pointer_path::PointerPath;
 use super::wires::output_name;
 use super::world::{Event, World};
-use crate::grammar::{FieldType, anchor, class, vrml_sensor};
-use crate::iv::{Document, Limits, NoFiles, NodeId, NodeRef, Value};
-use crate::snapshot::BindableKind;
-use crate::traversal::{Parents, each_child};
+use crate::grammar::FieldType;
+use crate::iv::{Document, Limits, NoFiles, NodeId, Value};
 
 /// Something that a user does at a time, or that stands for it in a still picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Action {
     /// Seconds since the scene was opened.
     pub time: f64,
-    /// The name of the node in the main file, or the class of a node that is the only one of it.
+    /// The name of the node in the main file, or the class of a node that is the only one of it. It
+    /// may be empty if the pointer has a place: what is there is touched.
     pub node: String,
     /// What is done with it.
     pub what: ActionKind,
+}
+
+impl Action {
+    /// Returns whether what happens depends on where the viewer is.
+    pub fn depends_on_viewer(&self) -> bool {
+        !matches!(self.what, ActionKind::Send { .. })
+    }
 }
 
 /// The kinds of actions.
@@ -36,16 +44,36 @@ pub enum ActionKind {
     },
     /// Moves the pointer over the node, presses and releases it. The sensors and the `Anchor` act
     /// that act for a shape there.
-    Touch,
+    Touch {
+        /// Where the pointer is in the picture, as [`CameraPose::ray`] takes it. Without it the
+        /// pointer is over the middle of the node's shapes, whatever is before them.
+        ///
+        /// [`CameraPose::ray`]: crate::pose::CameraPose::ray
+        place: Option<DVec2>,
+    },
+    /// Presses, moves the pointer, and releases it.
+    Drag {
+        /// The places of the pointer in the picture. It takes the same time from each to the next.
+        path: Vec<DVec2>,
+        /// When the pointer is at the last place and is released, in seconds.
+        end: f64,
+    },
 }
 
 impl World {
     /// Does what a user does. The events wait.
     pub(super) fn act(&mut self, action: &Action) {
         self.document.sink.set_source(None);
+        let (node, now) = (&action.node, action.time);
         let done = match &action.what {
-            ActionKind::Send { event, value } => self.send_from_user(&action.node, event, value),
-            ActionKind::Touch => self.touch(&action.node),
+            ActionKind::Send { event, value } => self.send_from_user(node, event, value),
+            ActionKind::Touch { place } => {
+                let path = place.iter().copied().collect();
+                self.press(node, PointerPath::new(path, [now, now]))
+            }
+            ActionKind::Drag { path, end } => {
+                self.press(node, PointerPath::new(path.clone(), [now, *end]))
+            }
         };
         if let Err(problem) = done {
             self.document.sink.add(*problem);
@@ -56,7 +84,7 @@ impl World {
     ///
     /// # Errors
     /// Returns a warning if the main file has no such name, and not exactly one node of that class.
-    fn named(&self, name: &str) -> Result<NodeId> {
+    pub(super) fn named(&self, name: &str) -> Result<NodeId> {
         let names = &self.document.names;
         if let Some(id) = names.get(name) {
             return Ok(*id);
@@ -136,129 +164,4 @@ impl World {
             ))),
         }
     }
-
-    /// Touches a node.
-    fn touch(&mut self, name: &str) -> Result<()> {
-        let id = self.named(name)?;
-        let targets = self.touched_with(id);
-        if targets.is_empty() {
-            let message = format!("nothing happens when `{name}` is touched");
-            return Err(Diagnostic::warning(message)
-                .with_help("neither a sensor nor an `Anchor` is in it, beside it or above it"));
-        }
-        for target in targets {
-            match self.document.node(target).class_id() {
-                Some(class::ANCHOR) => self.follow_anchor(target),
-                _ => self.press(target),
-            }
-        }
-        Ok(())
-    }
-
-    /// Returns the sensors and anchors that act when a node is touched: those of the lowest group
-    /// that has any, from the node itself upward. All sensors of that group act together
-    /// (ISO 14772-1, 4.6.7.3).
-    fn touched_with(&self, id: NodeId) -> Vec<NodeId> {
-        let document = &self.document;
-        let id = document.node(id).id;
-        let own = self.sensors_of(id);
-        if !own.is_empty() {
-            return own;
-        }
-        let parents = Parents::of(document);
-        // The node, and the instance of a prototype that it represents.
-        let all = (0..document.nodes.len() as u32).map(NodeId);
-        let same = all.filter(|other| document.node(*other).id == id);
-        let mut level: BTreeSet<NodeId> = same.collect();
-        let mut known = level.clone();
-        while !level.is_empty() {
-            let above = level.iter().flat_map(|node| parents.of_node(*node));
-            let above: BTreeSet<NodeId> = above.collect();
-            let groups = above.iter().flat_map(|group| self.sensors_of(*group));
-            let mut sensors: BTreeSet<NodeId> = groups.collect();
-            if document.roots.iter().any(|root| level.contains(root)) {
-                let roots = document.roots().filter(|node| is_sensor(*node));
-                sensors.extend(roots.map(|node| node.id));
-            }
-            if !sensors.is_empty() {
-                return sensors.into_iter().collect();
-            }
-            level = &above - &known;
-            known.extend(&level);
-        }
-        Vec::new()
-    }
-
-    /// Returns what acts for the shapes below a group: the sensors among its children, and the
-    /// group itself if it is an `Anchor`.
-    fn sensors_of(&self, group: NodeId) -> Vec<NodeId> {
-        let document = &self.document;
-        let node = document.node(group);
-        let mut sensors = Vec::new();
-        if node.class_id() == Some(class::ANCHOR) {
-            sensors.push(node.id);
-        }
-        each_child(document, group, |child| {
-            let child = document.node(child);
-            if is_sensor(child) {
-                sensors.push(child.id);
-            }
-        });
-        sensors
-    }
-
-    /// Sends what a pointing-device sensor sends when the pointer comes, presses and releases.
-    fn press(&mut self, id: NodeId) {
-        let node = self.document.node(id);
-        if !node.get(vrml_sensor::ENABLED) {
-            self.warn(id, "this sensor was touched while it is not enabled".into());
-            return;
-        }
-        let is_touch_sensor = node.class_id() == Some(class::TOUCH_SENSOR);
-        let (on, off) = (Value::Bool(true), Value::Bool(false));
-        let mut events = vec![("isActive", on.clone()), ("isActive", off.clone())];
-        if is_touch_sensor {
-            events.insert(0, ("isOver", on));
-            events.push(("touchTime", Value::Double(self.now)));
-            events.push(("isOver", off));
-        }
-        self.cascades.extend(
-            events
-                .into_iter()
-                .map(|(output, value)| (id, output, value)),
-        );
-    }
-
-    /// Follows an `Anchor` to a `Viewpoint` of the scene, or reports where it leads.
-    fn follow_anchor(&mut self, id: NodeId) {
-        let url = self.document.node(id).get(anchor::URL);
-        let Some(url) = url.first().cloned() else {
-            return;
-        };
-        let name = url.strip_prefix('#').unwrap_or_default();
-        let view = self.document.names.get(name).copied();
-        let kind = view.and_then(|view| BindableKind::of(self.document.node(view)));
-        match view {
-            Some(view) if kind == Some(BindableKind::Viewpoint) => {
-                self.send_directly(view, "set_bind", &Value::Bool(true));
-            }
-            _ => {
-                let message = format!("this `Anchor` leads to `{url}`, which is not opened");
-                self.warn(id, message);
-            }
-        }
-    }
-}
-
-/// Returns whether a node is a pointing-device sensor.
-fn is_sensor(node: NodeRef<'_>) -> bool {
-    matches!(
-        node.class_id(),
-        Some(
-            class::TOUCH_SENSOR
-                | class::PLANE_SENSOR
-                | class::CYLINDER_SENSOR
-                | class::SPHERE_SENSOR
-        )
-    )
 }

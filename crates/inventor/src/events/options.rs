@@ -1,7 +1,10 @@
 //! The options of a snapshot.
 
+use std::sync::Arc;
+
 use super::action::Action;
 use super::engine::ScriptEngine;
+use super::picker::ShapePicker;
 use crate::pose::CameraPose;
 
 /// The options of a snapshot.
@@ -20,6 +23,9 @@ pub struct SnapshotOptions {
     pub aspect: Option<f64>,
     /// What a user does with the scene. Default: nothing.
     pub actions: Vec<Action>,
+    /// Where shapes are, for the pointer. Default: unknown, so that the pointer has no place:
+    /// `TouchSensor`s send no points, and drag sensors only `isActive`.
+    pub picker: Option<Arc<dyn ShapePicker>>,
     /// Whether the events that nodes send are recorded. Default: no.
     pub log: bool,
 }

@@ -56,6 +56,7 @@ pub(super) fn play(document: &Document, options: &SnapshotOptions) -> Option<Pla
 fn play_scene(document: Document, options: SnapshotOptions) -> Played {
     let mut world = World::new(document, options.time.min(0.0));
     (world.viewer, world.aspect) = (options.viewer, options.aspect.unwrap_or(1.0));
+    world.picker = options.picker;
     world.log = options.log.then(|| EventLog::new(&world.document));
     world.outputs = options.scripts.map(|_| HashMap::new());
     let world = Rc::new(RefCell::new(world));
@@ -168,18 +169,25 @@ impl Player {
 
     /// Does what the user does up to now.
     fn act(&mut self) {
+        self.then(World::move_pointers);
         let now = self.world.borrow().now;
         let is_due = |action: &Action| action.time <= now;
         while self.actions.front().is_some_and(is_due) {
             let Some(action) = self.actions.pop_front() else {
                 return;
             };
-            self.world.borrow_mut().begin_cascade();
-            self.world.borrow_mut().act(&action);
-            self.deliver_all();
-            let waiting = std::mem::take(&mut self.world.borrow_mut().cascades);
-            self.begin_cascades(waiting);
+            self.then(|world| world.act(&action));
+            self.then(World::move_pointers);
         }
+    }
+
+    /// Changes the world, and delivers the events and then the outputs that wait.
+    fn then(&mut self, change: impl FnOnce(&mut World)) {
+        self.world.borrow_mut().begin_cascade();
+        change(&mut self.world.borrow_mut());
+        self.deliver_all();
+        let waiting = std::mem::take(&mut self.world.borrow_mut().cascades);
+        self.begin_cascades(waiting);
     }
 
     /// Begins a cascade with each of some outputs.

@@ -57,7 +57,7 @@ fn touch(time: f64, node: &str) -> Action {
     Action {
         time,
         node: node.into(),
-        what: ActionKind::Touch,
+        what: ActionKind::Touch { place: None },
     }
 }
 

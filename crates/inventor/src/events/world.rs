@@ -1,12 +1,15 @@
 //! A scene that plays: its document, routes, timers and the events that wait.
 
 use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Severity, Span};
 use ivcam_base::work::{Budget, spend};
 
 use super::binding::BindingStacks;
 use super::log::EventLog;
+use super::picker::ShapePicker;
+use super::pointing::Grab;
 use super::survey::WorldSurvey;
 use super::timer::{Timer, TimerEvents};
 use super::viewer_sensor::{Output, ViewerSensor};
@@ -58,6 +61,10 @@ pub struct World {
     pub(super) viewer: Option<CameraPose>,
     /// The width of the viewer's picture over its height.
     pub(super) aspect: f64,
+    /// Where shapes are, if the program can tell.
+    pub(super) picker: Option<Arc<dyn ShapePicker>>,
+    /// What the pointer has pressed and not released.
+    pub(super) grabs: Vec<Grab>,
     /// The nodes that lead to sensors and bindable nodes.
     pub(super) leading: Leading,
     /// The outputs that wait to begin a cascade each.
@@ -87,6 +94,8 @@ impl World {
             binding: BindingStacks::new(survey.first),
             viewer: None,
             aspect: 1.0,
+            picker: None,
+            grabs: Vec::new(),
             leading,
             cascades: VecDeque::new(),
             queue: VecDeque::new(),
@@ -187,14 +196,15 @@ impl World {
         resting.map(|(id, _)| *id).collect()
     }
 
-    /// Returns the first time after now at which a `TimeSensor` starts, ends or begins a cycle of
-    /// at least `shortest` seconds.
+    /// Returns the first time after now at which a pressed pointer moves, or a `TimeSensor` starts,
+    /// ends or begins a cycle of at least `shortest` seconds.
     pub(super) fn next_time(&self, shortest: f64) -> Option<f64> {
         let times = self.timers.iter().filter_map(|(&id, timer)| {
             let document = &self.document;
             timer.next(NodeRef { document, id }, self.now, shortest)
         });
-        times.reduce(f64::min)
+        let moves = self.grabs.iter().map(|grab| grab.next_time(self.now));
+        times.chain(moves).reduce(f64::min)
     }
 
     /// Adds a warning about a node.

@@ -55,7 +55,7 @@ pub enum Role {
     Camera,
     /// VRML97's `Background` and `Fog`, of which only one is active.
     Bindable,
-    /// A sensor whose events depend on where it is and where the viewer is.
+    /// A sensor whose events depend on where it is and where the viewer or the pointer is.
     Sensor,
     /// A shape.
     Shape,

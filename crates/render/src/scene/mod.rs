@@ -20,6 +20,7 @@ mod looks;
 pub mod model;
 mod options;
 mod packets;
+mod pick;
 mod pixel_footprint;
 mod placed;
 mod placement;

@@ -1,21 +1,31 @@
 //! Takes snapshots of documents, and measures the bounding boxes that their engines need.
 
-use ivcam_inventor::events::SnapshotOptions;
+use std::sync::Arc;
+
+use ivcam_inventor::events::{Action, SnapshotOptions};
 use ivcam_inventor::iv::{Document, NodeId};
 use ivcam_inventor::snapshot::{Bounds, Corners, Snapshot};
 use ivcam_inventor::traversal::state::{Language, State};
 
 use super::options::CompileOptions;
+use super::pick::Picker;
 use super::survey::{bounds_of, survey};
 
 /// Takes a snapshot of a document. The compile options determine how the bounding boxes that
-/// engines need are measured.
+/// engines need are measured, and where the pointer meets shapes.
 pub fn snapshot<'a>(
     document: &'a Document,
     at: &SnapshotOptions,
     options: &CompileOptions,
 ) -> Snapshot<'a> {
-    Snapshot::take(document, at, &SurveyBounds(options))
+    if at.picker.is_some() || !at.actions.iter().any(Action::depends_on_viewer) {
+        return Snapshot::take(document, at, &SurveyBounds(options));
+    }
+    let at = SnapshotOptions {
+        picker: Some(Arc::new(Picker(options.clone()))),
+        ..at.clone()
+    };
+    Snapshot::take(document, &at, &SurveyBounds(options))
 }
 
 /// Measures bounding boxes by surveys.
