@@ -1,11 +1,12 @@
 //! What a picture of a VRML97 world shows: events, the viewer, bound nodes and the standard's
 //! light.
 
+use glam::DVec2;
 use ivcam_inventor::events::{Action, ActionKind};
 use ivcam_render::scene::TextureFilter;
 
 use super::common::{Folder, levels, pinhole_plan};
-use crate::photo::{Override, Plan, WholeView};
+use crate::photo::{CameraChoice, Override, Plan, WholeView};
 
 /// Writes a scene to a folder, and returns its plan without a lens.
 fn plan(folder: &Folder, scene: &str, text: &str) -> Plan {
@@ -66,6 +67,36 @@ fn a_sensor_knows_the_camera_of_the_picture() {
     chosen.view = Some(Override::Always(WholeView::Standard));
     let (seen, _) = levels(chosen, &[(120, 80)]);
     assert_eq!(seen, [[255; 3]]);
+}
+
+/// What is dragged stays under the pointer, from whatever camera, also in the middle of the drag.
+#[test]
+fn a_drag_is_seen_from_the_camera_of_the_picture() {
+    let folder = Folder::new("drag");
+    let text = "Viewpoint { position 0 0 5 } Background { skyColor 0 1 0 } DEF P PlaneSensor { }
+        DEF B Transform { children Shape { geometry Box { size .5 .5 .5 }
+        appearance Appearance { material Material { emissiveColor 1 0 0 diffuseColor 0 0 0 } } } }
+        ROUTE P.translation_changed TO B.translation\n";
+    let aside = "#VRML V2.0 utf8\nViewpoint { position 3 0 5 orientation 0 1 0 .5404 }";
+    for camera in [None, Some(aside)] {
+        for (time, x) in [(0.5, 0.5), (1.5, 0.625), (3.0, 0.75)] {
+            let mut plan = plan(&folder, "drag.wrl", text);
+            plan.camera = camera.map(|node| CameraChoice::parse(node.as_ref()).expect("a camera"));
+            plan.time = time;
+            let path = [0.5, 0.75].map(|x| DVec2::new(x, 0.5)).to_vec();
+            plan.actions = vec![Action {
+                time: 1.0,
+                node: "P".into(),
+                what: ActionKind::Drag { path, end: 2.0 },
+            }];
+            let (width, height) = (plan.resolution.width, plan.resolution.height);
+            let places = [0.5, 0.625, 0.75];
+            let pixels = places.map(|x| ((f64::from(width) * x) as usize, height as usize / 2));
+            let (seen, _) = levels(plan, &pixels);
+            let wanted = places.map(|place| if place == x { RED } else { GREEN });
+            assert_eq!(seen, wanted, "at {time}");
+        }
+    }
 }
 
 /// A scene without a camera is framed for all that is shown of it, so that motion is seen.
