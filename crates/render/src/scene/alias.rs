@@ -45,7 +45,19 @@ impl AliasTable {
     /// depend on it.
     #[inline]
     pub(crate) fn choose(&self, u: f32) -> (u32, f32) {
-        let at = f64::from(u) * self.slots.len() as f64;
+        self.choose_finely([u, 0.0])
+    }
+
+    /// Chooses by two numbers from 0 to 1, of which the second continues the first below its 24
+    /// bits. Returns the same as [`AliasTable::choose`].
+    ///
+    /// Of 24 bits, 2²¹ slots leave three to share a slot, and slots get up to an eighth more or
+    /// less than their weight: a picture of 2048 × 1024 pixels lit a scene by 0.7% too little.
+    #[inline]
+    pub(crate) fn choose_finely(&self, [u, below]: [f32; 2]) -> (u32, f32) {
+        const STEP: f64 = 1.0 / (1 << 24) as f64;
+        let u = f64::from(u) + f64::from(below) * STEP;
+        let at = u * self.slots.len() as f64;
         let slot = (at as usize).min(self.slots.len() - 1);
         let rest = (at - slot as f64) as f32;
         let (own, other) = self.slots[slot];
@@ -78,5 +90,22 @@ mod tests {
         }
         assert!((rest - 0.5).abs() < 1e-3, "{rest}");
         assert!(AliasTable::new(&[0.0, 0.0]).is_empty() && AliasTable::new(&[]).is_empty());
+    }
+
+    /// Half of 2²¹ weights are 0.3, the others 1.7: 15% of the choices. |z| above 4.4 has a
+    /// probability of 1e-5; by 24 bits alone z is 47.
+    #[test]
+    fn a_table_of_two_million_weights_keeps_their_shares() {
+        let weights: Vec<f32> = (0..1 << 21).map(|i| [0.3, 1.7][i % 2]).collect();
+        let table = AliasTable::new(&weights);
+        let n: u32 = 200_000;
+        let fraction = |i: u32, odd: u32| (i.wrapping_mul(odd) >> 8) as f32 / (1 << 24) as f32;
+        let light = (0..n).filter(|i| {
+            let u = [fraction(*i, 2_654_435_769), fraction(*i, 1_779_033_703)];
+            table.choose_finely(u).0 % 2 == 0
+        });
+        let share = light.count() as f64 / f64::from(n);
+        let z = (share - 0.15) / (0.15 * 0.85 / f64::from(n)).sqrt();
+        assert!(z.abs() < 4.4, "{share}: {z}");
     }
 }

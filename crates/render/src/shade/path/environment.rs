@@ -58,9 +58,10 @@ impl EnvironmentLight {
         (color, mean(color) / self.table.total as f32)
     }
 
-    /// Draws a direction; the picture is not black.
-    pub(super) fn sample(&self, choice: f32, u: [f32; 2]) -> Vec3 {
-        let (pixel, _) = self.table.choose(choice);
+    /// Draws a direction; the picture is not black. The second number of `choice` continues the
+    /// first below its last bit.
+    pub(super) fn sample(&self, choice: [f32; 2], u: [f32; 2]) -> Vec3 {
+        let (pixel, _) = self.table.choose_finely(choice);
         let (row, column) = (pixel as usize / self.width, pixel as usize % self.width);
         let cosine = |row: usize| libm::cosf(PI * row as f32 / self.height as f32);
         let (top, bottom) = (cosine(row), cosine(row + 1));
@@ -96,7 +97,8 @@ mod tests {
         let (mut sum, mut square) = (0.0f64, 0.0f64);
         for i in 0..n {
             let turn = |share: f64| (f64::from(i) * share).fract() as f32;
-            let direction = light.sample(turn(0.618_033), [turn(0.754_877), turn(0.569_840)]);
+            let direction =
+                light.sample([turn(0.618_033), 0.0], [turn(0.754_877), turn(0.569_840)]);
             let (color, pdf) = light.radiance(direction);
             let value = f64::from(color.z / pdf);
             (sum, square) = (sum + value, square + value * value);

@@ -188,7 +188,7 @@ impl PathTracer<'_> {
         &self,
         point: &Point<'_>,
         vertex: &Vertex,
-        choice: f32,
+        choice: [f32; 2],
         u: [f32; 2],
     ) -> Option<LampRay> {
         let environment = self.settings.own.environment.as_ref()?;

@@ -289,8 +289,8 @@ impl PathTracer<'_> {
             },
             match self.settings.own.environment.is_some() {
                 true => {
-                    let [_, choice] = walk.pair(6);
-                    self.environment_light(point, vertex, choice, walk.pair(5))
+                    let ([_, choice], [_, below]) = (walk.pair(6), walk.pair(7));
+                    self.environment_light(point, vertex, [choice, below], walk.pair(5))
                 }
                 false => None,
             },
