@@ -2,13 +2,15 @@
 //! often a picture that `--target-error` ended meets the target.
 //!
 //! `cargo run --release -p measure -- coverage [--seeds N] [--size WxH]
-//! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown]`
+//! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown] [--path]`
 //!
 //! The true error of a picture is its relative RMSE against a picture of many more samples with
 //! another seed, which adaptive sampling distributes. The squared error of that picture is
 //! subtracted, as far as it is known. A cell is the percentage of held intervals or met targets,
 //! and their number of the number of pictures whose error is stated or which a target ended.
+//! `--path` measures the scenes of model `path`.
 
+mod light_scenes;
 mod scenes;
 
 use std::process::ExitCode;
@@ -41,6 +43,8 @@ struct Options {
     limit: u32,
     targets: bool,
     markdown: bool,
+    /// Whether the scenes are those of model `path`.
+    path: bool,
     /// Whether each row has the median ratios of the estimate and of the interval's ends.
     detail: bool,
 }
@@ -59,6 +63,7 @@ impl Options {
             limit: 1024,
             targets: true,
             markdown: false,
+            path: false,
             detail: false,
         };
         let mut words = words.iter();
@@ -81,6 +86,7 @@ impl Options {
                 }
                 "--no-targets" => options.targets = false,
                 "--markdown" => options.markdown = true,
+                "--path" => options.path = true,
                 "--detail" => options.detail = true,
                 _ => return None,
             }
@@ -93,7 +99,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(options) = Options::parse(&words) else {
         eprintln!(
             "usage: coverage [--seeds N] [--size WxH] [--only SCENE] [--samples LIST] \
-             [--truth N] [--limit N] [--no-targets] [--markdown] [--detail]"
+             [--truth N] [--limit N] [--no-targets] [--markdown] [--path] [--detail]"
         );
         return ExitCode::from(2);
     };
@@ -125,7 +131,11 @@ fn table(options: &Options, folder: &std::path::Path) -> std::result::Result<(),
     if options.markdown {
         print_row(&vec!["---".to_owned(); head.len()], true);
     }
-    for case in &CASES {
+    let cases = match options.path {
+        true => &light_scenes::CASES,
+        false => &CASES,
+    };
+    for case in cases {
         if options.only.as_ref().is_none_or(|o| case.name.contains(o)) {
             let plans = case.plans(folder).map_err(|e| e.to_string())?;
             let row = row(case, plans, options).map_err(|e| e.message.clone())?;

@@ -1,6 +1,7 @@
 //! The twelve scenes of the coverage table: two shipped ones and ten that are written here.
 //!
 //! Each is hard for an error estimate in one way. None needs a file from outside the repository.
+//! Those of model `path` are in `light_scenes`.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -12,16 +13,18 @@ use ivcam_base::math::Meters;
 pub(super) struct Case {
     pub name: &'static str,
     /// The lens, with its f-number if it is stopped down.
-    lens: (&'static str, Option<f64>),
+    pub lens: (&'static str, Option<f64>),
     /// The distance in focus in meters; the camera's own if `None`.
-    focus: Option<f64>,
+    pub focus: Option<f64>,
     /// How many times as many samples as usual the truth needs.
     pub truth: u32,
     /// The files of the scene: one for each moment of the exposure.
-    source: Source,
+    pub source: Source,
+    /// Makes the choices of a plan that this scene needs besides its lens.
+    pub choose: fn(&mut Plan),
 }
 
-enum Source {
+pub(super) enum Source {
     /// A file of the repository.
     Shipped(&'static str),
     /// The text of each moment after the header.
@@ -55,13 +58,14 @@ pub(super) const CASES: [Case; 12] = [
     case("mostly black", Source::Written(black)),
 ];
 
-const fn case(name: &'static str, source: Source) -> Case {
+pub(super) const fn case(name: &'static str, source: Source) -> Case {
     Case {
         name,
         lens: WIDE,
         focus: None,
         truth: 1,
         source,
+        choose: |_| (),
     }
 }
 
@@ -72,7 +76,7 @@ impl Case {
     /// Fails if a file cannot be written.
     pub(super) fn plans(&self, folder: &Path) -> std::io::Result<Vec<Plan>> {
         let files = match self.source {
-            Source::Shipped(file) => vec![Path::new(env!("CARGO_MANIFEST_DIR")).join(file)],
+            Source::Shipped(file) => vec![root().join(file)],
             Source::Written(texts) => texts()
                 .iter()
                 .enumerate()
@@ -89,17 +93,23 @@ impl Case {
             lens.f_number = self.lens.1;
             plan.optics = Optics::Lens(lens);
             plan.focus = self.focus.map(Meters);
+            (self.choose)(&mut plan);
             plan
         };
         Ok(files.into_iter().map(plan).collect())
     }
 }
 
-const CAMERA: &str = "PerspectiveCamera { position 0 0 4 focalDistance 4 }\n";
+/// The folder of the repository.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+pub(super) const CAMERA: &str = "PerspectiveCamera { position 0 0 4 focalDistance 4 }\n";
 const LIGHT: &str = "PointLight { location 2 3 4 }\n";
 
 /// A shape in a separator of its own, with the fields of its material.
-fn shape(material: &str, [x, y, z]: [f64; 3], shape: &str) -> String {
+pub(super) fn shape(material: &str, [x, y, z]: [f64; 3], shape: &str) -> String {
     format!(
         "Separator {{ Material {{ {material} }} Translation {{ translation {x} {y} {z} }} \
          {shape} }}\n"
@@ -107,7 +117,7 @@ fn shape(material: &str, [x, y, z]: [f64; 3], shape: &str) -> String {
 }
 
 /// Numbers from 0 to 1 that look random and are the same in every run.
-fn scattered(key: u64) -> f64 {
+pub(super) fn scattered(key: u64) -> f64 {
     ivcam_optics::sampling::unit(ivcam_optics::sampling::mix(key))
 }
 
