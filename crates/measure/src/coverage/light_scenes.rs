@@ -1,8 +1,8 @@
 //! The twelve scenes of the coverage table of model `path`: light that reaches a picture on ways
 //! that are easy or hard to find.
 
-use ivcam::photo::{Plan, Shading, Surroundings};
-use ivcam_base::math::Meters;
+use ivcam::photo::{Optics, Plan, Shading, Surroundings};
+use ivcam_base::math::{Meters, Mm};
 use ivcam_render::shade::ClearSky;
 
 use super::scenes::{Case, Source, case, scattered, shape};
@@ -64,8 +64,14 @@ const fn lit(name: &'static str, source: Source) -> Case {
     }
 }
 
+/// The focal length of the lens, at which it sees what the camera of the scene does.
+const EFL: Mm = Mm(29.0);
+
 fn path(plan: &mut Plan) {
     plan.shading = Shading::Path;
+    if let Optics::Lens(lens) = &mut plan.optics {
+        lens.efl = Some(EFL);
+    }
 }
 
 const CAMERA: &str = "PerspectiveCamera { position 0 0 4 focalDistance 4 }\n\
