@@ -21,7 +21,7 @@ use ivcam_optics::film::{Film, GhostImage, Region};
 use ivcam_optics::lens::Movements;
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_optics::sampling::{FilterTable, Sampler};
-use ivcam_render::camera::{Camera, LensCamera, film_plane, lens_in_scene};
+use ivcam_render::camera::{Camera, LampFinder, LensCamera, film_plane, lens_in_scene};
 use ivcam_render::render::diffraction::diffract;
 use ivcam_render::render::ghosts::GhostRender;
 use ivcam_render::render::report::{RenderReport, StageSeconds, stated_error};
@@ -673,6 +673,10 @@ impl Session {
         stop: Stop,
         work: impl FnOnce(&Render<'_>) -> T,
     ) -> T {
+        let lamps = match self.plan.shading {
+            Shading::Path => LampFinder::new(&self.scene, &self.camera),
+            _ => None,
+        };
         work(&Render {
             shader: &self.shader(),
             camera: &self.camera,
@@ -683,6 +687,7 @@ impl Session {
             filter: &FilterTable::new(self.plan.filter),
             adaptive: self.plan.adaptive,
             team: self.team.as_deref(),
+            lamps: lamps.as_ref(),
         })
     }
 

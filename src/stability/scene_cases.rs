@@ -99,6 +99,7 @@ fn pictures() -> Result<Vec<Case>> {
             filter: &FilterTable::new(Filter::Box),
             adaptive: false,
             team: None,
+            lamps: None,
         };
         let film = render
             .run_inside(Region::whole(resolution), Task::default(), &|_| ())

@@ -110,6 +110,7 @@ fn contrast(session: &Session, x: f64, y: f64) -> f64 {
         filter: &FilterTable::new(session.plan.filter),
         adaptive: false,
         team: None,
+        lamps: None,
     };
     let half = |at: (u32, u32), from: u32, work: &mut Work| -> f64 {
         (from..from + SAMPLES)

@@ -231,6 +231,7 @@ impl Live {
             filter: &FilterTable::new(self.session.plan.filter),
             adaptive: false,
             team: None,
+            lamps: None,
         };
         // An abandoned pass leaves some tiles with other samples than the rest, so it gets a copy.
         let whole = Region::whole(exposing.resolution);

@@ -67,6 +67,7 @@ impl Bench {
             filter: &FilterTable::new(Filter::Box),
             adaptive: false,
             team: None,
+            lamps: None,
         };
         render.run(&|_| ()).film
     }

@@ -52,6 +52,7 @@ where
         filter: &FilterTable::new(session.plan.filter),
         adaptive: session.plan.adaptive,
         team: None,
+        lamps: None,
     };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("threads start").install(|| work(&render))

@@ -197,7 +197,7 @@ impl LensCamera {
 }
 
 /// The hero set of a number in [0, 1), and the position of the number in the set, also in [0, 1).
-fn split(wavelength: f64) -> (usize, f64) {
+pub(super) fn split(wavelength: f64) -> (usize, f64) {
     let place = wavelength * SETS as f64;
     let set = (place as usize).min(SETS - 1);
     (set, place - set as f64)

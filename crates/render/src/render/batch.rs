@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::DVec3;
-use ivcam_base::math::lanes::{LANES, SimdKernel, Vec3Lanes, bits, dispatch};
+use ivcam_base::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, set_lane};
 use ivcam_optics::film::{Exposed, Resolution};
 use ivcam_optics::lens::Bundle;
 use ivcam_optics::sampling::{PathPoints, Sampler, Samples};
@@ -14,9 +14,9 @@ use super::shares::SampleShares;
 use super::surfaces::SurfaceSum;
 use super::tile::Tile;
 use super::units::{is_border, pieces};
-use crate::bvh::PacketHits;
-use crate::camera::{CameraRays, SpectralCorrections};
-use crate::shade::Work;
+use crate::bvh::{Hit, PacketHits};
+use crate::camera::{CameraRays, LampFinder, LampRays, SpectralCorrections};
+use crate::shade::{Shader, Work};
 
 /// Converts positions within pixels to positions on the film along one axis, from 0 to 1. There is
 /// no film beyond its edges: a filter that extends beyond an edge is mirrored there.
@@ -71,6 +71,12 @@ pub(super) struct Batch<'a> {
     light: Vec<Vec3Lanes>,
     /// The hits of `rays` and of `corrections`.
     hits: [Vec<PacketHits>; 2],
+    /// The finder of lamps, if there are any.
+    finder: Option<&'a LampFinder<'a>>,
+    /// The shares of the emission that rays meet.
+    glow: Vec<Lanes<f32>>,
+    /// The rays toward lamps.
+    lamps: LampRays,
     exposures: Vec<DVec3>,
     pub work: Work,
     /// The rays from the film that were added to the batch and that passed.
@@ -95,6 +101,11 @@ impl<'a> Batch<'a> {
             accepted: CameraRays::default(),
             light: Vec::new(),
             hits: Default::default(),
+            finder: render
+                .lamps
+                .filter(|lamps| render.shader.follows_paths() && lamps.is_useful()),
+            glow: Vec::new(),
+            lamps: LampRays::default(),
             exposures: Vec::new(),
             work: Work::default(),
             counts: Counts::default(),
@@ -221,6 +232,9 @@ impl<'a> Batch<'a> {
             self.correct();
         }
         camera.expose(&self.rays, &self.radiances, &mut self.exposures);
+        if let Some(finder) = self.finder {
+            self.find_lamps(finder);
+        }
         let mut samples = self.exposures.iter().zip(&self.weights);
         for run in self.slots.chunk_by(|a, b| a == b) {
             // A local sum stays in registers; adding in the list costs a store and a load each.
@@ -274,6 +288,9 @@ impl<'a> Batch<'a> {
         let packets = self.rays.packets();
         self.radiances.resize(packets.len(), [[0.0; LANES]; 3]);
         let [hits, _] = &mut self.hits;
+        if let Some(finder) = self.finder {
+            return self.shade_with_lamps(finder);
+        }
         // Only corrections need the hits of all packets.
         let keeps_hits = !self.corrections.rays.is_empty();
         hits.resize(
@@ -294,6 +311,54 @@ impl<'a> Batch<'a> {
                 &mut self.work,
             );
         }
+    }
+
+    /// Computes the radiances along all rays that passed through the lens, with the shares of the
+    /// emission that they get where lamps are also found on purpose.
+    fn shade_with_lamps(&mut self, finder: &LampFinder<'_>) {
+        let [hits, _] = &mut self.hits;
+        hits.resize(self.rays.packets().len(), PacketHits::default());
+        shade_weighed(
+            (self.render.shader, finder),
+            (&self.samples, &self.paths),
+            &self.rays,
+            (hits, &mut self.glow),
+            &mut self.radiances,
+            &mut self.work,
+        );
+    }
+
+    /// Adds the light of lamps that are found on purpose.
+    fn find_lamps(&mut self, finder: &LampFinder<'_>) {
+        let Self {
+            samples,
+            paths,
+            bundle,
+            lamps,
+            light,
+            work,
+            ..
+        } = self;
+        let shader = self.render.shader;
+        finder.shoot(samples, paths, bundle, lamps);
+        let packets = lamps.rays.packets();
+        light.clear();
+        light.resize(packets.len(), [[0.0; LANES]; 3]);
+        let mut hits = PacketHits::default();
+        for (number, packet) in packets.iter().enumerate() {
+            shader.hits(&packet.rays, &mut hits, work);
+            for lane in bits(packet.rays.mask & hits.mask) {
+                let ray = packet.rays.ray(lane);
+                let hit = hits.hit(lane);
+                let is_lamp =
+                    |hit: &Hit| lamps.is_expected(number * LANES + lane, shader.scene(), &ray, hit);
+                if let Some(hit) = hit.filter(is_lamp) {
+                    set_lane(&mut light[number], lane, shader.seen_emission(&ray, &hit));
+                }
+            }
+        }
+        let camera = self.render.camera;
+        camera.expose(&lamps.rays, light, &mut self.exposures);
     }
 
     /// Intersects rays of other wavelengths, and shades those whose hit differs from the first
@@ -322,6 +387,19 @@ impl<'a> Batch<'a> {
         corrections.accept(is_unlike, &mut self.rays, accepted);
         let packets = accepted.packets();
         self.light.resize(packets.len(), [[0.0; LANES]; 3]);
+        if let Some(finder) = self.finder {
+            others.resize(packets.len(), PacketHits::default());
+            shade_weighed(
+                (self.render.shader, finder),
+                (&self.samples, &self.paths),
+                &self.accepted,
+                (others, &mut self.glow),
+                &mut self.light,
+                &mut self.work,
+            );
+            let camera = self.render.camera;
+            return camera.expose(&self.accepted, &self.light, &mut self.exposures);
+        }
         for (packet, light) in packets.iter().zip(&mut self.light) {
             let hits = &mut others[0];
             let points = shader
@@ -331,6 +409,32 @@ impl<'a> Batch<'a> {
         }
         let camera = self.render.camera;
         camera.expose(accepted, &self.light, &mut self.exposures);
+    }
+}
+
+/// Computes the hits of rays and the radiances along them, with the shares of the emission that
+/// they get where lamps are also found on purpose.
+fn shade_weighed(
+    (shader, finder): (&Shader<'_>, &LampFinder<'_>),
+    (samples, paths): (&Samples, &[PathPoints]),
+    rays: &CameraRays,
+    (hits, glow): (&mut [PacketHits], &mut Vec<Lanes<f32>>),
+    radiances: &mut [Vec3Lanes],
+    work: &mut Work,
+) {
+    for (packet, hits) in rays.packets().iter().zip(&mut *hits) {
+        shader.hits(&packet.rays, hits, work);
+    }
+    finder.weigh(samples, rays, hits, glow);
+    for (number, packet) in rays.packets().iter().enumerate() {
+        let points = packet.samples.map(|sample| path_of(paths, sample));
+        shader.path_radiances(
+            (&packet.rays, &hits[number]),
+            Some(&points),
+            &glow[number],
+            &mut radiances[number],
+            work,
+        );
     }
 }
 

@@ -15,6 +15,8 @@ pub mod crew;
 pub mod diffraction;
 mod exposure;
 pub mod ghosts;
+#[cfg(test)]
+mod lamp_tests;
 mod pairs;
 mod passes;
 pub mod report;

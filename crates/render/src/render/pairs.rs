@@ -177,8 +177,14 @@ impl LightWatch {
     pub(super) fn new(render: &Render<'_>, fewest: u32) -> Self {
         let size = [render.resolution.width, render.resolution.height].map(f64::from);
         let scene = render.shader.scene();
+        let mut lights = scene.small_lights(size, SURE / f64::from(fewest));
+        if let Some(finder) = render.lamps.filter(|_| render.shader.follows_paths()) {
+            lights.retain(|light| {
+                !finder.finds_at([light.place[0] / size[0], light.place[1] / size[1]])
+            });
+        }
         Self {
-            lights: scene.small_lights(size, SURE / f64::from(fewest)),
+            lights,
             exposure: render.exposure,
             fewest: u32::MAX,
         }

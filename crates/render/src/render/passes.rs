@@ -16,7 +16,7 @@ use super::stopwatch::{Spent, Stopwatch};
 use super::sums::{Keeper, PicturePlace, Sums};
 use super::tile::{Tile, strips};
 use super::units::{border_after, border_before};
-use crate::camera::Camera;
+use crate::camera::{Camera, LampFinder};
 use crate::shade::Shader;
 use crate::team::Team;
 
@@ -92,6 +92,8 @@ pub struct Render<'a> {
     pub adaptive: bool,
     /// The processes that share the work; `None` if this one does it alone.
     pub team: Option<&'a Team>,
+    /// Finds small lamps through the lens on purpose, for model `i`; `None` leaves them to chance.
+    pub lamps: Option<&'a LampFinder<'a>>,
 }
 
 impl Render<'_> {

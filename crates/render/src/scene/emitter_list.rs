@@ -1,15 +1,21 @@
 //! The list of the luminous primitives of a scene.
 
-use super::alias::AliasTable;
+use std::collections::HashMap;
 
-/// The luminous primitives of a scene.
+use super::emitter_tree::LampTree;
+
+/// The luminous primitives of a scene, as the leaves of a tree.
 #[derive(Debug, Default)]
 pub(crate) struct Emitters {
-    /// The number and the place of each primitive.
+    /// The number and the place of each primitive, in the order of the leaves.
     pub(super) list: Vec<(u32, u64)>,
-    /// The choice among them.
-    pub(super) table: AliasTable,
-    /// The brightness of each surface's primitives in the scene's own list, and of those of
-    /// prototypes; 0 if they are in no list.
-    pub(super) brightness: Vec<f32>,
+    pub(super) tree: LampTree,
+    /// The leaf of each primitive of the scene's own list, up to the last luminous one;
+    /// [`NO_LEAF`] if it has none.
+    pub(super) leaves: Vec<u32>,
+    /// The leaves of primitives of prototypes.
+    pub(super) placed_leaves: HashMap<(u32, u64), u32>,
 }
+
+/// The leaf of no primitive.
+pub(super) const NO_LEAF: u32 = u32::MAX;

@@ -1,8 +1,7 @@
 //! The luminous shapes of a scene as lights: triangles and round surfaces with an emissive color,
 //! and those that show their color unlit.
 //!
-//! One is chosen in proportion to its area times the brightness of its surface, and a point on it
-//! evenly. Lines are in no list, nor are the shapes of prototypes if [`MOST_INSTANCED`] of them or
+//! They are the leaves of a tree, by which one is chosen, and a point on it evenly. Lines are in no list, nor are the shapes of prototypes if [`MOST_INSTANCED`] of them or
 //! more are luminous, counted as often as they are drawn. Those light the scene only where a ray
 //! meets them by chance.
 
@@ -11,8 +10,8 @@ use std::collections::HashSet;
 use glam::{DMat3, DVec3, Vec3};
 
 use super::RenderScene;
-use super::alias::AliasTable;
-use super::emitter_list::Emitters;
+use super::emitter_list::{Emitters, NO_LEAF};
+use super::emitter_tree::{LampTree, TreeItem};
 use super::looks::Surface;
 use super::placed::Primitive;
 use crate::bvh::Hit;
@@ -43,7 +42,7 @@ pub(crate) fn sound_color(color: Vec3) -> Vec3 {
 impl Emitters {
     /// Finds the luminous primitives of a scene.
     pub(crate) fn of(scene: &RenderScene) -> Self {
-        let mut brightness: Vec<f32> = scene.surfaces.iter().map(brightness_of).collect();
+        let brightness: Vec<f32> = scene.surfaces.iter().map(brightness_of).collect();
         if brightness.iter().all(|b| *b == 0.0) {
             return Self::default();
         }
@@ -62,31 +61,63 @@ impl Emitters {
                     let numbers = scene.lists().numbers(&instances.shapes[surface as usize]);
                     list.extend(numbers.map(|number| (number, place)));
                 }
-            } else {
-                for (surface, bright) in brightness.iter_mut().enumerate() {
-                    if scene.is_in_prototype(surface as u32) {
-                        *bright = 0.0;
-                    }
-                }
             }
         }
-        let weights: Vec<f32> = list
-            .iter()
-            .map(|&(primitive, place)| {
-                let bright = brightness[scene.owner(primitive) as usize];
-                bright * scene.mean_area(primitive, place)
-            })
-            .collect();
-        Self {
-            list,
-            table: AliasTable::new(&weights),
-            brightness,
+        let is_bright = |item: &TreeItem| item.power > 0.0 && item.power.is_finite();
+        let items = list.into_iter().filter_map(|(primitive, place)| {
+            let bright = brightness[scene.owner(primitive) as usize];
+            scene.tree_item((primitive, place), bright)
+        });
+        let mut items: Vec<TreeItem> = items.filter(is_bright).collect();
+        let tree = LampTree::build(&mut items);
+        if !tree
+            .root()
+            .is_some_and(|all| tree.node(all).power.is_finite())
+        {
+            return Self::default();
+        }
+        let mut this = Self {
+            list: items.iter().map(|item| item.primitive).collect(),
+            tree,
+            ..Self::default()
+        };
+        this.number_leaves();
+        this
+    }
+
+    /// Notes the leaf of each primitive.
+    fn number_leaves(&mut self) {
+        for (leaf, &(primitive, place)) in (0..).zip(&self.list) {
+            if place != 0 {
+                self.placed_leaves.insert((primitive, place), leaf);
+                continue;
+            }
+            let number = primitive as usize;
+            if number >= self.leaves.len() {
+                self.leaves.resize(number + 1, NO_LEAF);
+            }
+            self.leaves[number] = leaf;
         }
     }
 
     /// Whether no luminous primitive is listed.
     pub(crate) fn is_empty(&self) -> bool {
-        self.table.is_empty()
+        self.list.is_empty()
+    }
+
+    /// The tree of the primitives.
+    pub(crate) fn tree(&self) -> &LampTree {
+        &self.tree
+    }
+
+    /// The leaf of the primitive that a ray has hit; `None` if it is in no list.
+    #[inline]
+    pub(crate) fn leaf(&self, hit: &Hit) -> Option<u32> {
+        let leaf = match hit.place {
+            0 => self.leaves.get(hit.primitive as usize),
+            place => self.placed_leaves.get(&(hit.primitive, place)),
+        };
+        leaf.copied().filter(|leaf| *leaf != NO_LEAF)
     }
 
     /// Draws a point on a primitive, for light toward a point `seen_from`. Returns `None` if the
@@ -98,8 +129,22 @@ impl Emitters {
         choice: f32,
         u: [f32; 2],
     ) -> Option<EmitterPoint> {
-        let (number, _) = self.table.choose(choice);
-        let (primitive, place) = self.list[number as usize];
+        let (leaf, probability) = self.tree.choose(self.tree.root()?, choice, |n| n.power)?;
+        let mut point = self.point_on(scene, seen_from, leaf, u)?;
+        point.density *= probability;
+        Some(point)
+    }
+
+    /// Draws a point on the primitive of a leaf, for light toward a point `seen_from`, with the
+    /// density over its area.
+    pub(crate) fn point_on(
+        &self,
+        scene: &RenderScene,
+        seen_from: Vec3,
+        leaf: u32,
+        u: [f32; 2],
+    ) -> Option<EmitterPoint> {
+        let (primitive, place) = self.list[leaf as usize];
         let mut hit = Hit {
             t: 1.0,
             primitive,
@@ -129,7 +174,7 @@ impl Emitters {
             }
             Primitive::Stroke(_) => return None,
         };
-        let density = self.density(scene, seen_from, position, &hit);
+        let density = self.density_on(scene, seen_from, position, &hit);
         (density > 0.0).then_some(EmitterPoint {
             position,
             hit,
@@ -146,21 +191,33 @@ impl Emitters {
         position: Vec3,
         hit: &Hit,
     ) -> f32 {
-        if self.is_empty() {
+        let (Some(root), Some(leaf)) = (self.tree.root(), self.leaf(hit)) else {
             return 0.0;
-        }
-        let bright = self.brightness[scene.owner(hit.primitive) as usize];
-        let share = bright / self.table.total as f32;
+        };
+        let probability = self.tree.probability(root, leaf, |node| node.power);
+        probability * self.density_on(scene, seen_from, position, hit)
+    }
+
+    /// The density over the area with which [`Emitters::point_on`] draws a point on its primitive.
+    pub(crate) fn density_on(
+        &self,
+        scene: &RenderScene,
+        seen_from: Vec3,
+        position: Vec3,
+        hit: &Hit,
+    ) -> f32 {
         match scene.primitive(hit) {
-            Primitive::Triangle(_) => share,
+            Primitive::Triangle([a, b, c]) => 1.0 / (0.5 * (b - a).cross(c - a).length()),
             Primitive::Stroke(_) => 0.0,
             Primitive::Quadric(quadric) => {
-                let (_, normal) = quadric.project_to_surface(position.as_dvec3());
-                let here = stretch(&quadric, normal);
-                let half = matches!(quadric.kind, QuadricKind::Sphere { .. })
-                    && faces_outside(&quadric, object(&quadric, seen_from));
-                let ratio = mean_stretch(&quadric) / here * if half { 2.0 } else { 1.0 };
-                share * ratio as f32
+                let (at, normal) = quadric.project_to_surface(position.as_dvec3());
+                let mut density = 1.0 / (quadric.area() * stretch(&quadric, normal));
+                let eye = object(&quadric, seen_from);
+                if faces_outside(&quadric, eye) {
+                    // What is drawn on the other half is put on this one.
+                    density *= if at.dot(eye) < 0.0 { 0.0 } else { 2.0 };
+                }
+                density as f32
             }
         }
     }
@@ -204,8 +261,9 @@ fn mean_stretch(quadric: &Quadric) -> f64 {
 }
 
 impl RenderScene {
-    /// The area of a primitive in square meters; that of a stretched round surface is about right.
-    fn mean_area(&self, primitive: u32, place: u64) -> f32 {
+    /// The leaf for a primitive with a brightness; `None` for a stroke. The area of a stretched
+    /// round surface is about right.
+    fn tree_item(&self, (primitive, place): (u32, u64), bright: f32) -> Option<TreeItem> {
         let hit = Hit {
             t: 0.0,
             primitive,
@@ -213,11 +271,25 @@ impl RenderScene {
             v: 0.0,
             place,
         };
-        match self.primitive(&hit) {
-            Primitive::Triangle([a, b, c]) => 0.5 * (b - a).cross(c - a).length(),
-            Primitive::Quadric(quadric) => (quadric.area() * mean_stretch(&quadric)) as f32,
-            Primitive::Stroke(_) => 0.0,
-        }
+        let ([low, high], area) = match self.primitive(&hit) {
+            Primitive::Triangle([a, b, c]) => (
+                [a.min(b).min(c), a.max(b).max(c)],
+                0.5 * (b - a).cross(c - a).length(),
+            ),
+            Primitive::Quadric(quadric) => {
+                let (low, high) = quadric.bounds();
+                let area = (quadric.area() * mean_stretch(&quadric)) as f32;
+                ([low, high].map(|corner| corner.as_vec3()), area)
+            }
+            Primitive::Stroke(_) => return None,
+        };
+        Some(TreeItem {
+            primitive: (primitive, place),
+            low,
+            high,
+            area,
+            power: area * bright,
+        })
     }
 
     /// The luminous shapes as lights, which are found at the first call.

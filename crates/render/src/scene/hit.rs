@@ -380,7 +380,7 @@ impl RenderScene {
 
     /// Returns the outward unit normal of the primitive at a hit.
     #[inline(always)]
-    pub(super) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+    pub(crate) fn geometric_normal(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let Some([a, b, c]) = self.corners(hit.primitive, hit.place) else {
             return self.normal_of_other(ray, hit);
         };

@@ -10,6 +10,7 @@ mod census;
 pub mod check;
 mod compile;
 mod emitter_list;
+mod emitter_tree;
 mod emitters;
 mod hit;
 mod instances;
@@ -39,6 +40,8 @@ mod unapplied;
 
 pub(crate) use alias::AliasTable;
 pub use census::{Census, InstanceCounts};
+pub(crate) use emitter_list::Emitters;
+pub(crate) use emitter_tree::{LampNode, LampRange};
 pub(crate) use emitters::sound_color;
 pub use left_out::Unneeded;
 pub use looks::components as texture_components;

@@ -16,12 +16,13 @@ impl Shader<'_> {
     }
 
     /// Computes the radiances along the rays of a packet whose hits are known. Without the numbers
-    /// of samples, those of a ray depend on its bits.
-    pub(super) fn path_radiances(
+    /// of samples, those of a ray depend on its bits. Of the emission of what a ray meets, it gets
+    /// the share `glow`.
+    pub(crate) fn path_radiances(
         &self,
-        rays: &RayPacket,
-        hits: &PacketHits,
+        (rays, hits): (&RayPacket, &PacketHits),
         points: Option<&Lanes<PathPoints>>,
+        glow: &Lanes<f32>,
         radiances: &mut Vec3Lanes,
         work: &mut Work,
     ) {
@@ -32,6 +33,7 @@ impl Shader<'_> {
                 ray,
                 hit: hits.hit(lane),
                 points: points.map_or_else(|| points_of_ray(&ray), |points| points[lane]),
+                glow: glow[lane],
             }
         });
         let Work {
@@ -49,6 +51,7 @@ impl Shader<'_> {
             ray: *ray,
             hit,
             points: points_of_ray(ray),
+            glow: 1.0,
         };
         let (mut radiance, Work { paths, counts, .. }) = (Vec3::ZERO, work);
         self.tracer()
@@ -56,6 +59,11 @@ impl Shader<'_> {
                 radiance = light;
             });
         radiance
+    }
+
+    /// Returns the light that a camera ray gets from the emission of what it meets.
+    pub(crate) fn seen_emission(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        self.tracer().seen_emission(ray, hit)
     }
 
     fn tracer(&self) -> PathTracer<'_> {

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::Vec3;
-use ivcam_base::math::lanes::{Lanes, Vec3Lanes, bits, set_lane};
+use ivcam_base::math::lanes::{LANES, Lanes, Vec3Lanes, bits, set_lane};
 use ivcam_optics::sampling::PathPoints;
 
 use super::counts::RayCounts;
@@ -197,7 +197,7 @@ impl<'a> Shader<'a> {
     ) {
         self.hits(rays, hits, work);
         if self.shading == Shading::Path {
-            return self.path_radiances(rays, hits, points, radiances, work);
+            return self.path_radiances((rays, hits), points, &[1.0; LANES], radiances, work);
         }
         let done = self.shade_packet(rays, hits, radiances, work);
         for lane in bits(rays.mask & !done) {

@@ -70,6 +70,8 @@ pub(in crate::shade) struct CameraPath {
     pub ray: Ray,
     pub hit: Option<Hit>,
     pub points: PathPoints,
+    /// The share of the emission of the surface that the ray meets.
+    pub glow: f32,
 }
 
 /// A path that is followed.
@@ -91,6 +93,8 @@ struct PathState {
     pdf: f32,
     /// Whether only mirrors and glass have turned the path, which then shows what the camera sees.
     is_straight: bool,
+    /// The share of the emission of the first surface.
+    glow: f32,
 }
 
 impl PathState {
@@ -106,6 +110,7 @@ impl PathState {
             turns: 0,
             pdf: f32::INFINITY,
             is_straight: true,
+            glow: path.glow,
         }
     }
 
@@ -303,7 +308,7 @@ impl PathTracer<'_> {
         if emission == Vec3::ZERO {
             return;
         }
-        let mut weight = 1.0;
+        let mut weight = if walk.steps == 1 { walk.glow } else { 1.0 };
         if walk.pdf < f32::INFINITY && self.lights.emitters {
             let from = walk.ray.origin;
             let emitters = self.scene.emitters();
@@ -313,6 +318,14 @@ impl PathTracer<'_> {
             weight = power_heuristic(walk.pdf, density * square / cosine.abs());
         }
         walk.add(emission * weight, walk.turns);
+    }
+
+    /// The light that a camera ray gets from the emission of the surface that it meets.
+    pub(in crate::shade) fn seen_emission(&self, ray: &Ray, hit: &Hit) -> Vec3 {
+        let point = self.scene.point(ray, hit);
+        let emission = ScatteringMaterial::emission_of(&point, &self.settings);
+        let clear = clearness(&point, ray.origin, self.settings.backward);
+        sound_color(emission * (clear * (1.0 - point.transparency)))
     }
 
     /// Adds the light from outside of the scene to a path that leaves it.
