@@ -1,9 +1,9 @@
 //! The luminous shapes of a scene as lights: triangles and round surfaces with an emissive color,
 //! and those that show their color unlit.
 //!
-//! They are the leaves of a tree, by which one is chosen, and a point on it evenly. Lines are in no list, nor are the shapes of prototypes if [`MOST_INSTANCED`] of them or
-//! more are luminous, counted as often as they are drawn. Those light the scene only where a ray
-//! meets them by chance.
+//! They are the leaves of a tree, by which one is chosen, and a point on it evenly. Lines are no
+//! leaves, nor are the shapes of prototypes if [`MOST_INSTANCED`] of them or more are luminous,
+//! counted as often as they are drawn. Those light the scene only where a ray meets them by chance.
 
 use std::collections::HashSet;
 
@@ -12,6 +12,7 @@ use glam::{DMat3, DVec3, Vec3};
 use super::RenderScene;
 use super::emitter_list::{Emitters, NO_LEAF};
 use super::emitter_tree::{LampTree, TreeItem};
+use super::lit_face::LitFace;
 use super::looks::Surface;
 use super::placed::Primitive;
 use crate::bvh::Hit;
@@ -120,17 +121,18 @@ impl Emitters {
         leaf.copied().filter(|leaf| *leaf != NO_LEAF)
     }
 
-    /// Draws a point on a primitive, for light toward a point `seen_from`. Returns `None` if the
-    /// primitive has no area there.
+    /// Draws a point on a primitive, for light on a face. Returns `None` if no primitive lights the
+    /// face.
     pub(crate) fn sample(
         &self,
         scene: &RenderScene,
-        seen_from: Vec3,
+        face: &LitFace,
         choice: f32,
         u: [f32; 2],
     ) -> Option<EmitterPoint> {
-        let (leaf, probability) = self.tree.choose(self.tree.root()?, choice, |n| n.power)?;
-        let mut point = self.point_on(scene, seen_from, leaf, u)?;
+        let root = self.tree.root()?;
+        let (leaf, probability) = self.tree.choose(root, choice, |node| face.light_of(node))?;
+        let mut point = self.point_on(scene, face.position, leaf, u)?;
         point.density *= probability;
         Some(point)
     }
@@ -182,20 +184,22 @@ impl Emitters {
         })
     }
 
-    /// The density over the area with which [`Emitters::sample`] draws a point on a primitive that
-    /// is seen from another point; 0 if the primitive is in no list.
+    /// The density over the area with which [`Emitters::sample`] draws a point on a primitive for
+    /// light on a face; 0 if the primitive is in no list.
     pub(crate) fn density(
         &self,
         scene: &RenderScene,
-        seen_from: Vec3,
+        face: &LitFace,
         position: Vec3,
         hit: &Hit,
     ) -> f32 {
         let (Some(root), Some(leaf)) = (self.tree.root(), self.leaf(hit)) else {
             return 0.0;
         };
-        let probability = self.tree.probability(root, leaf, |node| node.power);
-        probability * self.density_on(scene, seen_from, position, hit)
+        let probability = self
+            .tree
+            .probability(root, leaf, |node| face.light_of(node));
+        probability * self.density_on(scene, face.position, position, hit)
     }
 
     /// The density over the area with which [`Emitters::point_on`] draws a point on its primitive.
@@ -381,13 +385,16 @@ mod tests {
             for way in [Instancing::WhereItPays, Instancing::Everywhere] {
                 let scene = compile(&format!("{glow} {shape}"), way);
                 let emitters = scene.emitters();
-                let eye = Vec3::new(1.0, 2.0, 100.0);
+                let face = LitFace {
+                    position: Vec3::new(1.0, 2.0, 100.0),
+                    normal: Vec3::NEG_Z,
+                };
                 let n = 200u16;
                 let (mut sum, mut square) = (0.0f64, 0.0f64);
                 for i in 0..n * n {
                     let u = [i / n, i % n].map(|k| (f32::from(k) + 0.5) / f32::from(n));
                     let choice = (f32::from(i) * 0.618_034).fract();
-                    let point = emitters.sample(&scene, eye, choice, u).unwrap();
+                    let point = emitters.sample(&scene, &face, choice, u).unwrap();
                     let inverse = 1.0 / f64::from(point.density);
                     (sum, square) = (sum + inverse, square + inverse * inverse);
                 }

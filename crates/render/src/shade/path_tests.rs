@@ -344,3 +344,30 @@ fn a_headlight_lights_what_the_camera_sees_without_shadows() {
     let ray = Ray::new(Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Y);
     expect("headlight", mean(&scene, &options, &ray, 64), 0.7);
 }
+
+/// A row of 100 balls, 300 m long, of which the near ones light a floor.
+#[test]
+fn many_lamps_light_a_point_as_the_sum_of_each_does_with_little_noise() {
+    let floor = "Separator { Material { diffuseColor .8 0 0 } Translation { translation 0 -.5 0 } \
+        Cube { width 90 height 1 depth 9 } }";
+    let ray = Ray::new(Vec3::new(0.3, 1.0, 0.5), Vec3::NEG_Y);
+    let point = Vec3::new(0.3, 0.0, 0.5);
+    let glow = "Material { diffuseColor 0 0 0 emissiveColor 9 0 0 }";
+    let (mut balls, mut known) = (String::new(), 0.0);
+    for i in -50..50i16 {
+        let place = Vec3::new(3.0 * f32::from(i), 2.0, 0.0);
+        balls += &format!(
+            "Separator {{ Translation {{ translation {} 2 0 }} Sphere {{ radius .1 }} }}\n",
+            place.x
+        );
+        // A ball brings π L r²/d² cos θ, and the floor shows ρ/π of it.
+        let to = place - point;
+        let square = f64::from(to.length_squared());
+        known += 0.8 * 9.0 * 0.01 / square * f64::from(to.y) / square.sqrt();
+    }
+    let scene = compile(&format!("{floor} {glow} {balls}"));
+    let (found, sigma) = mean(&scene, &at_depth(1), &ray, 20_000);
+    expect("balls", (found, sigma), known);
+    // Drawn by their power alone, a sample would have a noise of 7.9 times the mean.
+    assert!(sigma * 20_000f64.sqrt() < 1.5 * found, "{sigma} of {found}");
+}

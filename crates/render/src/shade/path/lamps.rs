@@ -151,7 +151,7 @@ impl PathTracer<'_> {
         u: [f32; 2],
     ) -> Option<LampRay> {
         let emitters = self.scene.emitters();
-        let lamp = emitters.sample(self.scene, point.position, choice, u)?;
+        let lamp = emitters.sample(self.scene, &vertex.lit_face(point), choice, u)?;
         let to = lamp.position - point.position;
         let distance = to.length();
         let toward = to / distance;

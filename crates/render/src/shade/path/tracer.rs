@@ -9,7 +9,7 @@ use super::material::ScatteringMaterial;
 use super::options::PathSettings;
 use super::vertex::{Vertex, refract};
 use crate::bvh::{Hit, Ray, RayPacket};
-use crate::scene::{Point, RenderScene, sound_color};
+use crate::scene::{LitFace, Point, RenderScene, sound_color};
 use crate::shade::counts::RayCounts;
 use crate::shade::lighting::clearness;
 
@@ -91,6 +91,8 @@ struct PathState {
     turns: u32,
     /// The density with which the ray was drawn; infinite for one from the camera or a mirror.
     pdf: f32,
+    /// The face where the path has turned last.
+    face: LitFace,
     /// Whether only mirrors and glass have turned the path, which then shows what the camera sees.
     is_straight: bool,
     /// The share of the emission of the first surface.
@@ -109,6 +111,7 @@ impl PathState {
             steps: 0,
             turns: 0,
             pdf: f32::INFINITY,
+            face: LitFace::default(),
             is_straight: true,
             glow: path.glow,
         }
@@ -265,6 +268,7 @@ impl PathTracer<'_> {
         };
         let [survival, _] = walk.pair(7);
         let ray = point.leave_anywhere(toward);
+        walk.face = vertex.lit_face(&point);
         self.turn(walk, ray, drawn.weight, drawn.pdf, survival)
     }
 
@@ -312,7 +316,7 @@ impl PathTracer<'_> {
         if walk.pdf < f32::INFINITY && self.lights.emitters {
             let from = walk.ray.origin;
             let emitters = self.scene.emitters();
-            let density = emitters.density(self.scene, from, point.position, hit);
+            let density = emitters.density(self.scene, &walk.face, point.position, hit);
             let square = (point.position - from).length_squared();
             let cosine = point.geometric.dot(walk.ray.direction.normalize_or_zero());
             weight = power_heuristic(walk.pdf, density * square / cosine.abs());

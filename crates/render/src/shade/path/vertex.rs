@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::bsdf::{Bsdf, BsdfSample, Reflectance};
 use super::frame::ShadingFrame;
-use crate::scene::Point;
+use crate::scene::{LitFace, Point};
 
 /// The scattering at a point that is seen along a ray.
 pub(super) struct Vertex {
@@ -41,6 +41,14 @@ impl Vertex {
             bsdf: Bsdf::new(reflectance, frame.local(wo), is_mirror),
             frame,
             geometric: point.geometric,
+        }
+    }
+
+    /// The face at the point.
+    pub(super) fn lit_face(&self, point: &Point<'_>) -> LitFace {
+        LitFace {
+            position: point.position,
+            normal: self.geometric,
         }
     }
 
