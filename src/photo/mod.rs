@@ -10,6 +10,7 @@ pub mod checkpoint;
 mod denoise;
 mod environment_picture;
 mod facts;
+mod flash;
 pub(crate) mod headlight;
 mod layers;
 mod lens_settings;

@@ -40,6 +40,7 @@ use ivcam_render::team::Team;
 use super::camera_choice::camera_file;
 use super::checkpoint::Label;
 use super::environment_picture::environment_picture;
+use super::flash::flash_of;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
 use super::lens_settings::camera;
 use super::light_plan::Surroundings;
@@ -516,14 +517,28 @@ impl Session {
         Ok(camera_file(&self.pose, focus.0))
     }
 
+    /// Returns whether the headlight is a flash beside the lens: in model `i`, if the scene has no
+    /// light and neither an option nor a file asks for the headlight.
+    fn has_flash(&self) -> bool {
+        let lit = self.headlight_state();
+        let is_implied = matches!(lit.cause, HeadlightCause::Scene | HeadlightCause::Vrml97);
+        let is_alone = !self.headlight_sources.scene_has_light;
+        self.plan.shading == Shading::Path && lit.on && is_implied && is_alone
+    }
+
     /// Returns a line for the user if the headlight is on only because the scene has no light.
     pub fn headlight_notice(&self) -> Option<&'static str> {
         let lit = self.headlight_state();
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
         let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
-        (automatic && can_be_lit).then_some(
-            "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly",
-        )
+        (automatic && can_be_lit).then_some(match self.has_flash() {
+            false => {
+                "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly"
+            }
+            true => {
+                "headlight: a flash beside the lens, because the scene has no light; --headlight=off turns it off, --headlight=on puts it at the lens, --studio lights it softly"
+            }
+        })
     }
 
     /// Returns a line for the user if the lens does not light the corners of the film. The program
@@ -722,6 +737,10 @@ impl Session {
             sun_angle: light.sun_size as f32,
             environment: self.surroundings.as_ref().map(|(light, _)| light.clone()),
             sun: self.surroundings.as_ref().and_then(|(_, sun)| *sun),
+            flash: match self.has_flash() {
+                true => flash_of(&self.scene, &self.camera, &self.pose),
+                false => None,
+            },
             background_lights: light.surroundings == Some(Surroundings::Background),
         }
     }

@@ -31,6 +31,6 @@ mod path_tests;
 mod shader;
 mod shading;
 
-pub use path::{ClearSky, EnvironmentLight, PathOptions};
+pub use path::{ClearSky, EnvironmentLight, Flash, PathOptions};
 pub use shader::{ShadeOptions, Shader, Work};
 pub use shading::Shading;

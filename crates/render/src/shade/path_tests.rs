@@ -6,7 +6,7 @@ use ivcam_inventor::iv::Document;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_optics::sampling::PathPoints;
 
-use super::{EnvironmentLight, PathOptions, ShadeOptions, Shader, Shading, Work};
+use super::{EnvironmentLight, Flash, PathOptions, ShadeOptions, Shader, Shading, Work};
 use crate::bvh::{PacketHits, Ray, RayPacket};
 use crate::scene::{CompileOptions, Light, RenderScene};
 
@@ -343,6 +343,45 @@ fn a_headlight_lights_what_the_camera_sees_without_shadows() {
     };
     let ray = Ray::new(Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Y);
     expect("headlight", mean(&scene, &options, &ray, 64), 0.7);
+}
+
+/// On a wall that faces the camera, at any distance, and behind a card that the camera sees past.
+#[test]
+fn a_flash_has_the_light_of_the_headlight_and_throws_shadows() {
+    let options = ShadeOptions {
+        headlight: Some(Light::headlight(Vec3::NEG_Z)),
+        ..with(PathOptions {
+            max_depth: Some(1),
+            flash: Some(Flash {
+                position: Vec3::new(0.5, 0.0, 0.0),
+                radius: 0.01,
+            }),
+            ..PathOptions::default()
+        })
+    };
+    let wall = |z: f32| {
+        format!(
+            "Separator {{ Translation {{ translation 0 0 {} }} \
+             Material {{ diffuseColor .7 0 0 }} Cube {{ width 99 height 99 depth 1 }} }}",
+            z - 0.5
+        )
+    };
+    for z in [-5.0, -20.0f32] {
+        let ray = Ray::new(Vec3::ZERO, Vec3::new(-0.125, 0.0, z));
+        let cosine = f64::from(z.abs()) / f64::from(z.hypot(0.625));
+        let found = mean(&compile(&wall(z)), &options, &ray, 6_400);
+        expect("wall", found, 0.7 * cosine);
+    }
+    let card = "Translation { translation 0 0 -4 } Cube { width .1 height .1 depth 1e-5 }";
+    let scene = compile(&format!("{} {card}", wall(-5.0)));
+    let ray = Ray::new(Vec3::ZERO, Vec3::new(-0.125, 0.0, -5.0));
+    expect("in the shadow", mean(&scene, &options, &ray, 640), 0.0);
+    // The middle of the shadow's edge: the ray from the flash passes the card's edge at -0.05.
+    let edge = Ray::new(Vec3::ZERO, Vec3::new(-0.1875, 0.0, -5.0));
+    let (found, sigma) = mean(&scene, &options, &edge, 20_000);
+    // The light is even over the disc to 2e-3.
+    let half = 0.5 * 0.7 * f64::from(5.0 / 5f32.hypot(0.6875));
+    expect("penumbra", (found, sigma.max(2e-3 * found)), half);
 }
 
 /// A row of 100 balls, 300 m long, of which the near ones light a floor.

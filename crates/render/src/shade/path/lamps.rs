@@ -12,6 +12,7 @@ use ivcam_inventor::traversal::state::LightKind;
 
 use super::frame::{ShadingFrame, cone_direction};
 use super::material::ScatteringMaterial;
+use super::options::Flash;
 use super::sky::SUN_ANGLE;
 use super::tracer::PathTracer;
 use super::vertex::Vertex;
@@ -59,7 +60,10 @@ impl PathTracer<'_> {
             + usize::from(settings.headlight.is_some())
             + usize::from(own.sun.is_some());
         let lights = set.chain(settings.headlight).chain(&own.sun);
-        let is_sized = own.light_radius > 0.0 || own.sun_angle > 0.0 || own.sun.is_some();
+        let is_sized = own.light_radius > 0.0
+            || own.sun_angle > 0.0
+            || own.sun.is_some()
+            || own.flash.is_some();
         let mut shining: [Option<(&Light, IncidentLight, f32)>; CONSIDERED] = [None; CONSIDERED];
         let (mut next, mut used, mut total) = (0, 0, 0.0f32);
         for (number, light) in lights.enumerate() {
@@ -67,7 +71,7 @@ impl PathTracer<'_> {
                 continue;
             }
             next += 1;
-            let incident = light.reach(point.position);
+            let incident = self.reach(light, point.position);
             // A large lamp may shine on a point that its center does not shine on.
             let value = match is_sized {
                 true => incident.color.abs(),
@@ -99,6 +103,24 @@ impl PathTracer<'_> {
         }
     }
 
+    /// The flash, if a light is the headlight.
+    fn flash_of(&self, light: &Light) -> Option<&Flash> {
+        let is_headlight = |own: &Light| std::ptr::eq(own, light);
+        let flash = self.settings.own.flash.as_ref();
+        flash.filter(|_| self.settings.headlight.is_some_and(is_headlight))
+    }
+
+    /// The light that arrives at a point from the center of a light.
+    fn reach(&self, light: &Light, point: Vec3) -> IncidentLight {
+        let mut incident = light.reach(point);
+        if let Some(flash) = self.flash_of(light) {
+            let to = flash.position - point;
+            incident.toward = to.normalize_or(incident.toward);
+            incident.distance = to.length();
+        }
+        incident
+    }
+
     /// The light of a light of the file at a point, times a factor. `incident` is that of its
     /// center.
     fn light_at(
@@ -111,15 +133,17 @@ impl PathTracer<'_> {
         let own = self.settings.own;
         let is_sun = own.sun.as_ref().is_some_and(|sun| std::ptr::eq(sun, light));
         let sun_angle = own.sun_angle.max(if is_sun { SUN_ANGLE } else { 0.0 });
+        let flash = self.flash_of(light);
+        let radius = flash.map_or(own.light_radius, |flash| flash.radius);
         let (toward, distance) = match light.kind {
-            LightKind::Directional if sun_angle > 0.0 => {
+            LightKind::Directional if flash.is_none() && sun_angle > 0.0 => {
                 let edge = libm::cosf(0.5 * sun_angle.min(PI));
                 (cone_direction(incident.toward, edge, u), f32::INFINITY)
             }
-            LightKind::Directional => (incident.toward, f32::INFINITY),
-            _ if own.light_radius > 0.0 => {
+            LightKind::Directional if flash.is_none() => (incident.toward, f32::INFINITY),
+            _ if radius > 0.0 => {
                 // A disc that faces the point, as large as the sphere looks from far away.
-                let radius = own.light_radius.min(0.9 * incident.distance);
+                let radius = radius.min(0.9 * incident.distance);
                 let (r, turn) = (radius * u[0].sqrt(), std::f32::consts::TAU * u[1]);
                 let across = Vec3::new(r * libm::cosf(turn), r * libm::sinf(turn), 0.0);
                 let to = incident.distance * incident.toward
@@ -138,7 +162,7 @@ impl PathTracer<'_> {
             ray,
             light: light_here,
             is_seen: false,
-            has_shadow: self.settings.shadows_at_eye || !light.at_eye,
+            has_shadow: self.settings.shadows_at_eye || flash.is_some() || !light.at_eye,
         })
     }
 

@@ -22,7 +22,7 @@ mod tracer;
 mod vertex;
 
 pub use environment::EnvironmentLight;
-pub use options::PathOptions;
 pub(super) use options::PathSettings;
+pub use options::{Flash, PathOptions};
 pub use sky::ClearSky;
 pub(super) use tracer::{CameraPath, PathLights, PathTracer, PathWork};

@@ -26,8 +26,20 @@ pub struct PathOptions {
     pub environment: Option<Arc<EnvironmentLight>>,
     /// A sun, besides the lights of the scene. Default: none.
     pub sun: Option<Light>,
+    /// Where the headlight shines from. Default: from the camera, in parallel.
+    pub flash: Option<Flash>,
     /// Whether the background lights the scene. Default: only if nothing else does.
     pub background_lights: bool,
+}
+
+/// A lamp beside the lens that is the headlight. It brings the irradiance of the headlight at any
+/// distance, from its own direction, and throws shadows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Flash {
+    /// The center in the scene's coordinates, in meters.
+    pub position: Vec3,
+    /// The radius in meters. The flash is a disc that faces what it lights.
+    pub radius: f32,
 }
 
 impl Default for PathOptions {
@@ -40,6 +52,7 @@ impl Default for PathOptions {
             sun_angle: 0.0,
             environment: None,
             sun: None,
+            flash: None,
             background_lights: false,
         }
     }
