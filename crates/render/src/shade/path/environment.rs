@@ -61,7 +61,7 @@ impl EnvironmentLight {
     /// Draws a direction; the picture is not black. The second number of `choice` continues the
     /// first below its last bit.
     pub(super) fn sample(&self, choice: [f32; 2], u: [f32; 2]) -> Vec3 {
-        let (pixel, _) = self.table.choose_finely(choice);
+        let (pixel, _) = self.table.choose(choice);
         let (row, column) = (pixel as usize / self.width, pixel as usize % self.width);
         let cosine = |row: usize| libm::cosf(PI * row as f32 / self.height as f32);
         let (top, bottom) = (cosine(row), cosine(row + 1));
