@@ -218,7 +218,8 @@ fn an_infrared_lens_is_read_and_traced_at_its_wavelength() {
     let text = "VERS 1\nMODE SEQ\nUNIT MM\nENPD 10\nWAVM 1 10 1\nPWAV 1\n\
         SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n\
         SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.02\n  DISZ 3\n  GLAS GERMANIUM\n  DIAM 6\n\
-        SURF 2\n  TYPE STANDARD\n  CURV 0\n  DISZ 50\n  DIAM 6\n";
+        SURF 2\n  TYPE STANDARD\n  CURV 0\n  DISZ 50\n  DIAM 6\n\
+        SURF 3\n  TYPE STANDARD\n  CURV 0\n";
     let source = Arc::new(Source::new("a.zmx", text.as_bytes().to_vec()));
     let read = formats::read(&source, &mut Sink::new());
     let lens = Lens::new(read.unwrap()).at_primary_wavelength();

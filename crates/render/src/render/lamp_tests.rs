@@ -34,7 +34,7 @@ Separator { Translation { translation 0 0 -30 } Material { emissiveColor .02 .02
 ";
 
 /// The number of pictures of each kind.
-const SEEDS: u64 = 48;
+const SEEDS: u64 = 16;
 
 const SIZE: Resolution = Resolution {
     width: 24,

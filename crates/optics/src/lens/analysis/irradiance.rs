@@ -15,7 +15,7 @@ impl Lens {
     /// Whether light reaches a height on the film, in millimeters.
     pub(crate) fn is_lit(&self, height: f64, film_z: f64) -> bool {
         let film = DVec2::new(0.0, height).extend(film_z);
-        PupilSearch::new(self).is_lit(film)
+        PupilSearch::finely(self).is_lit(film)
     }
 
     /// The height on the film up to which there is light, at most `height`. Both, and `film_z`, are
@@ -41,7 +41,7 @@ impl Lens {
         let z = film_z - self.length();
         let surfaces = self.prescription().surfaces.len().max(1);
         let points = (POINTS * FEW_SURFACES / surfaces).clamp(MIN_POINTS, POINTS);
-        let outline = PupilSearch::new(self).outline_points(film.extend(film_z), points);
+        let outline = PupilSearch::finely(self).outline_points(film.extend(film_z), points);
         let Some((center, rims)) = outline else {
             return (0.0, 0.0);
         };

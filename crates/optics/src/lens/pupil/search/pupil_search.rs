@@ -44,6 +44,9 @@ pub(crate) struct PupilSearch<'a> {
     pub(super) reach: f64,
     /// Whether the lens has rotational symmetry.
     rotational: bool,
+    /// Whether light is searched finely along the meridian. A table of pupils does without: what it
+    /// misses is found among the secondary openings.
+    fine: bool,
     /// Whether the lens is symmetric about y = 0.
     pub(super) mirror_symmetric: bool,
     /// The number of bundles along one side of the grid on which secondary openings are searched.
@@ -76,12 +79,21 @@ impl<'a> PupilSearch<'a> {
             normals: normals_along(lens.iris_edges()),
             reach: REACH * rear,
             rotational: lens.is_rotational(),
+            fine: false,
             mirror_symmetric: lens.iris_edges().is_empty(),
             grid: 1 + lens.prescription().surfaces.len() / SURFACES_PER_BUNDLE,
             half_turn: std::array::from_fn(|i| {
                 Direction::at(PI * i as f64 / (DIRECTIONS - 1) as f64)
             }),
             full_turn: std::array::from_fn(|i| Direction::at(TAU * i as f64 / DIRECTIONS as f64)),
+        }
+    }
+
+    /// The search that finds light wherever there is some, for the light on a film point.
+    pub(crate) fn finely(lens: &'a Lens) -> Self {
+        Self {
+            fine: true,
+            ..Self::new(lens)
         }
     }
 
@@ -144,16 +156,16 @@ impl<'a> PupilSearch<'a> {
         (fill < 1.0).then_some(InnerPoint { center, fill })
     }
 
-    /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line, and more
-    /// if all their rays miss a surface and the lens has rotational symmetry: the meridian is then
-    /// all there is to search. The fill of a lens with strong aberrations has several valleys; they
-    /// are searched from the deepest on until light is found.
+    /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line. A
+    /// fine search takes more if all their rays miss a surface and the lens has rotational
+    /// symmetry: the meridian is then all there is to search. The fill of a lens with strong
+    /// aberrations has several valleys; a fine search goes through them from the deepest one until
+    /// light is found.
     fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> (DVec2, f64) {
         let middle = -from.dot(direction);
-        let bundles = if self.rotational {
-            &BUNDLES[..]
-        } else {
-            &BUNDLES[..1]
+        let bundles = match self.fine && self.rotational {
+            true => &BUNDLES[..],
+            false => &BUNDLES[..1],
         };
         let mut scan = Vec::new();
         let mut step = 0.0;
@@ -177,7 +189,8 @@ impl<'a> PupilSearch<'a> {
         let mut valleys: Vec<usize> = (0..scan.len()).filter(is_valley).collect();
         valleys.sort_by(|i, j| fill(*i).total_cmp(&fill(*j)));
         let mut best = (middle, f64::INFINITY);
-        for i in valleys {
+        let searched = if self.fine { valleys.len() } else { 1 };
+        for i in valleys.into_iter().take(searched) {
             let found = self.least_near(film, from, direction, scan[i], step);
             if found.1 < best.1 {
                 best = found;
@@ -316,7 +329,7 @@ mod tests {
                 Surface::sphere(0.0, 10.0, Medium::air(), 20.0),
             ],
         ));
-        let search = PupilSearch::new(&lens);
+        let search = PupilSearch::finely(&lens);
         for i in 0..50 {
             let film = DVec3::new(0.1 * f64::from(i), 0.0, 42.5);
             assert!(search.is_lit(film), "{film}");
