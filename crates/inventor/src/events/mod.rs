@@ -37,10 +37,10 @@ pub use action::{Action, ActionKind};
 pub use engine::{Played, ScriptEngine, Scripts};
 pub use options::SnapshotOptions;
 pub use picker::{ShapePicker, SurfaceHit};
-pub use play::FRAME;
 pub use reach::script_input;
 pub use source::{ProgramSource, scripts, source};
 pub use survey::depends_on_viewer;
+pub use timer::FRAME;
 pub use world::{Event, World};
 
 #[cfg(test)]

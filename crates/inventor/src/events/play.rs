@@ -10,14 +10,11 @@ use super::log::EventLog;
 use super::no_scripts::NoScripts;
 use super::options::SnapshotOptions;
 use super::source::{self, ProgramSource};
+use super::timer::FRAME;
 use super::viewer_sensor::Output;
 use super::wires::Wires;
 use super::world::World;
 use crate::iv::{Document, NodeId};
-
-/// The shortest step while scripts run, in seconds: the frames of the browser that a scene's
-/// scripts would see.
-pub const FRAME: f64 = 1.0 / 25.0;
 
 /// The number of frames from the beginning to the requested time, at most. A longer time has longer
 /// frames.

@@ -2,7 +2,7 @@
 
 use glam::DVec2;
 
-use super::play::FRAME;
+use super::timer::FRAME;
 
 /// The number of moves of one drag, at most. A longer drag has longer steps.
 const MAX_MOVES: f64 = 1_000.0;

@@ -22,6 +22,10 @@ pub struct Timer {
 /// time of a file is not reached.
 const OPENING: f64 = 1e9;
 
+/// The shortest step while scripts run or the pointer moves, in seconds: the frames of the browser
+/// that a scene's scripts would see.
+pub const FRAME: f64 = 1.0 / 25.0;
+
 /// The fields of a `TimeSensor`, in seconds since the scene was opened.
 #[derive(Clone, Copy, Debug)]
 struct Fields {

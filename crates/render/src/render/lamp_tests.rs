@@ -148,8 +148,8 @@ fn lamps_found_on_purpose_have_the_light_of_those_found_by_chance() {
         let (plain, found) = (pictures(None, 1), pictures(Some(&finder), 100));
         let (mut noise, mut lit) = ([0.0; 2], 0);
         for ([a, va], [b, vb]) in plain.iter().zip(&found) {
-            // Plain samples hit a lamp of up to 900 so seldom in some blocks that their scatter says
-            // little. Then that of a Poisson distribution counts.
+            // Plain samples hit a lamp of up to 900 so seldom in some blocks that their scatter
+            // says little. Then that of a Poisson distribution counts.
             let rare = *b * (900.0 / (16.0 * 64.0 * SEEDS as f64));
             let sigma = ((*va + *vb) / SEEDS as f64).max(rare).map(f64::sqrt);
             let z = (*a - *b) / sigma;

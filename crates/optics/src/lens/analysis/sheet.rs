@@ -84,7 +84,8 @@ pub struct LensSheet {
     /// film.
     pub projection_scale: f64,
     /// The wavelengths of the values whose names end in `_f` and `_c`, around that of the others,
-    /// in nanometers: the F and the C line around the d line, unless the prescription states others.
+    /// in nanometers: the F and the C line around the d line, unless the prescription states
+    /// others.
     pub lines_nm: [f64; 3],
     /// Whether the indices of the glasses depend on the wavelength.
     pub dispersive: bool,

@@ -25,8 +25,8 @@ impl Lens {
         self.trace_bundle(bundle, Toward::Scene, Width::detect());
     }
 
-    /// Traces a bundle from the film side into the scene as if no aperture blocked it. A ray is lost
-    /// only if it misses a surface or is totally reflected.
+    /// Traces a bundle from the film side into the scene as if no aperture blocked it. A ray is
+    /// lost only if it misses a surface or is totally reflected.
     pub fn trace_bundle_unblocked(&self, bundle: &mut Bundle) {
         dispatch(Follow {
             tracer: &self.tracer(Toward::Scene, false),

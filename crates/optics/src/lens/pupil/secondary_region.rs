@@ -44,8 +44,8 @@ impl SecondaryRegion {
     /// Searches for secondary openings from the film points of a row; none if no light comes
     /// through any. The openings of a lens of more than [`MAX_SURFACES`] may be anywhere. `end` is
     /// the film radius at which a table over the film's radius ends, and none without rotational
-    /// symmetry. `disc` returns the radius of a disc that contains all openings. `is_aimed_at` tells
-    /// whether the polygon of a film radius contains an aim.
+    /// symmetry. `disc` returns the radius of a disc that contains all openings. `is_aimed_at`
+    /// tells whether the polygon of a film radius contains an aim.
     pub(super) fn find(
         row: &FilmRow<'_>,
         end: Option<f64>,

@@ -2,8 +2,9 @@
 //!
 //! The rays from a film point through the pupil make a cone, or a double cone where they cross in
 //! the plane in focus. Across the direction to a lamp it is the pupil's image by a linear map,
-//! which a few rays of the cell's middle show. Where the cone is much wider than a lamp, plain samples
-//! hit it seldom, so it is listed. What the linear map says wrongly costs noise, and no light.
+//! which a few rays of the cell's middle show. Where the cone is much wider than a lamp, plain
+//! samples hit it seldom, so it is listed. What the linear map says wrongly costs noise, and no
+//! light.
 
 use glam::{DMat2, DVec2, DVec3};
 use ivcam_optics::lens::{Bundle, Lens, LensRay, PupilTarget, PupilWindow};

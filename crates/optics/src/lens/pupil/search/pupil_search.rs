@@ -158,7 +158,7 @@ impl<'a> PupilSearch<'a> {
 
     /// Finds the aim of least fill on a line, and its fill. Three bundles cover the line. A
     /// fine search takes more if all their rays miss a surface and the lens has rotational
-    /// symmetry: the meridian is then all there is to search. The fill of a lens with strong
+    /// symmetry, because the light is then on the meridian. The fill of a lens with strong
     /// aberrations has several valleys; a fine search goes through them from the deepest one until
     /// light is found.
     fn best_along(&self, film: DVec3, from: DVec2, direction: DVec2) -> (DVec2, f64) {
