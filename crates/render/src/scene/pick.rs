@@ -91,7 +91,11 @@ impl Canvas for PickCanvas {
 
     fn begin(&mut self, _node: NodeRef<'_>, state: &State<'_>) {
         self.placement = self.placement.moved_to(state.world_from_object);
-        self.sides = Sides::BOTH;
+        self.sides = Sides {
+            counterclockwise: state.hints.counterclockwise(),
+            two_sided: state.hints.two_sided(),
+            culls: state.hints.culls(),
+        };
     }
 
     fn placement(&self) -> &Placement {
