@@ -1745,3 +1745,63 @@ fn a_picture_that_cannot_be_written_is_kept_as_its_exposures() {
     let pixels = |path: &Path| image::open(path).unwrap().to_rgb8();
     assert_eq!(pixels(&direct), pixels(&later));
 }
+
+#[test]
+fn a_folder_of_lenses_is_surveyed_as_text_json_csv_and_a_page() {
+    let scratch = Scratch::new("survey");
+    scratch.file("a.dat", "50 5 N-BK7 20\n-50 45 1 20\n");
+    scratch.file("broken.seq", "RDM\nS 5 5 NOGLASS99\n");
+    scratch.file("notes.txt", "no lens\n");
+    std::fs::create_dir_all(scratch.0.join("sub")).unwrap();
+    scratch.file("sub/b.dat", "100 5 1.5 20\n0 45 1 20\n");
+    let folder = scratch.0.to_str().unwrap();
+    let run = |options: &str| {
+        let output = ivcam(&format!("lens {folder} {options}")).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let text = run("");
+    assert!(text.contains("2 lenses, 1 files not read"), "{text}");
+    assert!(
+        text.contains("NOGLASS99") && !text.contains("notes"),
+        "{text}"
+    );
+    let rows: serde_json::Value = serde_json::from_str(&run("--json")).unwrap();
+    // f = R/(n − 1) of a plane and a sphere of 100 mm.
+    let efl = |row: &serde_json::Value| row["efl"].as_f64().unwrap();
+    assert!((efl(&rows[2]) - 200.0).abs() < 1e-9, "{rows}");
+    assert!((efl(&rows[0]) - 49.2).abs() < 0.1 && rows[1]["error"].is_string());
+    let files = ["lenses.csv", "lenses.html"].map(|name| scratch.0.join(name));
+    let [csv, page] = files.each_ref().map(|path| path.to_str().unwrap());
+    run(&format!("--csv {csv} --sheet {page}"));
+    let [csv, page] = files.map(|path| std::fs::read_to_string(path).unwrap());
+    assert_eq!(csv.lines().count(), 4, "{csv}");
+    assert_eq!(page.matches("<svg").count(), 2);
+    let refused = ivcam(&format!("lens {folder} --psf a.png"))
+        .output()
+        .unwrap();
+    assert!(stderr(&refused).contains("needs one lens"));
+}
+
+#[test]
+fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() {
+    let scratch = Scratch::new("cover");
+    let listed = ivcam("lens nikon").output().unwrap();
+    let listed = String::from_utf8(listed.stdout).unwrap();
+    assert!(
+        listed.contains("nikkor-28") && !listed.contains("biogon"),
+        "{listed}"
+    );
+    let scene = scratch.inventor("a.iv", "Cube { }");
+    let picture = scratch.0.join("a.png");
+    let said = |options: &str| {
+        let line = format!(
+            "render {} --lens angenieux-50 {options} --size 6x4 --samples 1 -o {}",
+            scene.display(),
+            picture.display()
+        );
+        stderr(&ivcam(&line).output().unwrap())
+    };
+    assert!(said("--efl 35mm").contains("stay black"));
+    assert!(!said("--efl 35mm --film 18x12").contains("stay black"));
+}

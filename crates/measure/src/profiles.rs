@@ -229,6 +229,7 @@ fn charts(measured: &Profile, own: &Traced) -> Vec<Chart> {
         series,
         y_span,
         x_span: Some((0.0, measured.distortion.last().map_or(1.0, |p| p[0]))),
+        upright: false,
     };
     let pair = |own: &Curve, other: &Curve, ink: u8, name: &str| {
         [
