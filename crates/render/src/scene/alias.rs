@@ -95,7 +95,7 @@ mod tests {
         let fraction = |i: u32, odd: u32| (i.wrapping_mul(odd) >> 8) as f32 / (1 << 24) as f32;
         let light = (0..n).filter(|i| {
             let u = [fraction(*i, 2_654_435_769), fraction(*i, 1_779_033_703)];
-            table.choose(u).0 % 2 == 0
+            table.choose(u).0.is_multiple_of(2)
         });
         let share = light.count() as f64 / f64::from(n);
         let z = (share - 0.15) / (0.15 * 0.85 / f64::from(n)).sqrt();
