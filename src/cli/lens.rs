@@ -15,7 +15,7 @@ use ivcam_base::work::Budget;
 use ivcam_optics::picture::Depth;
 
 use super::lens_request::{CONDITIONS, Content, Request};
-use super::lens_survey::Survey;
+use super::lens_survey::LensSurvey;
 use super::messages::heard;
 use super::{flags, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value};
 use crate::photo::{LensChoice, options};
@@ -288,7 +288,7 @@ fn survey(
     let (choice, _) =
         LensChoice::from_options("", &flags::given_options(matches), &mut Sink::new())?;
     let work = options::work(&flags::given_options(matches))?;
-    let survey = Survey::of(folder, &choice.reading()?, work)?;
+    let survey = LensSurvey::of(folder, &choice.reading()?, work)?;
     if outputs.is_empty() {
         return save(survey.text(), None, out);
     }

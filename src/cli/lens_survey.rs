@@ -22,7 +22,7 @@ const ENDINGS: [&str; 11] = [
 const SHARED: [&str; 3] = ["dat", "json", "txt"];
 
 /// What a survey says of a file.
-struct Row {
+struct SurveyRow {
     /// The path below the folder.
     file: String,
     /// The lens, with its data; or why it is not read.
@@ -41,11 +41,11 @@ struct SurveyedLens {
 }
 
 /// The lens files of a folder and of those in it, each with its data.
-pub(super) struct Survey {
-    rows: Vec<Row>,
+pub(super) struct LensSurvey {
+    rows: Vec<SurveyRow>,
 }
 
-impl Survey {
+impl LensSurvey {
     /// Opens all lens files below a folder. `work` is the limit of each.
     ///
     /// # Errors
@@ -54,7 +54,7 @@ impl Survey {
         let mut files = Vec::new();
         collect(folder, &mut files)?;
         files.sort();
-        let rows = files.into_par_iter().map(|path| Row {
+        let rows = files.into_par_iter().map(|path| SurveyRow {
             file: path
                 .strip_prefix(folder)
                 .unwrap_or(&path)
@@ -62,9 +62,10 @@ impl Survey {
                 .to_string(),
             lens: opened(&path, reading, work),
         });
-        let rows: Vec<Row> = rows.collect();
-        let is_listed = |row: &Row| row.lens.is_ok() || !SHARED.contains(&&*ending(&row.file));
-        let rows: Vec<Row> = rows.into_iter().filter(is_listed).collect();
+        let rows: Vec<SurveyRow> = rows.collect();
+        let is_listed =
+            |row: &SurveyRow| row.lens.is_ok() || !SHARED.contains(&&*ending(&row.file));
+        let rows: Vec<SurveyRow> = rows.into_iter().filter(is_listed).collect();
         match rows.is_empty() {
             false => Ok(Self { rows }),
             true => {
@@ -117,7 +118,7 @@ impl Survey {
 
     /// Returns the rows as JSON.
     pub(super) fn json(&self) -> Result<Content> {
-        pretty(&self.rows.iter().map(Row::object).collect::<Vec<_>>())
+        pretty(&self.rows.iter().map(SurveyRow::object).collect::<Vec<_>>())
     }
 
     /// Returns the rows as CSV.
@@ -184,7 +185,7 @@ main{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:
 figure{margin:0;padding:.5em;border:1px solid #8884;overflow-wrap:anywhere}\
 svg{width:100%;height:auto;background:#fff}</style><main>\n";
 
-impl Row {
+impl SurveyRow {
     fn object(&self) -> Object {
         let mut row = Object::from([("file", field(self.file.clone()))]);
         match &self.lens {

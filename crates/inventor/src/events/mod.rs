@@ -36,7 +36,7 @@ mod world;
 pub use action::{Action, ActionKind};
 pub use engine::{Played, ScriptEngine, Scripts};
 pub use options::SnapshotOptions;
-pub use picker::{ShapePicker, SurfaceHit};
+pub use picker::{ShapeHit, ShapePicker};
 pub use reach::script_input;
 pub use source::{ProgramSource, scripts, source};
 pub use survey::depends_on_viewer;

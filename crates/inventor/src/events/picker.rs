@@ -11,7 +11,7 @@ use crate::traversal::State;
 
 /// Where a ray meets a shape, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfaceHit {
+pub struct ShapeHit {
     /// The distance along the ray.
     pub distance: f64,
     /// The point, in meters.
@@ -27,7 +27,7 @@ pub struct SurfaceHit {
 pub trait ShapePicker: Debug + Send + Sync {
     /// Returns the nearest point at which a ray meets the visible faces of a shape with its state.
     /// Lines and points are not met.
-    fn hit<'a>(&self, shape: NodeRef<'a>, state: &State<'a>, ray: &ViewRay) -> Option<SurfaceHit>;
+    fn hit<'a>(&self, shape: NodeRef<'a>, state: &State<'a>, ray: &ViewRay) -> Option<ShapeHit>;
 
     /// Returns the bounding box of a shape with its state.
     fn bounds<'a>(&self, shape: NodeRef<'a>, state: &State<'a>) -> Option<Corners>;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::{DMat4, DVec3};
 
-use super::picker::{ShapePicker, SurfaceHit};
+use super::picker::{ShapeHit, ShapePicker};
 use crate::grammar::{class, vrml_sensor};
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::{CameraPose, ViewRay};
@@ -19,7 +19,7 @@ pub(super) type Target = (NodeId, DMat4);
 #[derive(Clone, Debug)]
 pub(super) struct PointerHit {
     /// The point.
-    pub surface: SurfaceHit,
+    pub surface: ShapeHit,
     /// The shape, and the nodes above it from the root.
     pub path: Vec<NodeId>,
     /// The enabled sensors and the `Anchor` of the lowest group that has any (ISO 14772-1,

@@ -7,7 +7,7 @@ use glam::{DMat4, DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
 
 use super::drag::{Drag, Sent};
-use super::picker::SurfaceHit;
+use super::picker::ShapeHit;
 use super::pointer::{PointerHit, PointerWorld, is_sensor};
 use super::pointer_path::PointerPath;
 use super::viewer_sensor::Output;
@@ -51,7 +51,7 @@ struct Pointed {
     /// What acts, each with the transform from its space to the world if it is known.
     targets: Vec<(NodeId, Option<DMat4>)>,
     /// The ray of the pointer, and where it meets the shape.
-    hit: Option<(ViewRay, SurfaceHit)>,
+    hit: Option<(ViewRay, ShapeHit)>,
 }
 
 impl Grab {
@@ -104,11 +104,7 @@ impl World {
     }
 
     /// Lets a target feel the press. Returns `None` if it is a sensor that is not enabled.
-    fn grab(
-        &mut self,
-        id: NodeId,
-        hit: Option<(&(ViewRay, SurfaceHit), DMat4)>,
-    ) -> Option<GrabKind> {
+    fn grab(&mut self, id: NodeId, hit: Option<(&(ViewRay, ShapeHit), DMat4)>) -> Option<GrabKind> {
         let document = &self.document;
         let node = NodeRef { document, id };
         if node.class_id() == Some(class::ANCHOR) {
@@ -399,7 +395,7 @@ impl World {
 }
 
 /// Returns what a `TouchSensor` sends about the point under the pointer, in its own space.
-fn hit_events(hit: &SurfaceHit, world_from_sensor: DMat4) -> Vec<Sent> {
+fn hit_events(hit: &ShapeHit, world_from_sensor: DMat4) -> Vec<Sent> {
     let sensor_from_world = world_from_sensor.inverse();
     let point = sensor_from_world.transform_point3(hit.point);
     // A normal is transformed by the transpose of the inverse, which here is the matrix itself.

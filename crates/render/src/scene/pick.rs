@@ -1,7 +1,7 @@
 //! Where a ray meets one shape: the canvas that intersects instead of keeping geometry.
 
 use glam::{DVec2, DVec3};
-use ivcam_inventor::events::{ShapePicker, SurfaceHit};
+use ivcam_inventor::events::{ShapeHit, ShapePicker};
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::ViewRay;
 use ivcam_inventor::snapshot::Corners;
@@ -23,7 +23,7 @@ use crate::geometry::{Corner, Mesh, Quadric, QuadricKind};
 pub(super) struct Picker(pub(super) CompileOptions);
 
 impl ShapePicker for Picker {
-    fn hit<'a>(&self, shape: NodeRef<'a>, state: &State<'a>, ray: &ViewRay) -> Option<SurfaceHit> {
+    fn hit<'a>(&self, shape: NodeRef<'a>, state: &State<'a>, ray: &ViewRay) -> Option<ShapeHit> {
         let mut canvas = PickCanvas {
             ray: *ray,
             nearest: None,
@@ -47,7 +47,7 @@ impl ShapePicker for Picker {
 /// ignored.
 struct PickCanvas {
     ray: ViewRay,
-    nearest: Option<SurfaceHit>,
+    nearest: Option<ShapeHit>,
     sides: Sides,
     picture: PictureView,
     placement: Placement,
@@ -63,7 +63,7 @@ impl PickCanvas {
         if !(distance > 0.0 && distance.is_finite() && is_nearer) || self.sides.culls && !is_front {
             return;
         }
-        self.nearest = Some(SurfaceHit {
+        self.nearest = Some(ShapeHit {
             distance,
             point: self.ray.at(distance),
             normal: if is_front { normal } else { -normal },
