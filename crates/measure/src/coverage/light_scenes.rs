@@ -7,7 +7,7 @@ use ivcam_render::shade::ClearSky;
 
 use super::scenes::{Case, Source, case, scattered, shape};
 
-pub(super) const CASES: [Case; 12] = [
+pub(super) const CASES: [Case<'static>; 12] = [
     lit("room", Source::Written(room)),
     lit("door ajar", Source::Written(door)),
     Case {
@@ -57,7 +57,7 @@ pub(super) const CASES: [Case; 12] = [
 ];
 
 /// A scene of model `path` without other choices.
-const fn lit(name: &'static str, source: Source) -> Case {
+const fn lit(name: &'static str, source: Source<'static>) -> Case<'static> {
     Case {
         choose: path,
         ..case(name, source)

@@ -2,17 +2,20 @@
 //! often a picture that `--target-error` ended meets the target.
 //!
 //! `cargo run --release -p measure -- coverage [--seeds N] [--size WxH]
-//! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown] [--path]`
+//! [--only SCENE] [--samples LIST] [--truth N] [--no-targets] [--markdown] [--path]
+//! [--scenes FILE,...]`
 //!
 //! The true error of a picture is its relative RMSE against a picture of many more samples with
 //! another seed, which adaptive sampling distributes. The squared error of that picture is
 //! subtracted, as far as it is known. A cell is the percentage of held intervals or met targets,
 //! and their number of the number of pictures whose error is stated or which a target ended.
-//! `--path` measures the scenes of model `path`.
+//! `--path` measures the scenes of model `path`, and `--scenes` those of files, through the double
+//! Gauss lens.
 
 mod light_scenes;
 mod scenes;
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use ivcam::movie::expose_moments;
@@ -26,7 +29,6 @@ use ivcam_render::render::{Exposure, Stop};
 use rayon::prelude::*;
 
 use self::scenes::{CASES, Case};
-use super::shared::pictures::opened;
 
 /// Targets of `--target-error`.
 const TARGETS: [f64; 3] = [0.01, 0.03, 0.1];
@@ -45,6 +47,8 @@ struct Options {
     markdown: bool,
     /// Whether the scenes are those of model `path`.
     path: bool,
+    /// The files of scenes to measure instead.
+    scenes: Vec<PathBuf>,
     /// Whether each row has the median ratios of the estimate and of the interval's ends.
     detail: bool,
 }
@@ -64,6 +68,7 @@ impl Options {
             targets: true,
             markdown: false,
             path: false,
+            scenes: Vec::new(),
             detail: false,
         };
         let mut words = words.iter();
@@ -84,6 +89,9 @@ impl Options {
                         height: height.parse().ok().filter(|n| *n > 0)?,
                     };
                 }
+                "--scenes" => {
+                    options.scenes = words.next()?.split(',').map(PathBuf::from).collect();
+                }
                 "--no-targets" => options.targets = false,
                 "--markdown" => options.markdown = true,
                 "--path" => options.path = true,
@@ -99,7 +107,8 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(options) = Options::parse(&words) else {
         eprintln!(
             "usage: coverage [--seeds N] [--size WxH] [--only SCENE] [--samples LIST] \
-             [--truth N] [--limit N] [--no-targets] [--markdown] [--path] [--detail]"
+             [--truth N] [--limit N] [--no-targets] [--markdown] [--path] \
+             [--scenes FILE,...] [--detail]"
         );
         return ExitCode::from(2);
     };
@@ -131,11 +140,13 @@ fn table(options: &Options, folder: &std::path::Path) -> std::result::Result<(),
     if options.markdown {
         print_row(&vec!["---".to_owned(); head.len()], true);
     }
-    let cases = match options.path {
-        true => &light_scenes::CASES,
-        false => &CASES,
+    let given = options.scenes.iter().map(|file| Case::of_file(file));
+    let cases: Vec<Case<'_>> = match (options.path, options.scenes.is_empty()) {
+        (_, false) => given.collect(),
+        (true, true) => light_scenes::CASES.into(),
+        (false, true) => CASES.into(),
     };
-    for case in cases {
+    for case in &cases {
         if options.only.as_ref().is_none_or(|o| case.name.contains(o)) {
             let plans = case.plans(folder).map_err(|e| e.to_string())?;
             let row = row(case, plans, options).map_err(|e| e.message.clone())?;
@@ -162,7 +173,8 @@ impl Subject {
         let open = |mut plan: Plan| {
             plan.resolution = size;
             plan.adaptive = adaptive;
-            opened(plan)
+            // The lenses of the table may see less than the cameras of the scenes, with a warning.
+            Session::open(plan)
         };
         plans.into_iter().map(open).collect::<Result<_>>().map(Self)
     }
@@ -231,7 +243,7 @@ fn outcomes(subject: &Subject, truth: &Truth, seeds: u64, stop: Stop) -> Vec<Out
 }
 
 /// Returns the cells of one scene.
-fn row(case: &Case, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> {
+fn row(case: &Case<'_>, plans: Vec<Plan>, options: &Options) -> Result<Vec<String>> {
     let even = Subject::open(plans.clone(), options.size, false)?;
     let adaptive = Subject::open(plans, options.size, true)?;
     let samples = options.truth.saturating_mul(case.truth);

@@ -10,8 +10,8 @@ use ivcam::photo::{Era, LensChoice, Optics, Plan};
 use ivcam_base::math::Meters;
 
 /// A scene of the table.
-pub(super) struct Case {
-    pub name: &'static str,
+pub(super) struct Case<'a> {
+    pub name: &'a str,
     /// The lens, with its f-number if it is stopped down.
     pub lens: (&'static str, Option<f64>),
     /// The distance in focus in meters; the camera's own if `None`.
@@ -19,21 +19,23 @@ pub(super) struct Case {
     /// How many times as many samples as usual the truth needs.
     pub truth: u32,
     /// The files of the scene: one for each moment of the exposure.
-    pub source: Source,
+    pub source: Source<'a>,
     /// Makes the choices of a plan that this scene needs besides its lens.
     pub choose: fn(&mut Plan),
 }
 
-pub(super) enum Source {
+pub(super) enum Source<'a> {
     /// A file of the repository.
     Shipped(&'static str),
+    /// A file of the caller.
+    File(&'a Path),
     /// The text of each moment after the header.
     Written(fn() -> Vec<String>),
 }
 
 const WIDE: (&str, Option<f64>) = ("wide-angle", None);
 
-pub(super) const CASES: [Case; 12] = [
+pub(super) const CASES: [Case<'static>; 12] = [
     case("room", Source::Shipped("scenes/livroom/livroom.iv")),
     case("street", Source::Shipped("scenes/street/street.iv")),
     case("fog", Source::Written(fog)),
@@ -58,7 +60,7 @@ pub(super) const CASES: [Case; 12] = [
     case("mostly black", Source::Written(black)),
 ];
 
-pub(super) const fn case(name: &'static str, source: Source) -> Case {
+pub(super) const fn case<'a>(name: &'a str, source: Source<'a>) -> Case<'a> {
     Case {
         name,
         lens: WIDE,
@@ -69,7 +71,15 @@ pub(super) const fn case(name: &'static str, source: Source) -> Case {
     }
 }
 
-impl Case {
+impl<'a> Case<'a> {
+    /// Returns a file's scene through the double Gauss lens.
+    pub(super) fn of_file(file: &'a Path) -> Self {
+        Self {
+            lens: ("double-gauss", None),
+            ..case(file.to_str().unwrap_or("scene"), Source::File(file))
+        }
+    }
+
     /// Returns the plan of each moment. Written scenes are put into a folder.
     ///
     /// # Errors
@@ -77,6 +87,7 @@ impl Case {
     pub(super) fn plans(&self, folder: &Path) -> std::io::Result<Vec<Plan>> {
         let files = match self.source {
             Source::Shipped(file) => vec![root().join(file)],
+            Source::File(file) => vec![file.to_path_buf()],
             Source::Written(texts) => texts()
                 .iter()
                 .enumerate()
