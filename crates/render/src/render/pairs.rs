@@ -4,7 +4,8 @@
 //! have half of the pixel's samples each, so that its error is about that of the picture.
 
 use ivcam_optics::film::{
-    DrawProbabilities, Exposed, Film, MissedLight, Pair, Region, Resolution, SquaredError,
+    DrawProbabilities, ErrorUnknown, Exposed, Film, MissedLight, Pair, Region, Resolution,
+    SquaredError,
 };
 use ivcam_optics::sampling::{Sampler, mix, unit};
 use rayon::prelude::*;
@@ -17,19 +18,45 @@ use crate::scene::SmallLight;
 
 /// The pairs have this part of the picture's samples. They take about 3% of the time.
 const SHARE: f64 = 1.0 / 32.0;
-/// The number of pairs in a small picture with at least as many pixels. It bounds the width of the
-/// confidence interval.
-const FEWEST: f64 = 512.0;
 /// The least number of pairs.
 const LEAST: usize = 16;
-/// The number of samples that the pairs of a small picture may have, which take about a quarter of
-/// a second. Adaptive sampling may put more than half of a picture's samples on a few pixels.
-const MOST: f64 = 262_144.0;
 /// The number of pairs that a thread exposes at once.
 pub(super) const AT_ONCE: usize = 32;
 /// The number of expected hits below which a light may have been missed: the probability is then
 /// at least 1%.
 const SURE: f64 = 4.6;
+
+/// How many pairs an estimate has.
+#[derive(Clone, Copy)]
+struct Look {
+    /// The number of the first pair.
+    first: u32,
+    /// The number of pairs in a small picture with at least as many pixels. It bounds the width of
+    /// the confidence interval.
+    fewest: f64,
+    /// The number of samples that the pairs of a small picture may have. Adaptive sampling may put
+    /// more than half of a picture's samples on a few pixels.
+    most_samples: f64,
+}
+
+/// The first look at a film whose samples go on.
+const GLANCE: Look = Look {
+    first: 0,
+    fewest: 512.0,
+    most_samples: 0.0,
+};
+/// The first look at a final film, of at most about a quarter of a second beside its usual share.
+const FIRST_LOOK: Look = Look {
+    most_samples: 262_144.0,
+    ..GLANCE
+};
+/// The look at a final film whose error few pixels carry, if the first look left it unknown. Its
+/// pairs are other ones, because those of the first look are chosen by their outcome.
+const SECOND_LOOK: Look = Look {
+    first: 1 << 24,
+    fewest: 4.0 * FIRST_LOOK.fewest,
+    most_samples: 4.0 * FIRST_LOOK.most_samples,
+};
 
 /// A pixel that is drawn for a pair.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -57,17 +84,30 @@ impl Render<'_> {
         region: Region,
         is_final: bool,
     ) -> (Option<SquaredError>, Counts) {
-        let (pairs, counts) = self.pairs(&self.draws((film, region), is_final));
+        let first = match is_final {
+            true => FIRST_LOOK,
+            false => GLANCE,
+        };
+        let (mut error, mut counts) = self.look(film, region, first);
+        if is_final && error.is_some_and(|e| few_pixels_hide(&e, film)) {
+            let (second, more) = self.look(film, region, SECOND_LOOK);
+            error = second;
+            counts.add(&more);
+        }
         let fewest = film.pixels.iter().map(|p| p.count).min();
         let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
         lights.look(film, region);
-        let missed = lights.missed();
-        let mut error = SquaredError::of(&pairs, &film.pixels);
         if let Some(error) = &mut error {
-            error.missed = missed;
+            error.missed = lights.missed();
             error.cut_rays = self.shader.scene().cut_rays();
         }
         (error, counts)
+    }
+
+    /// Estimates the squared error of a film by the pairs of one look.
+    fn look(&self, film: &Film, region: Region, look: Look) -> (Option<SquaredError>, Counts) {
+        let (pairs, counts) = self.pairs(&self.draws((film, region), look));
+        (SquaredError::of(&pairs, &film.pixels), counts)
     }
 
     /// Exposes the pairs of draws by the team, if there is one.
@@ -90,7 +130,7 @@ impl Render<'_> {
     }
 
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, (film, region): (&Film, Region), is_final: bool) -> Vec<PairDraw> {
+    fn draws(&self, (film, region): (&Film, Region), look: Look) -> Vec<PairDraw> {
         let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
         let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
         let each = probabilities.samples;
@@ -98,15 +138,12 @@ impl Render<'_> {
         if !(each > 0.0) {
             return Vec::new();
         }
-        let usual = (SHARE * pixels as f64).max(FEWEST) * (all / pixels as f64) / each;
-        let most_samples = match is_final {
-            true => MOST,
-            false => 0.0,
-        };
-        let wanted = usual.max((most_samples / each).min(FEWEST)) as usize;
-        let wanted = wanted.clamp(LEAST, pixels.max(FEWEST as usize));
+        let usual = (SHARE * pixels as f64).max(look.fewest) * (all / pixels as f64) / each;
+        let wanted = usual.max((look.most_samples / each).min(look.fewest)) as usize;
+        let wanted = wanted.clamp(LEAST, pixels.max(look.fewest as usize));
         let step = 1.0 / wanted as f64;
-        let mut next = step * unit(mix(self.sampler.seed ^ 0x7061_6972));
+        let key = self.sampler.seed ^ 0x7061_6972 ^ u64::from(look.first);
+        let mut next = step * unit(mix(key));
         let mut sum = 0.0;
         let mut draws = Vec::with_capacity(wanted);
         for (pixel, probability) in probabilities.iter().enumerate() {
@@ -114,7 +151,7 @@ impl Render<'_> {
             while next < sum {
                 next += step;
                 draws.push(PairDraw {
-                    number: draws.len() as u32,
+                    number: look.first + draws.len() as u32,
                     pixel: pixel as u32,
                     at: (
                         region.left + pixel as u32 % region.width,
@@ -161,6 +198,19 @@ impl Render<'_> {
             film_rays: 0,
         }
     }
+}
+
+/// Returns whether an error is unknown because few pixels carry it, which more pairs can tell.
+fn few_pixels_hide(error: &SquaredError, film: &Film) -> bool {
+    let stated = error.relative(film.pixels.len(), film.mean());
+    use ErrorUnknown::{FewPairs, FewPixels, UncertainMean};
+    let hidden = |why| {
+        matches!(
+            why,
+            FewPairs { .. } | FewPixels { .. } | UncertainMean { .. }
+        )
+    };
+    stated.is_err_and(hidden)
 }
 
 /// The small lights of a scene that no sample of the examined films has hit.
