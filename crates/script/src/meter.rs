@@ -28,9 +28,9 @@ const MAX_STRING: f64 = 16_777_216.0;
 /// The number of characters that all strings in use may have together.
 const MAX_CHARACTERS: usize = 64 << 20;
 
-/// The number of characters that operations on strings may write. Building a text of 2 MB in 10,000
-/// steps writes 10^10.
-const MAX_WRITTEN: f64 = 2e10;
+/// The characters of a string that take as long to write as an instruction takes. Long strings are
+/// in new memory, which costs more than copying.
+const CHARACTERS_OF_INSTRUCTION: usize = 80;
 
 /// The number of elements of a list such as an `MFVec3f`.
 pub(super) const MAX_LIST: usize = 1_000_000;
@@ -46,7 +46,6 @@ pub(super) struct Meter {
     /// The number of them that are left.
     instructions: Cell<usize>,
     elements: Cell<f64>,
-    written: Cell<f64>,
     /// The strings that operations made and that may still be in use.
     strings: RefCell<Vec<JsString>>,
     /// The characters of `strings`, and the number at which the unused ones are removed.
@@ -67,7 +66,6 @@ impl Default for Meter {
             limit,
             instructions: Cell::new(limit),
             elements: Cell::new(0.0),
-            written: Cell::new(0.0),
             strings: RefCell::default(),
             characters: Cell::new(0),
             next_sweep: Cell::new(1 << 20),
@@ -141,10 +139,9 @@ impl Meter {
             return Ok(());
         }
         self.fits(length as f64)?;
-        let written = self.written.get() + length as f64;
-        self.written.set(written);
-        if written > MAX_WRITTEN {
-            return self.stop(format!("it writes more than {MAX_WRITTEN} characters"));
+        self.executed(length / CHARACTERS_OF_INSTRUCTION);
+        if self.is_used_up() {
+            return self.stop(self.too_many_instructions());
         }
         self.strings.borrow_mut().push(text.clone());
         self.characters.set(self.characters.get() + length);

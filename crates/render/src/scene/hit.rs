@@ -129,6 +129,9 @@ impl RenderScene {
                     let range = (ray.t_min, t_max);
                     let query = (&prepared, true, &steps);
                     self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
+                        if LIMITED && !steps.take() {
+                            return f32::NEG_INFINITY;
+                        }
                         let passed = hit.t <= ray.plane_end && self.rank(&hit) >= ray.passed;
                         if !passed && is_visible(&hit) {
                             front.add(hit, |hit| self.rank(hit));
@@ -326,6 +329,9 @@ impl RenderScene {
                 let range = (ray.t_min, t_max);
                 let query = (&prepared, false, &steps);
                 self.visit::<INSTANCES>(query, (block, hits), range, |hit| {
+                    if LIMITED && !steps.take() {
+                        return f32::NEG_INFINITY;
+                    }
                     through *= self.lets_through(ray, &hit);
                     if through > 0.0 {
                         t_max
