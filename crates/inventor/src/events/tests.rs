@@ -194,6 +194,32 @@ fn a_sensor_starts_another_when_it_begins_a_cycle_or_ends() {
     }
 }
 
+/// A clip is active from its start to its stop time (VRML97, 4.6.9), whatever its file has.
+#[test]
+fn a_clip_and_a_movie_say_when_they_play() {
+    for clip in ["AudioClip { }", "MovieTexture { }"] {
+        let scene = format!(
+            "DEF C {clip} DEF L DirectionalLight {{ on FALSE }}
+            ROUTE C.isActive TO L.set_on"
+        );
+        let start = event(1.0, "C", "startTime", "1");
+        let stop = event(3.0, "C", "stopTime", "3");
+        for (time, on) in [(0.5, false), (1.5, true), (2.5, true), (3.5, false)] {
+            let actions = [start.clone(), stop.clone()];
+            let is_on = after(&scene, &actions, time, "L", "on");
+            assert_eq!(is_on, Value::Bool(on), "{clip} at {time}");
+        }
+    }
+    // One that always loops plays when the scene is opened; one that does not has ended.
+    for (clip, on) in [("loop TRUE", true), ("loop FALSE", false)] {
+        let scene = format!(
+            "DEF C AudioClip {{ {clip} }} DEF L DirectionalLight {{ on FALSE }}
+            ROUTE C.isActive TO L.set_on"
+        );
+        assert_eq!(at(&scene, 1.0, "L", "on"), Value::Bool(on), "{clip}");
+    }
+}
+
 #[test]
 fn a_loop_of_routes_ends_and_every_node_has_the_value() {
     let scene = "DEF T TimeSensor { loop TRUE cycleInterval 4 }

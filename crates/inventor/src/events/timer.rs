@@ -1,10 +1,11 @@
-//! VRML97's `TimeSensor` (VRML97, 6.50).
+//! VRML97's time-dependent nodes: `TimeSensor` (VRML97, 6.50), and whether an `AudioClip` (6.2) or
+//! a `MovieTexture` (6.28) plays.
 
-use crate::grammar::time_sensor;
 use crate::grammar::value::Value;
+use crate::grammar::{ClassId, audio_clip, class, movie_texture, time_sensor};
 use crate::iv::NodeRef;
 
-/// The state of a `TimeSensor` while a scene plays.
+/// The state of a time-dependent node while a scene plays.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Timer {
     /// Whether the sensor runs.
@@ -26,7 +27,21 @@ const OPENING: f64 = 1e9;
 /// that a scene's scripts would see.
 pub const FRAME: f64 = 1.0 / 25.0;
 
-/// The fields of a `TimeSensor`, in seconds since the scene was opened.
+/// The length of an `AudioClip` or a `MovieTexture` in seconds. Its file is not read, so one that
+/// does not loop plays until its stop time; one that the file started long ago has ended.
+const CLIP: f64 = 1e6;
+
+/// Returns whether a class of node plays a file.
+pub(super) fn is_clip(class: Option<ClassId>) -> bool {
+    matches!(class, Some(class::AUDIO_CLIP | class::MOVIE_TEXTURE))
+}
+
+/// Returns whether a class of node is time-dependent.
+pub(super) fn is_time_dependent(class: Option<ClassId>) -> bool {
+    class == Some(class::TIME_SENSOR) || is_clip(class)
+}
+
+/// The fields of a time-dependent node, in seconds since the scene was opened.
 #[derive(Clone, Copy, Debug)]
 struct Fields {
     start: f64,
@@ -40,20 +55,39 @@ struct Fields {
 
 impl Fields {
     fn of(node: NodeRef<'_>, timer: Timer) -> Self {
-        let cycle = node.get(time_sensor::CYCLE_INTERVAL);
+        let (times, cycle, loops, enabled) = match node.class_id() {
+            Some(class::AUDIO_CLIP) => (
+                [audio_clip::START_TIME, audio_clip::STOP_TIME].map(|time| node.get(time)),
+                CLIP,
+                node.get(audio_clip::LOOP),
+                true,
+            ),
+            Some(class::MOVIE_TEXTURE) => (
+                [movie_texture::START_TIME, movie_texture::STOP_TIME].map(|time| node.get(time)),
+                CLIP,
+                node.get(movie_texture::LOOP),
+                true,
+            ),
+            _ => (
+                [time_sensor::START_TIME, time_sensor::STOP_TIME].map(|time| node.get(time)),
+                node.get(time_sensor::CYCLE_INTERVAL),
+                node.get(time_sensor::LOOP),
+                node.get(time_sensor::ENABLED),
+            ),
+        };
         let since_opening = |time: f64, is_set: bool| match is_set {
             true => time,
             false if time < OPENING => time - OPENING,
             false => f64::INFINITY,
         };
-        let start = node.get(time_sensor::START_TIME);
+        let [start, stop] = times;
         Self {
             start: since_opening(start, timer.start_set),
-            stop: since_opening(node.get(time_sensor::STOP_TIME), timer.stop_set),
+            stop: since_opening(stop, timer.stop_set),
             phase: start,
             cycle: if cycle > 0.0 { cycle } else { 1.0 },
-            loops: node.get(time_sensor::LOOP),
-            enabled: node.get(time_sensor::ENABLED),
+            loops,
+            enabled,
         }
     }
 
@@ -68,7 +102,7 @@ impl Fields {
     }
 }
 
-/// The events of a `TimeSensor`, in the order in which it sends them.
+/// The events of a time-dependent node, in the order in which it sends them.
 pub(super) type TimerEvents = Vec<(&'static str, Value)>;
 
 impl Timer {
@@ -77,8 +111,17 @@ impl Timer {
         self.active
     }
 
-    /// Returns the events that the sensor sends at a time.
+    /// Returns the events that the node sends at a time.
     pub(super) fn tick(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
+        let mut events = self.sensor_events(node, now);
+        if is_clip(node.class_id()) {
+            events.retain(|(output, _)| *output == "isActive");
+        }
+        events
+    }
+
+    /// Returns the events that a `TimeSensor` with the fields of the node sends at a time.
+    fn sensor_events(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
         let fields = Fields::of(node, *self);
         if self.active {
             return self.run(fields, now);

@@ -11,10 +11,9 @@ use super::log::EventLog;
 use super::picker::ShapePicker;
 use super::pointing::Grab;
 use super::survey::WorldSurvey;
-use super::timer::{Timer, TimerEvents};
+use super::timer::{Timer, TimerEvents, is_time_dependent};
 use super::viewer_sensor::{Output, ViewerSensor};
 use super::wires::{End, Wires};
-use crate::grammar::class;
 use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::pose::CameraPose;
 use crate::traversal::Leading;
@@ -51,7 +50,7 @@ pub struct World {
     /// The events that nodes have sent since the last event from outside. Each is sent once, which
     /// ends loops of routes (VRML97, 4.10.4).
     sent: HashSet<End>,
-    /// The state of each `TimeSensor`.
+    /// The state of each time-dependent node.
     pub timers: BTreeMap<NodeId, Timer>,
     /// The state of each sensor that depends on the viewer.
     pub(super) viewer_sensors: BTreeMap<NodeId, ViewerSensor>,
@@ -109,7 +108,7 @@ impl World {
         world
     }
 
-    /// Finds the `TimeSensor`s among the nodes of the arena from an index on.
+    /// Finds the time-dependent nodes among those of the arena from an index on.
     pub fn find_timers(&mut self, first: usize) {
         for index in first..self.document.nodes.len() {
             let id = NodeId(index as u32);
@@ -117,7 +116,7 @@ impl World {
                 document: &self.document,
                 id,
             };
-            if node.class_id() == Some(class::TIME_SENSOR) && !self.document.is_template(id) {
+            if is_time_dependent(node.class_id()) && !self.document.is_template(id) {
                 self.timers.insert(id, Timer::default());
             }
         }
@@ -180,7 +179,7 @@ impl World {
         Some(event)
     }
 
-    /// Returns the events that a `TimeSensor` sends now.
+    /// Returns the events that a time-dependent node sends now.
     pub(super) fn tick(&mut self, id: NodeId) -> TimerEvents {
         let node = NodeRef {
             document: &self.document,
@@ -190,14 +189,14 @@ impl World {
         timer.map_or_else(Vec::new, |timer| timer.tick(node, self.now))
     }
 
-    /// Returns the `TimeSensor`s that do not run.
+    /// Returns the time-dependent nodes that do not run.
     pub(super) fn resting_timers(&self) -> Vec<NodeId> {
         let resting = self.timers.iter().filter(|(_, timer)| !timer.is_active());
         resting.map(|(id, _)| *id).collect()
     }
 
-    /// Returns the first time after now at which a pressed pointer moves, or a `TimeSensor` starts,
-    /// ends or begins a cycle of at least `shortest` seconds.
+    /// Returns the first time after now at which a pressed pointer moves, or a time-dependent node
+    /// starts, ends or begins a cycle of at least `shortest` seconds.
     pub(super) fn next_time(&self, shortest: f64) -> Option<f64> {
         let times = self.timers.iter().filter_map(|(&id, timer)| {
             let document = &self.document;
