@@ -199,6 +199,7 @@ pub(super) fn converted(
         ConvertedFile::Rewritten(format) => rewritten(document, format, options),
         ConvertedFile::Exported(target) => convert(document, target, options)?,
     };
+    // Writing ends early if the work is stopped.
     Budget::current().check()?;
     Ok(conversion)
 }

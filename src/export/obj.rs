@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use std::fmt::Write;
 
 use glam::{Affine2, DVec3, Vec3};
+use ivcam_base::work::until_stopped;
 use ivcam_render::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
 
 use super::appearance::{Appearance, texture_point};
@@ -67,7 +68,7 @@ fn write_part(
 ) {
     let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
     let world = &node.world;
-    for (i, p) in mesh.positions.iter().enumerate() {
+    for (i, p) in until_stopped(mesh.positions.iter()).enumerate() {
         let Vec3 { x, y, z } = world.transform_point3(p.as_dvec3()).as_vec3();
         let _ = match mesh.colors.get(i).filter(|_| keeps_colors) {
             Some([r, g, b, _]) => writeln!(out, "v {x} {y} {z} {r} {g} {b}"),
@@ -76,12 +77,12 @@ fn write_part(
     }
     let texture = material.texture.as_ref();
     let matrix = texture.map_or(Affine2::IDENTITY, |t| t.matrix);
-    for coordinates in &mesh.coordinates {
+    for coordinates in until_stopped(mesh.coordinates.iter()) {
         let at = texture_point(matrix, *coordinates);
         let _ = writeln!(out, "vt {} {}", at.x, at.y);
     }
     let turn = normal_matrix(world);
-    for normal in &mesh.normals {
+    for normal in until_stopped(mesh.normals.iter()) {
         let Vec3 { x, y, z } = (turn * normal.as_dvec3()).normalize_or(DVec3::Z).as_vec3();
         let _ = writeln!(out, "vn {x} {y} {z}");
     }
@@ -107,18 +108,18 @@ fn write_primitives(out: &mut String, mesh: &Mesh, is_mirrored: bool, next: Next
     };
     match &mesh.primitives {
         Primitives::Triangles(list) => {
-            for &[a, b, c] in list {
+            for &[a, b, c] in until_stopped(list.iter()) {
                 let [b, c] = if is_mirrored { [c, b] } else { [b, c] };
                 let _ = writeln!(out, "f {} {} {}", corner(a), corner(b), corner(c));
             }
         }
         Primitives::Lines(list) => {
-            for [a, b] in list.iter().map(|l| l.map(|v| next.vertex + v as usize)) {
+            for [a, b] in until_stopped(list.iter()).map(|l| l.map(|v| next.vertex + v as usize)) {
                 let _ = writeln!(out, "l {a} {b}");
             }
         }
         Primitives::Points => {
-            for v in 0..mesh.positions.len() {
+            for v in until_stopped(0..mesh.positions.len()) {
                 let _ = writeln!(out, "p {}", next.vertex + v);
             }
         }

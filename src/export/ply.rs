@@ -6,6 +6,7 @@ use std::io::Write;
 
 use glam::{DAffine3, DVec3, Vec3};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::work::until_stopped;
 use ivcam_render::scene::model::{Material, Mesh, Model};
 
 /// Writes a model.
@@ -32,7 +33,7 @@ pub(super) fn write(model: &Model) -> Result<Vec<u8>> {
     let mut first = 0;
     for (mesh, _, world, _) in meshes() {
         let is_mirrored = world.matrix3.determinant() < 0.0;
-        for &[a, b, c] in mesh.triangles() {
+        for &[a, b, c] in until_stopped(mesh.triangles().iter()) {
             let corners = if is_mirrored { [a, c, b] } else { [a, b, c] };
             out.push(3);
             for v in corners {
@@ -68,7 +69,7 @@ fn header(out: &mut Vec<u8>, model: &Model, vertices: usize) {
 fn write_vertices(out: &mut Vec<u8>, mesh: &Mesh, material: &Material, world: &DAffine3) {
     let turn = normal_matrix(world);
     let plain = material.diffuse.extend(1.0 - material.transparency);
-    for (i, p) in mesh.positions.iter().enumerate() {
+    for (i, p) in until_stopped(mesh.positions.iter()).enumerate() {
         let position = world.transform_point3(p.as_dvec3()).as_vec3();
         let normal = mesh.normals.get(i).copied().unwrap_or(Vec3::Z);
         let normal = (turn * normal.as_dvec3()).normalize_or(DVec3::Z).as_vec3();

@@ -10,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::Inputs;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
-use ivcam_base::work::Budget;
+use ivcam_base::work::{Budget, StopCause};
 use ivcam_inventor::events::{Action, depends_on_viewer};
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
@@ -22,7 +22,7 @@ use ivcam_optics::lens::Movements;
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_optics::sampling::{FilterTable, Sampler};
 use ivcam_render::camera::{Camera, LampFinder, LensCamera, film_plane, lens_in_scene};
-use ivcam_render::render::diffraction::diffract;
+use ivcam_render::render::diffraction::{diffract, diffraction_time};
 use ivcam_render::render::ghosts::GhostRender;
 use ivcam_render::render::report::{RenderReport, StageSeconds, stated_error};
 use ivcam_render::render::{
@@ -71,6 +71,8 @@ const GHOST_RAYS: u32 = 1 << 17;
 
 /// The key of the metadata of a picture whose render was interrupted.
 pub(crate) const UNFINISHED: &str = "ivcam:unfinished";
+/// The time that is kept for diffraction, over the one that was measured: threads share caches.
+const MARGIN: f64 = 1.3;
 /// The end of the note about a picture whose diffraction was canceled.
 const WITHOUT_DIFFRACTION: &str = "without diffraction";
 
@@ -606,8 +608,8 @@ impl Session {
         let is_whole = task.samples.is_none() && task.sums.is_none();
         let left = self.opening.zip(stop.time);
         let left = left.map(|(opening, time)| time.saturating_sub(opening));
-        stop.time = left.or(stop.time);
         let _timer = left.map(|left| self.budget.stop().after(left + GRACE));
+        stop.time = left.or(stop.time).map(|time| self.time_for_rays(time));
         let signal = StopKeeper(self.budget.stop().clone());
         let keepers = &[task.keepers, &[&signal]].concat()[..];
         let task = Task { keepers, ..task };
@@ -785,28 +787,54 @@ impl Session {
         self.plan.max_depth.unwrap_or(usual)
     }
 
-    /// Returns the film with diffraction, if the plan has it, the camera has a pupil, and the work
-    /// is not canceled.
-    fn diffracted(&self, film: &Film) -> Option<Film> {
+    /// Returns the film of an exposure with diffraction, if the plan has it, the camera has a
+    /// pupil, and the work is not stopped before.
+    fn diffracted(&self, exposure: &Exposure) -> Option<Film> {
+        let Camera::Lens(camera) = &self.camera else {
+            return None;
+        };
+        if !self.plan.diffraction {
+            return None;
+        }
+        let stop = self.budget.stop();
+        let spent = Duration::try_from_secs_f64(exposure.spent.seconds).unwrap_or_default();
+        let left = self.opening.zip(self.plan.stop.time);
+        let left = left.map(|(opening, time)| time.saturating_sub(opening).saturating_sub(spent));
+        let _timer = left.map(|left| stop.after(left + GRACE));
+        diffract(&exposure.film, camera, stop)
+    }
+
+    /// Returns the part of a time that is left for rays: diffraction, whose time is measured, takes
+    /// up to a half.
+    fn time_for_rays(&self, time: Duration) -> Duration {
         match &self.camera {
             Camera::Lens(camera) if self.plan.diffraction => {
-                diffract(film, camera, self.budget.stop())
+                let (size, stop) = (self.plan.resolution, self.budget.stop());
+                let diffraction = diffraction_time(size, camera, stop).mul_f64(MARGIN);
+                time.saturating_sub(diffraction).max(time / 2)
             }
-            _ => None,
+            _ => time,
         }
     }
 
-    /// Returns the warning that a picture has no diffraction because the work was canceled.
+    /// Returns the warning that a picture has no diffraction because the work was stopped.
     pub fn warn_without_diffraction(&self, picture: &Picture) -> Option<Box<Diagnostic>> {
         let said = picture.provenance.get(UNFINISHED);
-        let is_without = said.is_some_and(|text| text.ends_with(WITHOUT_DIFFRACTION));
-        let text = "the work was canceled; the picture is without diffraction";
-        is_without.then(|| Diagnostic::warning(text))
+        if !said.is_some_and(|text| text.ends_with(WITHOUT_DIFFRACTION)) {
+            return None;
+        }
+        Some(match self.budget.stop().cause() {
+            Some(StopCause::Time) => Diagnostic::warning(
+                "`--time` is too short for diffraction; the picture is without it",
+            )
+            .with_help("give `--time` a longer time, or make a smaller picture"),
+            _ => Diagnostic::warning("the work was canceled; the picture is without diffraction"),
+        })
     }
 
     /// Develops an exposure to a picture. Its metadata has the plan and the command line.
     pub fn develop(&self, exposure: &Exposure, command: &str) -> Picture {
-        let diffracted = self.diffracted(&exposure.film);
+        let diffracted = self.diffracted(exposure);
         let film = diffracted.as_ref().unwrap_or(&exposure.film);
         let picture = Picture::develop(film, self.plan.response.clone());
         Picture {
@@ -817,7 +845,7 @@ impl Session {
 
     /// Develops an exposure as [`Session::develop`] does, and releases its memory meanwhile.
     pub(crate) fn develop_last(&self, exposure: Exposure, command: &str) -> Picture {
-        let diffracted = self.diffracted(&exposure.film);
+        let diffracted = self.diffracted(&exposure);
         let provenance = self.provenance_of(&exposure, diffracted.is_some(), command);
         let film = diffracted.unwrap_or(exposure.film);
         let picture = Picture::develop_last(film, self.plan.response.clone());

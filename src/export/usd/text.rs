@@ -3,6 +3,7 @@
 use std::fmt::{Display, Write};
 
 use glam::DAffine3;
+use ivcam_base::work::until_stopped;
 
 use crate::export::indent::indent;
 
@@ -50,7 +51,7 @@ pub(super) fn tuple<const N: usize>(numbers: [f32; N]) -> String {
 /// A list of tuples.
 pub(super) fn tuples<const N: usize>(list: impl Iterator<Item = [f32; N]>) -> String {
     let mut out = String::from("[");
-    for (i, numbers) in list.enumerate() {
+    for (i, numbers) in until_stopped(list).enumerate() {
         let comma = if i > 0 { ", " } else { "" };
         let _ = write!(out, "{comma}({})", joined(&numbers));
     }
@@ -65,7 +66,7 @@ pub(super) fn numbers<T: Display>(list: &[T]) -> String {
 
 fn joined<T: Display>(list: &[T]) -> String {
     let mut out = String::new();
-    for (i, number) in list.iter().enumerate() {
+    for (i, number) in until_stopped(list.iter()).enumerate() {
         let comma = if i > 0 { ", " } else { "" };
         let _ = write!(out, "{comma}{number}");
     }

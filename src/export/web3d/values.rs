@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use ivcam_base::work::until_stopped;
 use ivcam_inventor::grammar::FieldType;
 use ivcam_inventor::grammar::value::{Image, Value};
 
@@ -64,7 +65,7 @@ fn doubles(numbers: &[f64]) -> String {
 fn list(items: impl Iterator<Item = String>) -> String {
     let mut out = String::new();
     let mut line = 0;
-    for item in items {
+    for item in until_stopped(items) {
         if line > 0 {
             out.push(if line > LINE { '\n' } else { ' ' });
             line = if line > LINE { 0 } else { line };

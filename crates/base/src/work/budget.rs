@@ -215,6 +215,17 @@ pub fn spend_bytes(bytes: u64) -> std::result::Result<(), Cut> {
     })
 }
 
+/// Yields the items of a long list until the work of this thread is stopped. Whoever uses it asks
+/// [`Budget::check`] afterwards.
+pub fn until_stopped<T>(items: impl Iterator<Item = T>) -> impl Iterator<Item = T> {
+    let stop = Budget::of_thread().map(|budget| budget.stop().clone());
+    let mut number: u32 = 0;
+    items.take_while(move |_| {
+        number = number.wrapping_add(1);
+        !number.is_multiple_of(1024) || !stop.as_ref().is_some_and(StopSignal::is_set)
+    })
+}
+
 /// Returns whether the account of this thread cuts all work.
 pub fn is_cut() -> bool {
     CURRENT.with_borrow(|budget| budget.as_ref().is_some_and(|budget| budget.cut().is_some()))

@@ -15,6 +15,6 @@ mod limit;
 mod stop;
 
 pub use allowance::Allowance;
-pub use budget::{Budget, Cut, is_cut, spend, spend_bytes};
+pub use budget::{Budget, Cut, is_cut, spend, spend_bytes, until_stopped};
 pub use limit::WorkLimit;
 pub use stop::{StopCause, StopSignal, StopTimer};

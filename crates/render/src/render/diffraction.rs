@@ -12,9 +12,11 @@
 //! where the grid of directions repeats itself, 128 Airy radii from the center, and are normalized
 //! so that the light beyond is not lost.
 
+use std::time::{Duration, Instant};
+
 use glam::{DMat3, DVec2, DVec3};
 use ivcam_base::math::fourier::{times, transform_square};
-use ivcam_base::work::{StopCause, StopSignal};
+use ivcam_base::work::StopSignal;
 use ivcam_optics::film::{Exposed, Film, Resolution};
 use ivcam_optics::lens::{Bundle, LANES, LensRay, PupilWindow};
 use ivcam_optics::spectrum::Spectrum;
@@ -41,8 +43,7 @@ const LAST: i32 = 700;
 /// Returns the film with diffraction. Only the pixels' means change; the error estimate remains
 /// that of the rays.
 ///
-/// Returns none if `stop` is canceled before the end. A signal that the time has passed does not
-/// count: the picture that was asked for has diffraction.
+/// Returns none if `stop` is set before the end.
 pub fn diffract(film: &Film, camera: &LensCamera, stop: &StopSignal) -> Option<Film> {
     let size = film.resolution;
     let colors = colors();
@@ -66,6 +67,17 @@ pub fn diffract(film: &Film, camera: &LensCamera, stop: &StopSignal) -> Option<F
         }
     }
     Some(out)
+}
+
+/// Returns about how long [`diffract`] takes on rayon's current pool for a film of a size, from the
+/// time that the place in the middle takes.
+pub fn diffraction_time(size: Resolution, camera: &LensCamera, stop: &StopSignal) -> Duration {
+    let start = Instant::now();
+    let film = Film::new(size);
+    let [across, down] = PLACES;
+    spread_part((&film, camera, stop), &colors(), across / 2, down / 2);
+    let rounds = (across * down).div_ceil(rayon::current_num_threads());
+    start.elapsed() * rounds as u32
 }
 
 /// Returns the memory in bytes that diffraction of a film of a size takes at most: a copy of the
@@ -123,7 +135,7 @@ fn spread_part(
     j: usize,
 ) -> Option<(PixelBox, Vec<DVec3>)> {
     // A transform of the largest field takes about half a second.
-    let proceed = || (stop.cause() != Some(StopCause::Canceled)).then_some(());
+    let proceed = || (!stop.is_set()).then_some(());
     proceed()?;
     let Resolution { width, height } = film.resolution;
     let at = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 
+use ivcam_base::work::until_stopped;
+
 use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
@@ -115,7 +117,7 @@ fn double(out: &mut String, n: f64) {
 }
 
 fn numbers<T>(out: &mut String, list: &[T], one: impl Fn(&mut String, &T)) {
-    for (i, n) in list.iter().enumerate() {
+    for (i, n) in until_stopped(list.iter()).enumerate() {
         if i > 0 {
             out.push(' ');
         }
@@ -143,7 +145,7 @@ pub(super) fn list<T>(
         return one(out, value);
     }
     out.push_str("[ ");
-    for (i, value) in list.iter().enumerate() {
+    for (i, value) in until_stopped(list.iter()).enumerate() {
         if i > 0 {
             out.push(',');
             if i % in_line == 0 {
