@@ -32,7 +32,7 @@ pub(crate) fn command() -> Command {
         .arg(picture(
             "old",
             "OLD",
-            "archival picture: png, jpeg, tiff, gif, bmp, pnm, tga, sgi or exr",
+            "archival picture: png, jpeg, tiff, gif, bmp, pnm, tga, sgi, exr or hdr",
         ))
         .arg(switch(
             "align",

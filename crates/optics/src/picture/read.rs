@@ -1,4 +1,4 @@
-//! Reads picture files: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI and EXR.
+//! Reads picture files: PNG, JPEG, TIFF, GIF, BMP, PNM, TGA, SGI, EXR and Radiance HDR.
 //!
 //! Textures, archival pictures and exposures are decoded here without conversion. For an animated
 //! file, the first frame is read.
@@ -83,7 +83,7 @@ fn decode_other(
     let Some(format) = format else {
         return Err(
             Diagnostic::error("this is not a picture in a known format").with_help(
-                "known are png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw) and exr",
+                "known are png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw), exr and hdr",
             ),
         );
     };
@@ -220,6 +220,18 @@ mod tests {
             assert_eq!((raster.width, raster.height), (3, 2), "{format:?}");
             assert_eq!(raster.color(5), [160.0 / 255.0, 0.0, 1.0 / 255.0]);
         }
+    }
+
+    /// Radiance's format has 8 bits of a mantissa, so powers of two are exact.
+    #[test]
+    fn a_radiance_picture_has_its_light() {
+        let light = [[8.0, 0.5, 0.25], [1024.0, 512.0, 256.0]];
+        let picture = image::Rgb32FImage::from_fn(2, 1, |x, _| image::Rgb(light[x as usize]));
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Hdr).unwrap();
+        let raster = Raster::decode(&bytes.into_inner(), "sky.hdr").unwrap();
+        assert!(matches!(raster.samples, Samples::F32(_)));
+        assert_eq!([raster.color(0), raster.color(1)], light);
     }
 
     #[test]
