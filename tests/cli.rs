@@ -1805,3 +1805,261 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
     assert!(said("--efl 35mm").contains("stay black"));
     assert!(!said("--efl 35mm --film 18x12").contains("stay black"));
 }
+
+/// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
+/// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE` and `TEXT` stand for files.
+const MISTAKES: [(&str, &str, &str); 36] = [
+    (
+        "render SCENE --fstopp 2",
+        "no option `--fstopp`",
+        "`--fstop`",
+    ),
+    ("render SCENE --width 30", "no option `--width`", "`--size"),
+    (
+        "render SCENE --hdri PICTURE",
+        "no option `--hdri`",
+        "`--environment-light",
+    ),
+    (
+        "render SCENE --pinhole",
+        "no option `--pinhole`",
+        "`--lens none`",
+    ),
+    ("render SCENE --ev 1", "no option `--ev`", "`--exposure"),
+    (
+        "render SCENE --xyzzy",
+        "no option `--xyzzy`",
+        "`ivcam render --help`",
+    ),
+    (
+        "check SCENE --xyzzy",
+        "no option `--xyzzy`",
+        "`ivcam check --help`",
+    ),
+    (
+        "-batch SCENE --xyzzy",
+        "no option `--xyzzy`",
+        "`ivcam render --help`",
+    ),
+    (
+        "render SCENE --fov 60 --efl 50mm",
+        "`--fov` and `--efl`",
+        "leave one out",
+    ),
+    (
+        "render SCENE --fov 180",
+        "`--fov 180` is not an angle",
+        "60",
+    ),
+    (
+        "render SCENE SCENE",
+        "one word too many",
+        "a folder of scenes",
+    ),
+    ("render SCENE out.png", "one word too many", "`-o out.png`"),
+    ("convert SCENE out.glb", "one word too many", "`-o out.glb`"),
+    ("render SCENE LENS", "one word too many", "`--lens"),
+    ("render", "no scene is named", "`ivcam render --help`"),
+    ("-batch -j SCENE", "no scene is named", "`-j` takes `"),
+    ("render SCENE --lens", "`--lens` has no value", "LENS"),
+    (
+        "render SCENE --focus --lens ideal",
+        "`--focus` wants a distance",
+        "`--lens` is an option",
+    ),
+    ("rendr SCENE", "no command and no scene `rendr`", "`render`"),
+    ("render LENS", "is a lens, not a scene", "`--lens"),
+    (
+        "render PICTURE",
+        "is a picture, not a scene",
+        "`ivcam compare",
+    ),
+    (
+        "render SCENE --camera LENS",
+        "is a lens, not a camera",
+        "`--lens",
+    ),
+    (
+        "render SCENE --lens SCENE",
+        "is a scene or a camera, not a lens",
+        "`ivcam render",
+    ),
+    (
+        "render SCENE --lens CAMERA",
+        "is a scene or a camera, not a lens",
+        "`--camera",
+    ),
+    (
+        "render SCENE --lens PICTURE",
+        "is a picture, not a lens",
+        "`ivcam compare",
+    ),
+    (
+        "lens SCENE",
+        "is a scene or a camera, not a lens",
+        "`ivcam render",
+    ),
+    (
+        "compare SCENE PICTURE",
+        "is a scene or a camera, not a picture",
+        "`--fit",
+    ),
+    (
+        "compare PICTURE LENS",
+        "is a lens, not a picture",
+        "`ivcam lens",
+    ),
+    (
+        "render TEXT",
+        "neither an Inventor nor",
+        "the first line should be",
+    ),
+    (
+        "lens double-gauss --export blender",
+        "no export format `blender`",
+        "`osl`",
+    ),
+    (
+        "pull-focus SCENE --from 1 --to 2 --ease x",
+        "`--ease x` is not one of",
+        "`diopters smooth`",
+    ),
+    ("render SCENE --focus 5'13\"", "is not a distance", "40cm"),
+    (
+        "render SCENE --size 30",
+        "`--size 30` is not a size",
+        "360x240",
+    ),
+    (
+        "render SCENE --samples ten",
+        "`--samples ten` is not",
+        "a number",
+    ),
+    (
+        "render SCENE -o picture.xyz",
+        "cannot tell the picture's format",
+        ".png",
+    ),
+    (
+        "merge a b",
+        "`--output <FILE>` is missing",
+        "`ivcam merge --help`",
+    ),
+];
+
+#[test]
+fn mistakes_are_answered_by_what_is_wrong_and_what_to_do() {
+    let scratch = Scratch::new("mistakes");
+    let picture = scratch.0.join("old.png");
+    image::RgbImage::new(4, 3).save(&picture).unwrap();
+    let files = [
+        ("SCENE", scratch.inventor("scene.iv", "Cube { }")),
+        ("LENS", root().join("lenses/normal/double-gauss.dat")),
+        ("CAMERA", root().join("camera/cam-1.dat")),
+        ("PICTURE", picture),
+        ("TEXT", scratch.file("notes.txt", "hello\n")),
+    ];
+    let before = scratch.names();
+    for (line, wrong, help) in MISTAKES {
+        let words = line.split_whitespace().map(|word| {
+            let file = files.iter().find(|(name, _)| *name == word);
+            file.map_or(PathBuf::from(word), |(_, path)| path.clone())
+        });
+        let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
+        let run = command
+            .current_dir(&scratch.0)
+            .args(words)
+            .output()
+            .unwrap();
+        let said = stderr(&run);
+        assert_eq!(run.status.code(), Some(2), "{line}\n{said}");
+        assert!(said.starts_with("error: "), "{line}\n{said}");
+        assert!(
+            said.contains(wrong) && said.contains(help),
+            "{line}\n{said}"
+        );
+        assert!(!said.contains("For more information"), "{line}\n{said}");
+    }
+    assert_eq!(scratch.names(), before, "no mistake leaves a file behind");
+}
+
+#[test]
+fn words_of_photographers_and_of_other_programs_mean_the_same() {
+    let scratch = Scratch::new("words");
+    let scene = scratch.inventor("scene.iv", "PerspectiveCamera { } Cube { }");
+    let text = scene.to_string_lossy();
+    let picture = |words: &str| {
+        let out = scratch.0.join("a.ppm");
+        let line = format!("{words} --size 9x6 --quiet -o");
+        let run = ivcam(&line).arg(&out).output().unwrap();
+        assert!(run.status.success(), "{words}: {}", stderr(&run));
+        std::fs::read(out).unwrap()
+    };
+    for (ours, theirs) in [
+        ("--samples 2", "--spp 2"),
+        ("--samples 1 --aperture f/8", "--spp 1 -f/8"),
+        ("--samples 1 --aperture 8", "--spp 1 --fstop 8"),
+        ("--samples 1 --efl 50mm", "--spp 1 --focal-length 50mm"),
+        ("--samples 1 --efl 18mm", "--spp 1 --fov 90"),
+        ("--samples 1 --focus 1.8288", "--spp 1 --focus 6'"),
+        ("--samples 1 --focus 1.6764m", "--spp 1 --focus 5'6\""),
+    ] {
+        let ours = picture(&format!("render {text} {ours}"));
+        assert_eq!(
+            ours,
+            picture(&format!("render {text} {theirs}")),
+            "{theirs}"
+        );
+    }
+    // In the 1999 form a name without an ending is that of a PNG.
+    let line = format!("-batch {text} -j 1 --size 9x6 --quiet -o");
+    let run = ivcam(&line).arg(scratch.0.join("out")).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    assert!(scratch.0.join("out.png").exists());
+}
+
+#[test]
+fn a_depth_that_the_format_does_not_have_is_told() {
+    let scratch = Scratch::new("depth");
+    let scene = scratch.inventor("scene.iv", "Cube { }");
+    for (name, told) in [("a.jpg", true), ("a.exr", true), ("a.png", false)] {
+        let line = format!("render {} --size 6x4 --depth 16 -o", scene.display());
+        let run = ivcam(&line).arg(scratch.0.join(name)).output().unwrap();
+        let said = stderr(&run);
+        assert!(run.status.success(), "{said}");
+        assert_eq!(
+            said.contains("`--depth 16` has no effect"),
+            told,
+            "{name}: {said}"
+        );
+    }
+}
+
+#[test]
+fn manual_pages_and_completions_know_every_command_and_option() {
+    let scratch = Scratch::new("man");
+    let run = ivcam("man -o").arg(&scratch.0).output().unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    let names = scratch.names();
+    for name in [
+        "ivcam.1",
+        "ivcam-render.1",
+        "ivcam-lens.1",
+        "ivcam-catalog.1",
+    ] {
+        assert!(names.iter().any(|n| n == name), "{names:?}");
+    }
+    let page = std::fs::read_to_string(scratch.0.join("ivcam-render.1")).unwrap();
+    for part in [".TH ivcam-render 1", "target\\-error", "focal\\-length"] {
+        assert!(page.contains(part), "{part}");
+    }
+    for shell in ["bash", "zsh", "fish"] {
+        let run = ivcam(&format!("completions {shell}")).output().unwrap();
+        assert!(run.status.success(), "{}", stderr(&run));
+        let text = String::from_utf8_lossy(&run.stdout);
+        assert!(
+            text.contains("target-error") && text.contains("pull-focus"),
+            "{shell}"
+        );
+    }
+}

@@ -8,11 +8,11 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::is_output_closed;
 
 use super::arguments::scene_argument;
-use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed, status};
+use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed};
 use super::{
     catalog, check, compare, converge, convert, convert_folder, expose, farm, flags,
     folder_of_scenes, frames, lens, merge, nodes, outputs, pull_focus, render, render_folder,
-    stability, team, view, vintage_help,
+    shell, stability, team, usage, view, vintage_help, wrong_file,
 };
 use crate::photo::Era;
 use crate::photo::options::command_line;
@@ -91,9 +91,8 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
                 let _ = error.print();
                 return Ok(0);
             }
-            let text = error.render().to_string();
-            status!("{}", vintage_help::as_typed(text.trim_end(), typed));
-            return Ok(ERROR);
+            let named = command.find_subcommand(named).unwrap_or(&command);
+            return Err(usage::explained(&error, named, typed));
         }
     };
     match matches.subcommand() {
@@ -109,9 +108,22 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         true => &mut ClosedOutput,
         false => &mut std::io::stdout(),
     };
+    let result = run_command(&matches, words, out);
+    result.map_err(|error| {
+        let m = matches.subcommand().map_or(&matches, |(_, m)| m);
+        wrong_file::explained(m).unwrap_or(error)
+    })
+}
+
+/// Runs the command of parsed arguments. `words` are the arguments in today's spelling.
+fn run_command(
+    matches: &ArgMatches,
+    words: &[OsString],
+    out: &mut dyn std::io::Write,
+) -> Result<i32> {
     match matches.subcommand() {
-        None if !matches.get_flag("batch") => view::run(&matches, Era::Vintage),
-        None => render::run(&matches, Era::Vintage, words),
+        None if !matches.get_flag("batch") => view::run(matches, Era::Vintage),
+        None => render::run(matches, Era::Vintage, words),
         Some(("render", m)) => match folder_of_scenes(m) {
             Some(folder) => render_folder::run(m, words, &folder),
             None => render::run(m, Era::Modern, words),
@@ -119,6 +131,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Some(("catalog", m)) => catalog::run(m),
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, out),
+        Some(("completions", m)) => shell::complete(m, commands(), out),
         Some(("expose", m)) => expose::run(m, out),
         Some(("farm", m)) => farm::run(m),
         Some(("frames", m)) => frames::run(m, out),
@@ -129,6 +142,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
             None => convert::run(m, out),
         },
         Some(("lens", m)) => lens::run(m, out),
+        Some(("man", m)) => shell::man(m, &commands(), out),
         Some(("merge", m)) => merge::run(m, &command_line(words)),
         Some(("nodes", m)) => nodes::run(m, out),
         Some(("stability", m)) => stability::run(m, out),
@@ -247,6 +261,8 @@ pub(super) fn commands() -> Command {
         .subcommand(nodes::command())
         .subcommand(stability::command())
         .subcommand(view::command())
+        .subcommand(shell::man_command())
+        .subcommand(shell::completions_command())
 }
 
 /// Returns the definition of `ivcam [flags] scene.iv`, the command line of the 1999 program.

@@ -163,6 +163,12 @@ fn modern_spellings(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> 
         .into_iter()
         .map(|word| {
             literal |= word == "--";
+            // Photographers write an f-number as f/2.8.
+            if let Some(number) = word.to_str().and_then(|w| w.strip_prefix("-f/"))
+                && !literal
+            {
+                return format!("--aperture=f/{number}").into();
+            }
             let old = word
                 .to_str()
                 .and_then(|w| w.strip_prefix('-'))

@@ -85,7 +85,13 @@ pub(super) fn export(request: &Request<'_>, name: &str) -> Result<Content> {
     let Some((_, write)) = FORMATS.iter().find(|(known, _)| *known == name) else {
         let names = FORMATS.map(|(name, _)| name).join(", ");
         let error = Diagnostic::unsupported(format!("there is no export format `{name}`"));
-        return Err(error.with_help(format!("the formats are {names}")));
+        let help = match name {
+            "blender" | "cycles" => "`osl` is a camera of Blender's renderer Cycles".to_owned(),
+            "zemax" => "`zmx` is Zemax's format".to_owned(),
+            "codev" => "`seq` is Code V's format".to_owned(),
+            _ => format!("the formats are {names}"),
+        };
+        return Err(error.with_help(help));
     };
     let size = "a width and a height in pixels, such as 1920x1280";
     write(&Export {

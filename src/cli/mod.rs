@@ -36,14 +36,17 @@ pub(crate) mod pull_focus;
 pub(crate) mod render;
 mod render_folder;
 mod sheet;
+mod shell;
 mod stability;
 mod team;
 #[cfg(feature = "mpi")]
 mod team_mpi;
 mod tev;
 mod trace_rays;
+mod usage;
 pub(crate) mod view;
 mod vintage_help;
+mod wrong_file;
 
 pub(crate) use arguments::{
     allowance, folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument,

@@ -302,7 +302,8 @@ fn whole_timeline(m: &ArgMatches, frames_is_length: bool) -> Result<Timeline> {
             None if frames_is_length => count("frames")?,
             length => length,
         };
-        let known = "of distance, diopters, travel and linear, smooth";
+        let known = "one of the words distance, diopters or travel, with or without linear or \
+                     smooth, such as `diopters smooth`";
         let ease = parsed(m, "ease", known, Ease::parse)?.unwrap_or_default();
         Timeline::pull_focus(meters("from")?, meters("to")?, frames.unwrap_or(200), ease)?
     };

@@ -12,7 +12,7 @@ use ivcam_base::thread_context::ThreadContext;
 use ivcam_base::work::StopCause;
 use ivcam_inventor::iv::Document;
 use ivcam_optics::film::ErrorUnknown;
-use ivcam_optics::picture::Picture;
+use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 use ivcam_render::camera::{Aim, Camera};
 use ivcam_render::render::report::{RenderReport, count, error_text, percent};
 use ivcam_render::render::{Counts, Exposure, Keeper, Task};
@@ -20,7 +20,8 @@ use ivcam_render::render::{Counts, Exposure, Keeper, Task};
 use super::keeping::Keeping;
 use super::meter::{MeterKind, SceneMeter};
 use super::outputs::{
-    check_picture_space, keep_inputs, picture_format, save_picture, save_picture_rows,
+    check_picture_space, is_standard_stream, keep_inputs, picture_format, save_picture,
+    save_picture_rows,
 };
 use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
@@ -112,7 +113,17 @@ impl OutputOptions {
     fn check_space(&self, plan: &Plan) -> Result<()> {
         let region = plan.region.map(|region| region.resolution());
         let size = (region.unwrap_or(plan.resolution), plan.depth);
-        check_picture_space(&self.output, picture_format(&self.output)?, size, 1)
+        let format = picture_format(&self.output)?;
+        let has_no_depth = matches!(format, PictureFormat::Exr | PictureFormat::Jpeg);
+        if has_no_depth && plan.depth == Depth::Sixteen {
+            let output = self.output.display();
+            let text = format!("`--depth 16` has no effect on `{output}`");
+            let warning = Diagnostic::warning(text);
+            let help =
+                "a JPEG has 8 bits per channel, an EXR 32; PNG, TIFF, PPM and SGI have either";
+            print_diagnostic(&warning.with_help(help));
+        }
+        check_picture_space(&self.output, format, size, 1)
     }
 
     /// Runs `work` on a pool with this number of threads.
@@ -133,12 +144,16 @@ impl OutputOptions {
 
 /// Returns the picture's file: what `-o` names, else the scene's name with `.png`, with a number
 /// where that exists, so that no picture is replaced that the user has not named.
+/// A name without an ending is one of a PNG in the 1999 form.
 fn output(m: &ArgMatches) -> PathBuf {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
-    text(m, "output").map_or_else(
-        || free_name(&picture_name(scene), |path| path.symlink_metadata().is_ok()),
-        PathBuf::from,
-    )
+    let Some(name) = text(m, "output").map(PathBuf::from) else {
+        return free_name(&picture_name(scene), |path| path.symlink_metadata().is_ok());
+    };
+    match m.get_flag("batch") && name.extension().is_none() && !is_standard_stream(&name) {
+        true => name.with_extension("png"),
+        false => name,
+    }
 }
 
 /// Returns the file of `--aov`.

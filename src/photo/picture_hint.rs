@@ -78,8 +78,8 @@ impl Session {
         if picture.pixels.iter().filter(clipped).count() as f64 >= CLIPPED_SHARE * count {
             let middle = brightness(picture, 0.5);
             let cause = "the picture is almost entirely clipped: its exposure is too long";
-            let factor = rounded(0.5 * self.plan.exposure / f64::from(middle));
-            let help = format!("`--exposure {factor}` brings the middle of its range to half");
+            let change = self.exposed_by(0.5 / f64::from(middle));
+            let help = format!("{change} brings the middle of its range to half");
             return Some(Diagnostic::warning(cause).with_help(help));
         }
         let is_bright = |pixel: &&[f32; 3]| {
@@ -117,8 +117,8 @@ impl Session {
         }
         let brightest = brightness(picture, 1.0 - BRIGHT_SHARE);
         let factor = self.exposure_factor();
-        let brighter = rounded(0.8 * self.plan.exposure / f64::from(brightest));
-        let exposure = format!("`--exposure {brighter}` makes its brightest part nearly white");
+        let brighter = self.exposed_by(0.8 / f64::from(brightest));
+        let exposure = format!("{brighter} makes its brightest part nearly white");
         if factor < 1.0 && f64::from(brightest) / factor > DARK {
             return because("its exposure is too short", &exposure);
         }
@@ -176,10 +176,24 @@ impl Session {
             return because(cause, help);
         }
         let help = match brightest > 0.0 {
-            true => format!("`--exposure {brighter}` makes the brightest part nearly white"),
+            true => format!("{brighter} makes the brightest part nearly white"),
             false => "`-s n` shows their shapes without light and materials".to_owned(),
         };
         because("the surfaces in view are black or nearly so", &help)
+    }
+
+    /// Returns the option that multiplies the exposure by a factor, in the terms in which it was
+    /// chosen.
+    fn exposed_by(&self, factor: f64) -> String {
+        let Some(metering) = &self.plan.metering else {
+            return format!("`--exposure {}`", rounded(self.plan.exposure * factor));
+        };
+        let iso = rounded(metering.iso * factor);
+        let seconds = metering.shutter * factor;
+        match seconds < 0.5 {
+            true => format!("`--shutter 1/{}` or `--iso {iso}`", rounded(1.0 / seconds)),
+            false => format!("`--shutter {}s` or `--iso {iso}`", rounded(seconds)),
+        }
     }
 
     /// Says why a camera sees nothing of a scene that has shapes.

@@ -1,16 +1,20 @@
 //! Options of the film: its size, its position, and its exposure.
 
+use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::math::Mm;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response, WhiteBalance};
 use ivcam_optics::picture::Depth;
 
-use super::option::{Opt, Takes};
+use super::given::GivenOptions;
+use super::option::{Opt, OptionNeeds, Takes};
 use super::shutter::{metering, shutter_word};
-use super::values::{angle, degrees, if_any, length, pair, positive, set, unless_default};
+use super::values::{angle, degrees, finite, if_any, length, pair, positive, set, unless_default};
+use crate::photo::plan::{Optics, Plan};
 
 const ANGLE: &str = "an angle in degrees, less than 90, such as 8 or -5";
 const LENGTH: &str = "a length in millimeters, such as 8 or -5mm";
 
-pub(super) static OPTIONS: [Opt; 15] = [
+pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "film",
         Takes::One("WxH"),
@@ -31,10 +35,19 @@ pub(super) static OPTIONS: [Opt; 15] = [
     .describe(|plan| Some(format!("{}x{} mm", plan.film.width, plan.film.height)))
     .examples(&["--film 24x36", "--film 10.26x7.49mm"]),
     Opt::new(
+        "fov",
+        Takes::One("DEGREES"),
+        "scales the lens to this angle of view across the film, of a lens without distortion",
+    )
+    .needs(OptionNeeds::Lens)
+    .plan(field_of_view, |_, _| Vec::new()) // The entry of `--efl` writes it.
+    .examples(&["--fov 60", "--film 6x6 --fov 40deg", "--lens ideal --fov 90"]),
+    Opt::new(
         "size",
         Takes::One("WxH"),
         "picture size in pixels [360x240]",
     )
+    .aliases(&["resolution"])
     .plan(
         |plan, words, _| {
             if let Some((width, height)) =
@@ -263,6 +276,27 @@ pub(super) static OPTIONS: [Opt; 15] = [
     )
     .examples(&["--depth 8", "--depth 16"]),
 ];
+
+/// Sets the focal length with which a lens without distortion sees an angle across the film.
+fn field_of_view(plan: &mut Plan, words: &GivenOptions, _: &mut Sink) -> Result<()> {
+    let angle = |word: &str| finite(word.trim_end_matches("deg"));
+    let angle = |word: &str| angle(word).filter(|a| 0.1 <= *a && *a < 170.0);
+    let expects = "an angle in degrees from 0.1 to less than 170, such as 60";
+    let Some(angle) = words.parsed("fov", expects, angle)? else {
+        return Ok(());
+    };
+    if let Some(other) = ["efl", "zoom"].into_iter().find(|name| words.has(name)) {
+        let message = format!("`--fov` and `--{other}` both set the focal length");
+        return Err(Diagnostic::error(message).with_help("leave one out"));
+    }
+    let efl = Mm(0.5 * plan.film.width / libm::tan(0.5 * angle.to_radians()));
+    match &mut plan.optics {
+        Optics::Lens(lens) => lens.efl = Some(efl),
+        Optics::Ideal(ideal) => ideal.efl = efl,
+        Optics::Pinhole => {}
+    }
+    Ok(())
+}
 
 fn film_size(word: &str) -> Option<FilmFormat> {
     let (width, height) = pair::<f64>(word.trim_end_matches("mm"))?;

@@ -50,7 +50,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "focus",
         Takes::One("DISTANCE"),
-        "distance in focus, from the camera; a bare number is meters [the scene camera's focalDistance]",
+        "distance in focus, from the camera, such as 1.2, 40cm or 5'6\"; a bare number is meters [the scene camera's focalDistance]",
     )
     .vintage("f")
     .needs(OptionNeeds::Lens)
@@ -88,19 +88,20 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("LENGTH"),
         "scales the lens to this focal length, such as 20mm; --zoom then scales on from there",
     )
+    .aliases(&["focal-length"])
     .needs(OptionNeeds::Lens)
     .plan(focal_length, |plan, _| match &plan.optics {
         Optics::Lens(lens) => if_any(lens.efl, |efl| format!("{}mm", efl.0)),
         Optics::Ideal(ideal) => vec![format!("{}mm", ideal.efl.0)],
         Optics::Pinhole => Vec::new(),
     })
-    .examples(&["--efl 20mm", "--efl 20mm --zoom 2", "--lens ideal --efl 3cm"]),
+    .examples(&["--efl 20mm", "--focal-length 20mm --zoom 2", "--lens ideal --efl 3cm"]),
     Opt::new(
         "aperture",
         Takes::One("F-NUMBER"),
         "stops the lens down, such as f/8 or 8 [full aperture]",
     )
-    .aliases(&["f-number"])
+    .aliases(&["f-number", "fstop", "f-stop"])
     .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
@@ -118,7 +119,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
             Optics::Pinhole => Vec::new(),
         },
     )
-    .examples(&["--aperture f/8", "--f-number 5.6", "--lens ideal --aperture 1.2"]),
+    .examples(&["--aperture f/8", "--f-number 5.6", "--fstop 2.8", "--lens ideal --aperture 1.2"]),
     Opt::new(
         "zoom-position",
         Takes::One("N"),

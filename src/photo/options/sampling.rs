@@ -21,6 +21,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         "samples per pixel [1999: 1, now: 16]",
     )
     .vintage("j")
+    .aliases(&["spp"])
     .plan(samples, |plan, _| {
         if plan.stop.samples == SAMPLE_LIMIT && has_other_end(plan) {
             return Vec::new();

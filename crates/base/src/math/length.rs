@@ -40,8 +40,16 @@ pub enum LengthUnit {
     Centimeter,
     /// `in`.
     Inch,
+    /// `ft`.
+    Foot,
+    /// `yd`.
+    Yard,
     /// `m`.
     Meter,
+    /// `km`.
+    Kilometer,
+    /// `mi`.
+    Mile,
 }
 
 impl LengthUnit {
@@ -51,38 +59,61 @@ impl LengthUnit {
             Self::Millimeter => 1.0,
             Self::Centimeter => 10.0,
             Self::Inch => 25.4,
+            Self::Foot => 304.8,
+            Self::Yard => 914.4,
             Self::Meter => 1000.0,
+            Self::Kilometer => 1e6,
+            Self::Mile => 1_609_344.0,
         }
     }
 
-    /// The unit with an abbreviation (`mm`, `cm`, `in` or `m`) or an English name.
+    /// The unit with an abbreviation (`mm`, `cm`, `in`, `ft`, `yd`, `m`, `km` or `mi`), a sign (`'`
+    /// or `"`) or an English name.
     pub fn parse(suffix: &str) -> Option<Self> {
         match suffix {
             "mm" | "millimeters" => Some(Self::Millimeter),
             "cm" | "centimeters" => Some(Self::Centimeter),
-            "in" | "inch" | "inches" => Some(Self::Inch),
-            "m" | "meters" => Some(Self::Meter),
+            "in" | "inch" | "inches" | "\"" | "″" => Some(Self::Inch),
+            "ft" | "foot" | "feet" | "'" | "′" => Some(Self::Foot),
+            "yd" | "yard" | "yards" => Some(Self::Yard),
+            "m" | "meter" | "meters" => Some(Self::Meter),
+            "km" | "kilometer" | "kilometers" => Some(Self::Kilometer),
+            "mi" | "mile" | "miles" => Some(Self::Mile),
             _ => None,
         }
     }
 }
 
-/// Parses a length such as `20mm`, `1.2 m` or `2in`. A number without a unit has the unit `bare`.
-/// Infinity is accepted, because a focus distance may be `inf`; NaN is not.
+/// Parses a length such as `20mm`, `1.2 m`, `2in`, `5'6"` or `5ft 6in`. A number without a unit has
+/// the unit `bare`. Infinity is accepted, because a focus distance may be `inf`; NaN is not.
 pub fn parse_length(text: &str, bare: LengthUnit) -> Option<Mm> {
     let text = text.trim();
     if let Ok(number) = text.parse::<f64>() {
         return (!number.is_nan()).then_some(Mm(number * bare.millimeters()));
     }
-    let letters = text
-        .bytes()
+    match text.split_once(['\'', '′']).or(text.split_once("ft")) {
+        Some((feet, inches)) if !inches.trim().is_empty() => {
+            let feet: f64 = feet.trim_end().parse().ok().filter(|x| *x >= 0.0)?;
+            let inches = measured(inches.trim()).filter(|(_, unit)| *unit == LengthUnit::Inch)?;
+            let inches = Some(inches.0).filter(|x| (0.0..12.0).contains(x))?;
+            Some(Mm((12.0 * feet + inches) * LengthUnit::Inch.millimeters()))
+        }
+        _ => measured(text).map(|(number, unit)| Mm(number * unit.millimeters())),
+    }
+}
+
+/// Splits a number and its unit.
+fn measured(text: &str) -> Option<(f64, LengthUnit)> {
+    let is_unit = |c: &char| c.is_alphabetic() || "'\"′″".contains(*c);
+    let unit: usize = text
+        .chars()
         .rev()
-        .take_while(u8::is_ascii_alphabetic)
-        .count();
-    let (number, suffix) = text.split_at(text.len() - letters);
+        .take_while(is_unit)
+        .map(char::len_utf8)
+        .sum();
+    let (number, suffix) = text.split_at(text.len() - unit);
     let number: f64 = number.trim_end().parse().ok()?;
-    let unit = LengthUnit::parse(suffix)?;
-    (!number.is_nan()).then_some(Mm(number * unit.millimeters()))
+    (!number.is_nan()).then_some((number, LengthUnit::parse(suffix)?))
 }
 
 #[cfg(test)]
@@ -98,7 +129,34 @@ mod tests {
             parse_length("inf", LengthUnit::Meter),
             Some(Mm(f64::INFINITY))
         );
-        assert_eq!(parse_length("5 furlongs", LengthUnit::Meter), None);
+        for (text, inches) in [
+            ("5'6\"", 66.0),
+            ("5' 6in", 66.0),
+            ("5ft 6.5in", 66.5),
+            ("6'", 72.0),
+            ("6ft", 72.0),
+            ("2 yards", 72.0),
+            ("1mi", 63_360.0),
+        ] {
+            assert_eq!(
+                parse_length(text, LengthUnit::Meter),
+                Some(Mm(25.4 * inches)),
+                "{text}"
+            );
+        }
+        assert_eq!(parse_length("2km", LengthUnit::Meter), Some(Mm(2e6)));
+        for wrong in [
+            "5 furlongs",
+            "5'6",
+            "5'6m",
+            "5'13\"",
+            "'6\"",
+            "6''",
+            "\"",
+            "-5'6\"",
+        ] {
+            assert_eq!(parse_length(wrong, LengthUnit::Meter), None, "{wrong}");
+        }
         assert_eq!(parse_length("nan", LengthUnit::Meter), None);
     }
 }

@@ -1,0 +1,101 @@
+//! Recognizes a file that is given in the place of one of another kind.
+
+use std::fs::File;
+use std::io::Read as _;
+use std::path::Path;
+
+use clap::ArgMatches;
+use ivcam_base::diag::Diagnostic;
+use ivcam_optics::lens::Lens;
+
+/// What a file is by its content.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum FileKind {
+    Scene,
+    Lens,
+    Picture,
+}
+
+/// The arguments that name one file, and what it should be.
+const PLACES: [(&str, FileKind); 5] = [
+    ("scene", FileKind::Scene),
+    ("camera", FileKind::Scene),
+    ("lens", FileKind::Lens),
+    ("new", FileKind::Picture),
+    ("old", FileKind::Picture),
+];
+
+/// The bytes by which a scene or a picture is recognized.
+const START: u64 = 64;
+
+/// Returns the message for a command that failed because a file is in the place of another kind.
+pub(super) fn explained(matches: &ArgMatches) -> Option<Box<Diagnostic>> {
+    let is_fit = matches.try_contains_id("fit").unwrap_or_default();
+    let places = PLACES
+        .iter()
+        .filter(|(place, _)| *place != "new" || !is_fit);
+    let mut wrong = places.filter_map(|(place, expected)| {
+        let value = matches.try_get_raw(place).ok().flatten()?.next_back()?;
+        let path = Path::new(value);
+        let found = kind_of(path).filter(|found| found != expected)?;
+        Some(message(path, *expected, found, *place == "camera"))
+    });
+    wrong.next()
+}
+
+/// Returns the kind of a file, if it is known.
+fn kind_of(path: &Path) -> Option<FileKind> {
+    if !path.is_file() {
+        return None;
+    }
+    let mut start = Vec::new();
+    File::open(path)
+        .ok()?
+        .take(START)
+        .read_to_end(&mut start)
+        .ok()?;
+    if start.starts_with(b"#Inventor") || start.starts_with(b"#VRML") {
+        return Some(FileKind::Scene);
+    }
+    let is_float_picture = start.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
+    let is_sgi = start.starts_with(&[0x01, 0xda]);
+    if is_float_picture || is_sgi || image::guess_format(&start).is_ok() {
+        return Some(FileKind::Picture);
+    }
+    Lens::open(path).is_ok().then_some(FileKind::Lens)
+}
+
+fn message(path: &Path, expected: FileKind, found: FileKind, is_camera: bool) -> Box<Diagnostic> {
+    let file = path.display();
+    let is = match found {
+        FileKind::Scene => "a scene or a camera",
+        FileKind::Lens => "a lens",
+        FileKind::Picture => "a picture",
+    };
+    let not = match expected {
+        FileKind::Scene if is_camera => "a camera",
+        FileKind::Scene => "a scene",
+        FileKind::Lens => "a lens",
+        FileKind::Picture => "a picture",
+    };
+    let help = match (found, expected) {
+        (FileKind::Lens, FileKind::Picture) => format!("`ivcam lens {file}` shows it"),
+        (FileKind::Lens, _) => {
+            format!("`--lens {file}` photographs a scene through it, `ivcam lens {file}` shows it")
+        }
+        (FileKind::Picture, _) => {
+            "`ivcam compare NEW OLD` compares pictures; `--environment-light FILE` lights a scene \
+             by one"
+                .to_owned()
+        }
+        (FileKind::Scene, FileKind::Picture) => {
+            format!(
+                "`ivcam render {file}` makes a picture; `--fit FILE.dat` finds the camera of an old one"
+            )
+        }
+        (FileKind::Scene, _) => {
+            format!("`ivcam render {file}` photographs a scene, `--camera {file}` takes its camera")
+        }
+    };
+    Diagnostic::error(format!("`{file}` is {is}, not {not}")).with_help(help)
+}
