@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result, Sink, counted};
+use ivcam_base::platform::real_path;
 use ivcam_render::scene::check::{scene_files, without_ending};
 
 /// A scene and the file that is made of it.
@@ -153,7 +154,7 @@ fn with_ending(path: &Path, ending: &str, naming: Naming) -> PathBuf {
 
 /// Returns whether a path lies below a folder, or is that folder. The path need not exist.
 fn is_below(path: &Path, folder: &Path) -> bool {
-    match folder.canonicalize() {
+    match real_path(folder) {
         Ok(folder) => real(path).starts_with(folder),
         Err(_) => false,
     }
@@ -163,7 +164,7 @@ fn is_below(path: &Path, folder: &Path) -> bool {
 fn real(path: &Path) -> PathBuf {
     let start = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
     let found = start.ancestors().find_map(|above| {
-        let real = above.canonicalize().ok()?;
+        let real = real_path(above).ok()?;
         let rest = start.strip_prefix(above).ok()?;
         Some(real.join(rest))
     });

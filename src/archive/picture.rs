@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::folder_of;
+use ivcam_base::platform::real_path;
 
 use crate::photo::{Plan, Session};
 
@@ -34,7 +35,7 @@ pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<M
         return Ok(made);
     }
     let uses = session.document.opened_files();
-    if output.canonicalize().is_ok_and(|real| uses.contains(&real)) {
+    if real_path(output).is_ok_and(|real| uses.contains(&real)) {
         let text = format!(
             "the scene uses `{}`, which its picture would replace",
             output.display()

@@ -6,6 +6,7 @@ use std::time::UNIX_EPOCH;
 
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{read_file, write_whole};
+use ivcam_base::platform::real_path;
 use ivcam_render::scene::check::without_ending;
 use serde::{Deserialize, Serialize};
 
@@ -84,11 +85,8 @@ impl Catalog {
         }
         let io = |path: &Path, e: std::io::Error| Diagnostic::io(path.display(), &e);
         std::fs::create_dir_all(&options.out).map_err(|e| io(&options.out, e))?;
-        let out = options
-            .out
-            .canonicalize()
-            .map_err(|e| io(&options.out, e))?;
-        let folder = options.folder.canonicalize();
+        let out = real_path(&options.out).map_err(|e| io(&options.out, e))?;
+        let folder = real_path(&options.folder);
         let folder = folder.map_err(|e| io(&options.folder, e))?;
         for job in &mut jobs {
             job.output = out.join(PICTURES).join(format!("{}.png", job.name));

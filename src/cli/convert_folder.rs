@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity};
 use ivcam_base::files::{folder_of, write_whole};
+use ivcam_base::platform::real_path;
 use ivcam_inventor::iv::{Document, Limits};
 use serde_json::{Value as Json, json};
 
@@ -112,7 +113,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     let keeps_name = |job: &&Job| job.input.file_name() == job.output.file_name();
     let inputs = jobs.list.iter().filter(keeps_name);
     batch.scenes = inputs
-        .filter_map(|job| job.input.canonicalize().ok())
+        .filter_map(|job| real_path(&job.input).ok())
         .collect();
     let progress = FileProgress::new(waiting.len(), false);
     let mut sum = ConversionSum::default();

@@ -3,7 +3,9 @@
 use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicUsize};
+#[cfg(not(target_family = "wasm"))]
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::AtomicUsize;
 use std::time::Duration;
 
 use clap::ArgMatches;
@@ -13,7 +15,9 @@ use ivcam_base::work::StopSignal;
 use ivcam_optics::film::Exposed;
 use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
 use ivcam_render::render::{PicturePlace, Stopped, Sums};
+#[cfg(not(target_family = "wasm"))]
 use signal_hook::consts::{SIGINT, SIGTERM};
+#[cfg(not(target_family = "wasm"))]
 use signal_hook::flag;
 
 use super::{parsed, print_diagnostic, text};
@@ -223,6 +227,7 @@ fn range(word: &str) -> Option<Range<u32>> {
 
 /// Returns a variable that the first SIGINT or SIGTERM sets to its number; it also ends the work of
 /// the scene. A second one ends the program at once.
+#[cfg(not(target_family = "wasm"))]
 fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
     let number = Arc::new(AtomicUsize::new(0));
     let came = Arc::new(AtomicBool::new(false));
@@ -235,6 +240,12 @@ fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
         registered.map_err(|e| Diagnostic::io("signals", &e))?;
     }
     Ok(number)
+}
+
+/// Returns a variable that stays 0, because no signals come.
+#[cfg(target_family = "wasm")]
+fn watch_signals(_: &StopSignal) -> Result<Arc<AtomicUsize>> {
+    Ok(Arc::default())
 }
 
 #[cfg(test)]

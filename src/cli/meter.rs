@@ -52,7 +52,9 @@ impl SceneMeter {
         {
             bar.set_style(style.with_key("left", time_left));
         }
-        bar.enable_steady_tick(Duration::from_millis(200));
+        if !bar.is_hidden() {
+            bar.enable_steady_tick(Duration::from_millis(200));
+        }
         Self::Bar(bar)
     }
 

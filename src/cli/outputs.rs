@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{check_space, check_writable, folder_of, is_output_closed};
+use ivcam_base::platform::{real_path, temporary_folder};
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
@@ -223,7 +224,7 @@ pub(crate) fn save_picture_rows(
 fn keep_exposures(picture: &Picture, output: &Path) -> Option<PathBuf> {
     let name = Path::new(output.file_stem().unwrap_or_default()).with_extension("exr");
     let folders = [
-        Some(std::env::temp_dir()),
+        temporary_folder(),
         std::env::current_dir().ok(),
         std::env::home_dir(),
     ];
@@ -268,11 +269,11 @@ fn is_same_file(a: &Path, b: &Path) -> bool {
 /// Returns the path without links and detours. Of a file that does not exist, the folder's path is
 /// made so.
 fn canonical(path: &Path) -> PathBuf {
-    if let Ok(real) = path.canonicalize() {
+    if let Ok(real) = real_path(path) {
         return real;
     }
     let folder = folder_of(path);
-    let folder = folder.canonicalize().unwrap_or(folder);
+    let folder = real_path(&folder).unwrap_or(folder);
     folder.join(path.file_name().unwrap_or_default())
 }
 

@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use ivcam_base::files::{MAX_PICTURE, folder_of, read_file};
+use ivcam_base::platform::real_path;
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::iv::{Document, Node};
 use ivcam_render::scene::model::Place;
@@ -30,10 +31,10 @@ impl Conversion {
             return;
         }
         let to = folder_of(output);
-        let Ok(from) = folder_of(scene).canonicalize() else {
+        let Ok(from) = real_path(&folder_of(scene)) else {
             return;
         };
-        if to.canonicalize().is_ok_and(|to| to == from) {
+        if real_path(&to).is_ok_and(|to| to == from) {
             return;
         }
         for (file, name) in named_files(document, scene) {
@@ -93,13 +94,13 @@ fn named_files(document: &Document, scene: &Path) -> BTreeMap<PathBuf, String> {
         for name in strings(node).filter(|name| !name.is_empty()) {
             let file = folder.join(name);
             if file.is_file()
-                && let Ok(path) = file.canonicalize()
+                && let Ok(path) = real_path(&file)
             {
                 files.insert(path, name.to_owned());
             }
         }
     }
-    if let Ok(own) = scene.canonicalize() {
+    if let Ok(own) = real_path(scene) {
         files.remove(&own);
     }
     files

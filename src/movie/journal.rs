@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use ivcam_base::files::host_name;
+use ivcam_base::platform::process_id;
 
 /// The name of the file.
 const JOURNAL: &str = "film.log";
@@ -24,7 +25,7 @@ impl Journal {
     pub(super) fn of(folder: &Path) -> Self {
         Self {
             path: folder.join(JOURNAL),
-            process: format!("{} process {}", host_name(), std::process::id()),
+            process: format!("{} process {}", host_name(), process_id()),
         }
     }
 

@@ -8,6 +8,7 @@ pub mod diag;
 pub mod files;
 pub mod math;
 pub mod memory;
+pub mod platform;
 pub mod thread_context;
 pub mod work;
 

@@ -28,6 +28,7 @@ use std::time::{Duration, SystemTime};
 use serde::Deserialize;
 
 use crate::diag::{Diagnostic, Result};
+use crate::platform::process_id;
 
 /// The refreshes in the time after which a claim expires.
 const BEATS: u32 = 6;
@@ -239,7 +240,7 @@ fn content(locked: bool, expiry: Duration) -> String {
     let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     let json = serde_json::json!({
         "host": host_name(),
-        "pid": std::process::id(),
+        "pid": process_id(),
         "started": since_1970.unwrap_or_default().as_secs(),
         "kernel": kernel(),
         "locked": locked,

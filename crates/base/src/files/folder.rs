@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::platform::{real_path, temporary_folder};
+
 /// Names of entries that mark the top folder of a project.
 const MARKERS: [&str; 4] = [".git", ".hg", ".svn", ".ivcam-project"];
 /// Folders whose entries are the homes of users or disks. Neither they nor their entries are
@@ -28,11 +30,8 @@ pub fn folder_of(file: &Path) -> PathBuf {
 pub fn project_of(folder: &Path) -> PathBuf {
     let named = ["HOME", "USERPROFILE"].map(std::env::var_os);
     let mut personal: Vec<PathBuf> = named.into_iter().flatten().map(Into::into).collect();
-    personal.push(std::env::temp_dir());
-    let personal: Vec<PathBuf> = personal
-        .iter()
-        .filter_map(|p| p.canonicalize().ok())
-        .collect();
+    personal.extend(temporary_folder());
+    let personal: Vec<PathBuf> = personal.iter().filter_map(|p| real_path(p).ok()).collect();
     project_without(folder, &personal)
 }
 

@@ -13,6 +13,7 @@ use std::path::{Path, PathBuf};
 #[cfg(unix)]
 use super::pipes;
 use crate::diag::{Diagnostic, Result};
+use crate::platform::{process_id, real_path};
 
 /// Temporary names that are tried in turn. A second one is needed only if two processes chose the
 /// same 64 random bits.
@@ -41,7 +42,7 @@ struct Temporary {
 impl Writable {
     /// Opens the stream, or creates the temporary file.
     fn new(path: &Path) -> Result<Self> {
-        let linked = path.is_symlink().then(|| std::fs::canonicalize(path).ok());
+        let linked = path.is_symlink().then(|| real_path(path).ok());
         let target = linked.flatten().unwrap_or_else(|| path.to_path_buf());
         let kind = if is_stream(&target) {
             open_stream(&target).map(TargetKind::Stream)
@@ -201,7 +202,7 @@ fn prefix(target: &Path) -> String {
 
 /// Returns a number that other processes cannot predict.
 fn random() -> u64 {
-    RandomState::new().hash_one(std::process::id())
+    RandomState::new().hash_one(process_id())
 }
 
 /// Removes the temporary files of dead processes that were writing the same file.

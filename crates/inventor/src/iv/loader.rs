@@ -8,6 +8,7 @@ use std::sync::{Mutex, PoisonError};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
 use ivcam_base::files::read_file_named;
 use ivcam_base::files::{folder_of, project_of};
+use ivcam_base::platform::real_path;
 
 /// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
 /// file system implements this trait.
@@ -71,12 +72,12 @@ impl FolderLoader {
     /// Creates a loader like [`FolderLoader::new`], which opens files below `contain` instead of
     /// those of the scene's project.
     pub fn within(path: &Path, search: &[&Path], contain: Option<&Path>, bytes: usize) -> Self {
-        let own = folder_of(path).canonicalize().ok();
+        let own = real_path(&folder_of(path)).ok();
         let root = match contain {
-            Some(folder) => folder.canonicalize().ok(),
+            Some(folder) => real_path(folder).ok(),
             None => own.as_deref().map(project_of),
         };
-        let search = search.iter().filter_map(|p| p.canonicalize().ok());
+        let search = search.iter().filter_map(|p| real_path(p).ok());
         Self {
             root,
             is_contained: contain.is_some(),
@@ -94,7 +95,7 @@ impl FolderLoader {
         let mut real = self.real.lock().unwrap_or_else(PoisonError::into_inner);
         let known = real.get(folder).cloned();
         known.unwrap_or_else(|| {
-            let found = folder.canonicalize().ok();
+            let found = real_path(folder).ok();
             real.insert(folder.to_path_buf(), found.clone());
             found
         })
@@ -106,11 +107,11 @@ impl FolderLoader {
         let mut path = self.real_folder(base)?;
         for part in tail.components() {
             let Component::Normal(part) = part else {
-                return base.join(tail).canonicalize().ok();
+                return real_path(&base.join(tail)).ok();
             };
             path.push(part);
             if path.symlink_metadata().ok()?.is_symlink() {
-                return base.join(tail).canonicalize().ok();
+                return real_path(&base.join(tail)).ok();
             }
         }
         Some(path)
@@ -170,7 +171,7 @@ fn other_case(path: &Path) -> Option<PathBuf> {
             .and_then(|n| n.to_str())
             .is_some_and(|n| n.eq_ignore_ascii_case(name))
     };
-    names.into_iter().find(same)?.canonicalize().ok()
+    real_path(&names.into_iter().find(same)?).ok()
 }
 
 /// Returns whether a reference is an absolute path on Unix or Windows.
@@ -206,7 +207,7 @@ impl Loader for FolderLoader {
         // Only the last parts of an absolute path are used, so the file itself is not opened.
         let itself = Path::new(&plain);
         if refused.is_none() && is_absolute(&plain) && itself.is_file() {
-            refused = itself.canonicalize().ok();
+            refused = real_path(itself).ok();
         }
         Err(match refused {
             Some(file) => self.refusal(reference, &file),

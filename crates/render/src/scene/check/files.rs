@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result, Sink};
+use ivcam_base::platform::real_path;
 
 /// The file name extensions of scene files.
 const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"];
@@ -32,7 +33,7 @@ pub fn scene_files(named: &[&PathBuf], skipped: &mut Sink) -> Result<Vec<PathBuf
             files.push((*path).clone());
             continue;
         }
-        let real = std::fs::canonicalize(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
+        let real = real_path(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
         let mut folders = vec![(*path).clone()];
         let before = files.len();
         while let Some(folder) = folders.pop() {
@@ -67,7 +68,7 @@ pub fn scene_files(named: &[&PathBuf], skipped: &mut Sink) -> Result<Vec<PathBuf
 
 /// Returns why an entry below a folder is not read, if it is not. `folder` is canonical.
 fn reason_to_skip(path: &Path, folder: &Path) -> Option<&'static str> {
-    match std::fs::canonicalize(path) {
+    match real_path(path) {
         Err(_) => Some("it is a link to nothing"),
         Ok(real) if !real.is_file() => Some("it is not a regular file"),
         Ok(real) if !real.starts_with(folder) => Some("it is a link to a file outside the folder"),
