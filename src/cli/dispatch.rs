@@ -14,8 +14,8 @@ use super::{
     folder_of_scenes, frames, lens, merge, nodes, outputs, pull_focus, render, render_folder,
     shell, stability, team, usage, view, vintage_help, wrong_file,
 };
-use crate::photo::Era;
 use crate::photo::options::command_line;
+use crate::photo::{Era, Plan, Session};
 
 /// Runs the program with its arguments, of which the first is its own name. Returns the exit code.
 pub fn run(words: impl IntoIterator<Item = OsString>) -> i32 {
@@ -52,9 +52,51 @@ impl std::io::Write for ClosedOutput {
     }
 }
 
-/// Parses the arguments and runs the command. `words` are in today's spelling, `typed` are as they
-/// were typed.
-fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
+/// Opens the photograph of a command line (`ivcam render …`, or one of 1999) without rendering it.
+/// Prints what the command would print before that. Returns the exit code if it cannot be opened.
+///
+/// # Errors
+/// Returns the exit code of the command, which has printed why.
+pub fn open(words: impl IntoIterator<Item = OsString>) -> std::result::Result<Session, i32> {
+    with_photograph(words, render::open)
+}
+
+/// Returns the plan of a photograph's command line, as [`open`] does its session.
+///
+/// # Errors
+/// Returns the exit code of the command, which has printed why.
+pub fn plan(words: impl IntoIterator<Item = OsString>) -> std::result::Result<Plan, i32> {
+    with_photograph(words, render::plan)
+}
+
+/// Does some work with the arguments of a photograph.
+fn with_photograph<T>(
+    words: impl IntoIterator<Item = OsString>,
+    work: impl FnOnce(&ArgMatches, Era) -> Result<T>,
+) -> std::result::Result<T, i32> {
+    let typed: Vec<OsString> = words.into_iter().collect();
+    set_typed(&typed);
+    let words = flags::modernize(typed.clone());
+    let opened = parsed_words(&words, &typed).and_then(|parsed| match &parsed {
+        Err(code) => Ok(Err(*code)),
+        Ok(matches) => match matches.subcommand() {
+            None => work(matches, Era::Vintage).map(Ok),
+            Some(("render", m)) => work(m, Era::Modern).map(Ok),
+            Some((name, _)) => Err(Diagnostic::error(format!("`{name}` makes no photograph"))),
+        },
+    });
+    opened.unwrap_or_else(|error| {
+        print_diagnostic(&error);
+        Err(ERROR)
+    })
+}
+
+/// Parses the arguments. `words` are in today's spelling, `typed` are as they were typed. Returns
+/// the exit code if they are answered already, such as `--help`.
+fn parsed_words(
+    words: &[OsString],
+    typed: &[OsString],
+) -> Result<std::result::Result<ArgMatches, i32>> {
     let named = words.get(1).and_then(|w| w.to_str()).unwrap_or_default();
     let is_command = commands().get_subcommands().any(|c| c.get_name() == named)
         || ["help", "--help", "-h", "--version", "-V"].contains(&named)
@@ -62,7 +104,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
     if !is_command {
         if vintage_help::is_asked(words) {
             let help = vintage_help::text();
-            return exit_code(write!(std::io::stdout(), "{help}"));
+            return exit_code(write!(std::io::stdout(), "{help}")).map(Err);
         }
         check_first_word(named)?;
     }
@@ -89,7 +131,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Err(error) => {
             if !error.use_stderr() {
                 let _ = error.print();
-                return Ok(0);
+                return Ok(Err(0));
             }
             let named = command.find_subcommand(named).unwrap_or(&command);
             return Err(usage::explained(&error, named, typed));
@@ -103,6 +145,16 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         }
     }
     outputs_have_a_render(&matches)?;
+    Ok(Ok(matches))
+}
+
+/// Parses the arguments and runs the command. `words` are in today's spelling, `typed` are as they
+/// were typed.
+fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
+    let matches = match parsed_words(words, typed)? {
+        Ok(matches) => matches,
+        Err(code) => return Ok(code),
+    };
     // Not locked: a picture for the standard output is written by the threads of the render.
     let out: &mut dyn std::io::Write = match is_output_closed() {
         true => &mut ClosedOutput,

@@ -52,7 +52,7 @@ pub(crate) use arguments::{
     allowance, folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument,
     switch, text, time_for_each, value,
 };
-pub use dispatch::run;
+pub use dispatch::{open, plan, run};
 pub use lens::{LensOutput, lens_output};
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};

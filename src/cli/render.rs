@@ -131,6 +131,9 @@ impl OutputOptions {
     /// # Errors
     /// Returns an error if the threads cannot be started.
     pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
+        if cfg!(target_family = "wasm") {
+            return Ok(work()); // Rayon works on the only thread.
+        }
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(self.threads)
             .build();
@@ -311,6 +314,19 @@ pub(crate) fn run(matches: &ArgMatches, era: Era, words: &[OsString]) -> Result<
         || opened(matches, era),
         |options, session| finish(matches, words, &options, &session),
     )
+}
+
+/// Opens the scene of a picture that is not written here, and prints what is wrong with it. The
+/// session keeps its nodes.
+///
+/// # Errors
+/// Returns an error if an option or a file is invalid.
+pub(crate) fn open(m: &ArgMatches, era: Era) -> Result<Session> {
+    set_arithmetic(m)?;
+    let session = Session::open(plan(m, era)?)?;
+    print_warnings(&session.sink);
+    print_notices(&session, m.get_flag("quiet"));
+    Ok(session)
 }
 
 /// Reads the arguments and opens the scene.

@@ -19,9 +19,11 @@ mod memory;
 pub(crate) mod merge;
 pub mod options;
 pub(crate) mod overview;
+mod parts;
 mod picture_hint;
 mod plan;
 mod pose;
+mod ray_section;
 mod session;
 mod snapshot_options;
 mod stopping;
@@ -31,6 +33,7 @@ mod studio_exposure;
 #[cfg(test)]
 mod tests;
 mod view;
+mod visible;
 
 #[cfg(feature = "panels")]
 pub(crate) use camera_choice::camera_file;
@@ -44,11 +47,16 @@ pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
 #[cfg(feature = "panels")]
 pub(crate) use pose::view_through_lens;
+#[cfg(feature = "panels")]
+pub(crate) use ray_section::{RAYS, ray_section};
 pub use session::Session;
 pub(crate) use session::UNFINISHED;
 pub(crate) use snapshot_options::snapshot_options;
 pub(crate) use view::NEUTRAL;
 pub use view::{Override, WholeView};
+pub use visible::VisiblePoint;
+#[cfg(feature = "panels")]
+pub(crate) use visible::visible_at;
 
 pub use ivcam_optics::sampling::{DiscMap, Filter, Sampler, SamplerKind};
 pub use ivcam_render::shade::Shading;

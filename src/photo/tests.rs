@@ -338,3 +338,53 @@ fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
     assert!(compared > 0);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+/// Bands of other heights get their samples in other passes, in any order. Half of a unit of 64
+/// samples is a pass too.
+#[test]
+fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
+    let folder = std::env::temp_dir().join(format!("ivcam-parts-{}", std::process::id()));
+    let mut plan = plan(&folder);
+    plan.stop = Stop::after(70);
+    let session = Session::open(plan.clone()).expect("the scene is whole");
+    let whole = session.expose(&|_| ());
+    let bands = [
+        (16, 8, &[70][..]),
+        (0, 5, &[1, 4, 70]),
+        (5, 11, &[33, 64, 70]),
+    ];
+    let parts = bands.map(|(top, height, passes)| {
+        let region = Region {
+            left: 0,
+            top,
+            width: 36,
+            height,
+        };
+        let more = |sums: Option<Vec<u8>>, samples: &u32| {
+            let made = session.expose_part(region, *samples, sums.as_deref());
+            Some(made.expect("a part").0)
+        };
+        passes.iter().fold(None, more).expect("sums")
+    });
+    let joined = session
+        .join_parts(parts.iter().map(Vec::as_slice))
+        .expect("the whole picture");
+    let levels = |exposure: &Exposure| -> Vec<[u64; 3]> {
+        let bits = |p: &ivcam_optics::film::Exposed| p.mean.to_array().map(f64::to_bits);
+        exposure.film.pixels.iter().map(bits).collect()
+    };
+    assert_eq!(levels(&joined), levels(&whole));
+    assert_eq!(joined.film.error(), whole.film.error());
+    assert_eq!(joined.samples, 70);
+
+    let without_one = session.join_parts(parts[1..].iter().map(Vec::as_slice));
+    assert!(
+        without_one
+            .unwrap_err()
+            .message
+            .contains("one whole picture")
+    );
+    let cut = session.join_parts([&parts[0][..100]]).unwrap_err();
+    assert!(cut.message.contains("damaged"), "{}", cut.message);
+    std::fs::remove_dir_all(folder).unwrap();
+}

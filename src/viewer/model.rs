@@ -27,9 +27,11 @@ use super::navigate::{self, Tool, Viewpoint};
 use super::saving::Saving;
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
-use super::view::{DepthMap, FocalSurface, VisiblePoint};
+use super::view::{DepthMap, FocalSurface};
 use crate::photo::headlight::HeadlightSources;
-use crate::photo::{CameraChoice, Optics, Plan, free_name, picture_name, view_through_lens};
+use crate::photo::{
+    CameraChoice, Optics, Plan, VisiblePoint, free_name, picture_name, view_through_lens,
+};
 
 /// The marks that are drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

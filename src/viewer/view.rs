@@ -8,13 +8,11 @@ use glam::{DVec2, DVec3};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::Resolution;
 use ivcam_render::bvh::Ray;
-use ivcam_render::camera::{Camera, CameraRay, LensCamera};
+use ivcam_render::camera::{Camera, LensCamera};
 use ivcam_render::scene::RenderScene;
 use rayon::prelude::*;
 
-/// Lens points tried in turn for the ray that represents a pixel: the middle, then points around it
-/// for places where the rim blocks the middle.
-const TRIES: [[f64; 2]; 5] = [[0.5, 0.5], [0.3, 0.5], [0.7, 0.5], [0.5, 0.3], [0.5, 0.7]];
+use crate::photo::{VisiblePoint, visible_at};
 
 /// A scene seen by a camera.
 #[derive(Clone, Debug)]
@@ -25,22 +23,10 @@ pub struct View {
     pub resolution: Resolution,
 }
 
-/// The point of the scene that is visible at a place of the picture.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct VisiblePoint {
-    /// The position in the world, in meters.
-    pub point: DVec3,
-    /// The distance along the optical axis from the front vertex in meters, as focus distances are
-    /// measured.
-    pub distance: f64,
-}
-
 impl View {
     /// Returns the visible point at a place of the picture; x and y are from 0 to 1.
     pub(crate) fn look(&self, x: f64, y: f64) -> Option<VisiblePoint> {
-        let at = self.camera.at(x, y);
-        let ray = TRIES.iter().find_map(|pupil| at.ray(*pupil))?;
-        self.intersection(&ray)
+        visible_at(&self.scene, &self.camera, &self.pose, [x, y])
     }
 
     /// Returns whether a surface lies on the way between two points of the world, or within
@@ -55,14 +41,6 @@ impl View {
             .scene
             .hit_any_side(&Ray::new(origin, direction.as_vec3()));
         hit.is_some_and(|hit| f64::from(hit.t) < step.length() + margin)
-    }
-
-    fn intersection(&self, ray: &CameraRay) -> Option<VisiblePoint> {
-        let scene_ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
-        let hit = self.scene.hit(&scene_ray)?;
-        let point = ray.origin + f64::from(hit.t) * ray.direction + self.scene.origin;
-        let distance = (point - self.pose.position).dot(self.pose.direction());
-        Some(VisiblePoint { point, distance })
     }
 
     /// Returns the camera if it has a real lens.

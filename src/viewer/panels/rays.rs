@@ -1,18 +1,13 @@
 //! The live diagram of the lens, with rays of the pixel under the cursor.
 
 use egui::Ui;
-use glam::{DVec2, DVec3};
-use ivcam_optics::diagram::drawing::Ink;
-use ivcam_optics::diagram::{LensDiagram, SectionOptions};
-use ivcam_optics::lens::{LensRay, RayPath};
 use ivcam_render::camera::LensCamera;
 
 use super::drawing;
 use super::settings::meters;
+use crate::photo::{RAYS, ray_section};
 use crate::viewer::model::WindowModel;
 
-/// The number of samples of the pixel that are drawn.
-const RAYS: u32 = 24;
 /// The width in points below which the caption has two lines.
 const TWO_LINES: f32 = 540.0;
 
@@ -41,8 +36,8 @@ pub(super) fn show(ui: &mut Ui, model: &WindowModel, section: &mut Section) {
     let rect = rect.shrink2(egui::vec2(0.0, 6.0));
     let room: [f32; 2] = rect.size().into();
     if section.of != Some((frame.serial, pixel, room)) {
-        let number = u64::from(pixel[1] * size.width + pixel[0]);
-        (section.drawing, section.passed) = draw(camera, model, pixel, number, room);
+        let plan = &model.setup.plan;
+        (section.drawing, section.passed) = ray_section(camera, plan, pixel, room.map(f64::from));
         section.of = Some((frame.serial, pixel, room));
     }
     drawing::paint(&painter, rect, &section.drawing, ui.visuals().dark_mode);
@@ -76,59 +71,4 @@ fn caption(
     } else {
         ui.horizontal(show);
     }
-}
-
-/// Returns the section with the size of the room, in which its letters are legible, and the number
-/// of rays that pass through the lens.
-fn draw(
-    camera: &LensCamera,
-    model: &WindowModel,
-    [px, py]: [u32; 2],
-    number: u64,
-    [width, height]: [f32; 2],
-) -> (ivcam_optics::diagram::drawing::Drawing, usize) {
-    let plan = &model.setup.plan;
-    let options = SectionOptions {
-        width: width.max(80.0).into(),
-        height: height.max(80.0).into(),
-        fields: Vec::new(),
-        lost: false,
-        ..SectionOptions::of(camera.focus.film_z, 0.0)
-    };
-    let mut diagram = LensDiagram::of(&camera.lens, options);
-    let mut passed = 0;
-    let pixel = plan.pixel_sampler().pixel(number, [px, py]);
-    for index in 0..RAYS {
-        let sample = pixel.sample(index);
-        let x = (f64::from(px) + sample.film[0]) / f64::from(plan.resolution.width);
-        let y = (f64::from(py) + sample.film[1]) / f64::from(plan.resolution.height);
-        let Some((start, path)) = camera.path(camera.film_point(x, y), sample.pupil) else {
-            continue;
-        };
-        passed += usize::from(path.outcome.is_ok());
-        let ink = match path.outcome {
-            Ok(_) => Ink::Ray(0),
-            Err(_) => Ink::Lost(2),
-        };
-        let lost = path.outcome.is_err();
-        diagram.add_path(flat(&start, &path, camera.lens.length()), ink, lost);
-    }
-    (diagram.drawing(), passed)
-}
-
-/// Projects a path to the plane of the axis and the film point: z, and the height along that
-/// direction.
-fn flat(start: &LensRay, path: &RayPath, length: f64) -> Vec<DVec2> {
-    let up = start.origin.truncate().try_normalize().unwrap_or(DVec2::Y);
-    // The film point is drawn below the axis, as its image is upside down.
-    let place = |p: DVec3| DVec2::new(p.z, -p.truncate().dot(up));
-    let mut points = vec![place(start.origin)];
-    points.extend(path.hits.iter().map(|p| place(*p)));
-    if let Ok(out) = path.outcome {
-        let lead = 0.35 * length.max(start.origin.z);
-        points.push(place(
-            out.origin + lead / out.direction.z.abs().max(0.2) * out.direction,
-        ));
-    }
-    points
 }
