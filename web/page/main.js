@@ -1,0 +1,790 @@
+// The page: what a person chooses becomes the words of a command line, and the picture of those words
+// is shown while it grows. Texts of files only ever become text.
+
+import { Crew } from './crew.js';
+import { chosen, contents, dropped, sorted } from './opened.js';
+import { moved, orbited, posed } from './turns.js';
+
+const $ = (id) => document.getElementById(id);
+const fields = ['efl', 'aperture', 'focus', 'exposure', 'response', 'film', 'size', 'samples', 'shading',
+    'studio', 'headlight', 'view', 'more'];
+const PREVIEW = 3;
+const STOPS = [1.4, 2, 2.8, 4, 5.6, 8, 11, 16, 22, 32];
+
+const state = {
+    /** The files by path, from the root of the program's folder. */
+    files: new Map(),
+    scenes: [],
+    scene: undefined,
+    lenses: [],
+    lens: 'nikkor-28',
+    /** The camera file in use, if it is not the scene's own. */
+    camera: undefined,
+    /** What the program says about the open photograph. */
+    answer: undefined,
+    exposure: undefined,
+    old: undefined,
+    /** Whether the focal length is still to be that of the scene's camera. */
+    fits: false,
+    notes: [],
+    started: 0,
+};
+let crew;
+
+// The words of the command line.
+
+const value = (id) => $(id).value.trim();
+
+function lensWords() {
+    const words = ['--lens', state.lens];
+    const add = (option, text) => text && words.push(option, text);
+    if (state.lens !== 'none') {
+        add('--efl', value('efl') && `${value('efl')}mm`);
+        add('--aperture', value('aperture') && `f/${value('aperture')}`);
+    }
+    add('--focus', value('focus') && `${value('focus')}m`);
+    return words;
+}
+
+function filmOf(width) {
+    const [across, down] = (value('film') || '36x24').split('x').map(Number);
+    const wide = across >= down ? width : Math.round(width * across / down);
+    return [wide, Math.round(wide * down / across)];
+}
+
+/** The words that change the picture. */
+function words() {
+    const all = ['ivcam', 'render', state.scene, ...lensWords()];
+    const add = (option, text) => text && all.push(option, text);
+    if (state.camera !== undefined) {
+        all.push('--camera', 'camera.iv');
+    } else if (value('view').startsWith('bind ')) {
+        all.push('--event', `${value('view').slice(5)}.set_bind=TRUE@0s`);
+    } else {
+        add('--view', value('view'));
+    }
+    const stops = Number(value('exposure'));
+    add('--exposure', stops !== 0 && String(Number((2 ** stops).toPrecision(4))));
+    add('--response', value('response'));
+    add('--film', value('film'));
+    const size = filmOf(Number(value('size'))).join('x');
+    add('--size', size !== '360x240' && size);
+    add('--shading', value('shading'));
+    if ($('studio').checked) {
+        all.push('--studio');
+    }
+    add('--headlight', value('headlight'));
+    add('--samples', value('samples') !== '16' && value('samples'));
+    if (state.files.size > 1) {
+        all.push('--contain', '.');
+    }
+    all.push(...split(value('more')), '--arithmetic', 'portable');
+    return all;
+}
+
+/** Splits a line into words as a shell does: blanks, and quotes of both kinds. */
+function split(line) {
+    const found = line.match(/(?:[^\s"']+|"[^"]*"|'[^']*')+/g) ?? [];
+    return found.map((word) => word.replace(/"([^"]*)"|'([^']*)'/g, '$1$2'));
+}
+
+const quoted = (word) => (/^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", "'\\''")}'`);
+
+function pictureName(end) {
+    return `${state.scene.split('/').at(-1).replace(/\.[^.]*$/, '')}.${end}`;
+}
+
+// Messages.
+
+function showMessages(text) {
+    const lines = [...state.notes, text].join('\n').trim();
+    const errors = (lines.match(/^error/gm) ?? []).length;
+    const warnings = (lines.match(/^warning/gm) ?? []).length;
+    $('messages').textContent = lines || 'none';
+    const counted = (n, word) => n > 0 && `${n} ${word}${n > 1 ? 's' : ''}`;
+    const count = [counted(errors, 'error'), counted(warnings, 'warning')].filter(Boolean).join(', ');
+    $('count').textContent = count && `(${count})`;
+    $('count').className = errors > 0 ? 'bad' : '';
+    if (errors > 0) {
+        $('messages-box').open = true;
+    }
+}
+
+function say(text, isBad = false) {
+    $('status').textContent = text;
+    $('status').className = isBad ? 'bad' : '';
+}
+
+// The picture.
+
+function paint(pixels, [width, height], y = 0) {
+    const image = new ImageData(new Uint8ClampedArray(pixels.buffer, 0, 4 * width * height), width, height);
+    $('picture').getContext('2d').putImageData(image, 0, y);
+}
+
+function sized(width, height) {
+    const canvas = $('picture');
+    if (canvas.width !== width || canvas.height !== height) {
+        Object.assign(canvas, { width, height });
+    }
+}
+
+/** Shows a small picture over the whole canvas. */
+async function showPreview({ answer: [width, height], pixels }) {
+    const canvas = $('picture');
+    const image = new ImageData(new Uint8ClampedArray(pixels.buffer, 0, 4 * width * height), width, height);
+    const small = await createImageBitmap(image);
+    canvas.getContext('2d').drawImage(small, 0, 0, canvas.width, canvas.height);
+    document.body.dataset.preview = Math.round(performance.now() - state.started);
+}
+
+const percent = (share) => `${(100 * share).toPrecision(2)}%`;
+
+function showState(exposure) {
+    const { done, samples } = exposure;
+    const report = exposure.report?.report;
+    const seconds = ((performance.now() - state.started) / 1000).toFixed(1);
+    const error = report?.relative_rmse != null ? `error ${percent(report.relative_rmse)}`
+        : report?.error_unknown ? `error unknown: ${report.error_unknown}` : 'error not yet known';
+    const sum = exposure.bands.reduce((n, band) => n + band.done, 0);
+    $('progress').value = sum / (samples * exposure.bands.length);
+    say(`${exposure.isFinished ? '' : '… '}${done} of ${samples} samples, ${error}, ${seconds} s`);
+}
+
+const on = {
+    opened(result, exposure) {
+        state.answer = result.answer;
+        state.exposure = exposure;
+        sized(exposure.width, exposure.height);
+        $('empty').hidden = true;
+        showMessages(result.messages);
+        showView(result.answer);
+        showState(exposure);
+        if (state.fits && refit(result)) {
+            return;
+        }
+        state.fits = false;
+        showSection();
+    },
+    pixels(band, pixels, exposure) {
+        paint(pixels, [exposure.width, band.region[3]], band.y);
+        if (exposure.done >= 1 && !document.body.dataset.first) {
+            document.body.dataset.first = Math.round(performance.now() - state.started);
+        }
+        showState(exposure);
+    },
+    joined(result, exposure) {
+        paint(result.pixels, [exposure.width, exposure.height]);
+        showState(exposure);
+        enableSaves(true);
+    },
+    failed(result) {
+        const { broken } = result;
+        const why = broken ? `error: the program ended: ${broken}\n  = help: another scene can be opened; the program without a browser has more memory and no limit on time\n` : '';
+        showMessages(`${why}${result.messages}`);
+        say(broken ? `This scene ended its worker: ${broken}` : 'This is no picture: see the messages.', true);
+        $('progress').value = 0;
+        $('stop').disabled = true;
+        document.body.dataset.finished = 'failed';
+    },
+    finished(exposure) {
+        showState(exposure);
+        $('stop').disabled = true;
+        document.body.dataset.finished = 'yes';
+    },
+};
+
+/** Gives the lens the view of the scene's own camera, if the program says that they differ. */
+function refit({ messages }) {
+    const sees = messages.match(/`--efl ([\d.]+)mm` shows what the camera sees/);
+    state.fits = false;
+    if (!sees || value('efl')) {
+        return false;
+    }
+    $('efl').value = sees[1];
+    make();
+    return true;
+}
+
+/** Drops the picture, and begins the time of another. */
+function begin() {
+    state.started = performance.now();
+    ['finished', 'first', 'preview'].forEach((name) => delete document.body.dataset[name]);
+    $('stop').disabled = false;
+    enableSaves(false);
+    const all = words();
+    showCommand(all);
+    return all;
+}
+
+let waiting;
+
+/** Makes the picture again. */
+function make() {
+    clearTimeout(waiting);
+    if (state.scene) {
+        crew.photographs(begin(), state.camera, on);
+    }
+}
+
+/** Shows at once what a change does, and makes the picture when the controls rest for a moment. */
+function change(ms = 300) {
+    if (state.scene) {
+        crew.glances(begin(), state.camera, PREVIEW, showPreview);
+        clearTimeout(waiting);
+        waiting = setTimeout(make, ms);
+    }
+}
+
+function showCommand(all) {
+    const line = [...all, '-o', pictureName('png')].map(quoted).join(' ');
+    $('command').textContent = line;
+    $('copy-camera').hidden = state.camera === undefined;
+}
+
+// The scene.
+
+function setScene(path) {
+    state.scene = path;
+    state.camera = undefined;
+    state.answer = undefined;
+    $('focus').value = '';
+    $('view').value = '';
+    showScenes();
+    make();
+}
+
+function option(value, text = value) {
+    return Object.assign(document.createElement('option'), { value, textContent: text });
+}
+
+function group(label, options) {
+    const element = Object.assign(document.createElement('optgroup'), { label });
+    element.append(...options);
+    return element;
+}
+
+let shipped = [];
+function showScenes() {
+    const own = state.scenes.map((path) => option(path, path));
+    const list = [group('With the page', shipped.map(({ title }, i) => option(`shipped ${i}`, title)))];
+    if (!state.isShipped && own.length > 0) {
+        list.unshift(group('Opened', own));
+    }
+    $('scenes').replaceChildren(...list);
+    $('scenes').value = state.isShipped ? `shipped ${state.isShipped - 1}` : state.scene;
+}
+
+async function openShipped(i) {
+    const { scene, files, set } = shipped[i];
+    say('Loading the scene…');
+    const read = async (path) => {
+        const answer = await fetch(new URL(`scenes/${path}`, import.meta.url));
+        if (!answer.ok) {
+            throw new Error(`${path} cannot be loaded`);
+        }
+        return [path, new Uint8Array(await answer.arrayBuffer())];
+    };
+    try {
+        state.files = new Map(await Promise.all(files.map(read)));
+    } catch (error) {
+        say(String(error.message), true);
+        return;
+    }
+    state.isShipped = i + 1;
+    state.scenes = [scene];
+    state.notes = [];
+    state.fits = !set.efl;
+    for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more']) {
+        $(id).value = set[id] ?? '';
+    }
+    $('studio').checked = set.studio ?? false;
+    $('exposure').value = set.exposure ?? 0;
+    chooseLens(set.lens ?? state.lens);
+    giveFiles();
+    setScene(scene);
+}
+
+function giveFiles() {
+    crew.setFiles([...state.files]);
+}
+
+/** Opens files: a scene replaces all files, anything else goes beside the scene. */
+async function openFiles(found) {
+    if (found.length === 0) {
+        return;
+    }
+    say('Reading the files…');
+    let read;
+    try {
+        read = await contents(found);
+    } catch (error) {
+        say(`The files cannot be read: ${error.message}`, true);
+        return;
+    }
+    const kinds = sorted(read.files);
+    const hasScene = kinds.scenes.length > 0;
+    if (hasScene) {
+        state.files = read.files;
+        state.isShipped = 0;
+        state.scenes = kinds.scenes;
+        state.old = undefined;
+        state.notes = [];
+        state.fits = true;
+        $('efl').value = '';
+    } else {
+        read.files.forEach((bytes, path) => state.files.set(path, bytes));
+    }
+    state.notes = read.lines;
+    giveFiles();
+    if (kinds.lenses.length > 0 && (!hasScene || found.length <= 3)) {
+        listLenses(kinds.lenses);
+        chooseLens(kinds.lenses[0]);
+    }
+    if (!hasScene && kinds.pictures.length === 1) {
+        showOld(kinds.pictures[0]);
+    }
+    if (hasScene) {
+        setScene(kinds.scenes[0]);
+    } else if (state.scene && read.files.size > 0) {
+        if (kinds.cameras.length > 0) {
+            state.camera = new TextDecoder().decode(read.files.get(kinds.cameras[0]));
+        }
+        make();
+    } else {
+        showMessages(read.files.size > 0 ? 'error: none of these files is a scene (.iv, .wrl) that can be opened' : '');
+        say('No scene was found.', true);
+    }
+}
+
+// Lenses.
+
+function listLenses(own = []) {
+    const wanted = value('search').toLowerCase().split(/\s+/).filter(Boolean);
+    const fits = (text) => wanted.every((word) => text.toLowerCase().includes(word));
+    const groups = [];
+    if (own.length > 0) {
+        state.ownLenses = own;
+    }
+    if (state.ownLenses?.length > 0) {
+        groups.push(group('opened', state.ownLenses.map((path) => option(path))));
+    }
+    const plain = [['none', 'pinhole: no lens'], ['ideal', 'ideal lens, without faults']];
+    groups.push(group('without glass', plain.filter(([, text]) => fits(text)).map(([v, t]) => option(v, t))));
+    const kinds = Map.groupBy ? Map.groupBy(state.lenses, (lens) => lens.kind) : groupedBy(state.lenses);
+    for (const [kind, lenses] of kinds) {
+        const shown = lenses.filter((l) => fits(`${l.name} ${l.title} ${l.kind} ${l.year} ${l.source}`));
+        groups.push(group(kind, shown.map((l) => option(l.name,
+            `${l.name} · ${l.efl.toFixed(0)} mm f/${l.f_number.toFixed(1)} · ${l.year ?? ''} ${l.title}`))));
+    }
+    $('lens').replaceChildren(...groups.filter((g) => g.children.length > 0));
+    $('lens').value = state.lens;
+}
+
+function groupedBy(lenses) {
+    const kinds = new Map();
+    lenses.forEach((lens) => kinds.set(lens.kind, [...kinds.get(lens.kind) ?? [], lens]));
+    return kinds;
+}
+
+function chooseLens(name) {
+    state.lens = name;
+    const known = state.lenses.find((lens) => lens.name === name);
+    $('lens').value = name;
+    const before = value('aperture');
+    const fastest = known?.f_number ?? 0;
+    const stops = STOPS.filter((stop) => stop > fastest);
+    const full = known ? `full, ${fastest.toFixed(1)}` : 'full';
+    $('aperture').replaceChildren(option('', full), ...stops.map((stop) => option(String(stop))));
+    $('aperture').value = stops.some((stop) => String(stop) === before) ? before : '';
+    $('efl').placeholder = known ? known.efl.toFixed(1) : '';
+    $('efl').disabled = $('aperture').disabled = name === 'none';
+    $('lens-about').textContent = known ? `${known.title}, ${known.year ?? ''}. ${known.source ?? ''}` : '';
+}
+
+let pointed = [0.5, 0.5];
+let isDrawing = false;
+
+/** A worker with an open photograph. */
+const opened = () => crew.hands.find((hand) => hand.run !== undefined && !hand.stale);
+
+/** Draws the section of the lens with rays of the pixel under the pointer. */
+async function showSection() {
+    const hand = opened();
+    if (!$('section-box').open || isDrawing || !hand) {
+        return;
+    }
+    isDrawing = true;
+    const [x, y] = pointed;
+    const width = Math.max(320, $('section-box').clientWidth - 40);
+    const { bytes } = await hand.does({ job: 'section', x, y, width, height: Math.min(260, 0.5 * width) });
+    isDrawing = false;
+    const image = $('section');
+    image.hidden = !bytes;
+    if (bytes) {
+        URL.revokeObjectURL(image.src);
+        image.src = URL.createObjectURL(new Blob([bytes], { type: 'image/svg+xml' }));
+        image.alt = `Section of the lens ${state.lens} with rays of one pixel`;
+    }
+    if (pointed[0] !== x || pointed[1] !== y) {
+        showSection();
+    }
+}
+
+// The camera.
+
+/** The camera in use as a pose. */
+function pose() {
+    const { position, orientation } = state.answer;
+    return { position, orientation };
+}
+
+function focusDistance() {
+    return Number(value('focus')) || state.answer?.['focal distance'] || 3;
+}
+
+function setPose(next) {
+    Object.assign(state.answer, next);
+    state.camera = posed(state.answer.camera, next);
+    change();
+}
+
+/** Moves the camera: `turn` in radians to the right and up, `shift` in parts of the distance. */
+function moveCamera({ turn, shift }) {
+    if (!state.answer?.camera) {
+        return;
+    }
+    const distance = focusDistance();
+    if (turn) {
+        setPose(orbited(pose(), distance, ...turn));
+    } else {
+        setPose(moved(pose(), shift.map((s) => s * distance)));
+    }
+}
+
+function setFocus(meters) {
+    if (meters > 0 && Number.isFinite(meters)) {
+        $('focus').value = String(Number(meters.toPrecision(4)));
+        change();
+    }
+}
+
+/** Focuses on what is visible at a place of the picture, from 0 to 1. */
+async function focusAt(x, y) {
+    const { distance } = await opened()?.does({ job: 'distance', x, y }) ?? {};
+    if (distance > 0) {
+        setFocus(distance);
+    } else {
+        say('Nothing is there to focus on.');
+    }
+}
+
+function goHome() {
+    state.camera = undefined;
+    $('view').value = '';
+    make();
+}
+
+function showView({ viewpoints }) {
+    const before = value('view');
+    const sides = ['front', 'three-quarter', 'left', 'right', 'back', 'top', 'bottom', 'standard'];
+    const groups = [option('', 'the scene’s own camera')];
+    if (viewpoints.length > 0) {
+        groups.push(group('viewpoints', viewpoints.map(([name, text]) => option(`bind ${name}`, text))));
+    }
+    groups.push(group('sides, the whole scene', sides.map((side) => option(side))));
+    $('view').replaceChildren(...groups);
+    $('view').value = before;
+    if ($('view').selectedIndex < 0) {
+        $('view').value = '';
+    }
+}
+
+// The pointer and the keys over the picture.
+
+const pointers = new Map();
+let travelled = 0;
+
+/** The place of an event in the picture, from 0 to 1, or undefined beside it. */
+function placeOf(event) {
+    const canvas = $('picture');
+    const box = canvas.getBoundingClientRect();
+    const scale = Math.min(box.width / canvas.width, box.height / canvas.height);
+    const [width, height] = [canvas.width * scale, canvas.height * scale];
+    const x = (event.clientX - box.left - (box.width - width) / 2) / width;
+    const y = (event.clientY - box.top - (box.height - height) / 2) / height;
+    return x >= 0 && x < 1 && y >= 0 && y < 1 ? [x, y] : undefined;
+}
+
+function pointerMoved(event) {
+    const before = pointers.get(event.pointerId);
+    if (!before) {
+        pointed = placeOf(event) ?? [0.5, 0.5];
+        showSection();
+        return;
+    }
+    const spread = () => {
+        const [a, b] = [...pointers.values()];
+        return Math.hypot(a.clientX - b.clientX, a.clientY - b.clientY);
+    };
+    const wide = pointers.size === 2 ? spread() : 0;
+    const [dx, dy] = [event.clientX - before.clientX, event.clientY - before.clientY];
+    pointers.set(event.pointerId, event);
+    travelled += Math.hypot(dx, dy);
+    if (travelled < 6) {
+        return;
+    }
+    const size = $('picture').getBoundingClientRect().width;
+    if (pointers.size === 2) {
+        const closer = 1 - wide / Math.max(spread(), 1);
+        moveCamera({ shift: [-0.5 * dx / size, 0.5 * dy / size, -closer] });
+    } else if (event.shiftKey || event.buttons & 4) {
+        moveCamera({ shift: [-dx / size, dy / size, 0] });
+    } else if (event.ctrlKey || event.buttons & 2) {
+        moveCamera({ shift: [0, 0, dy / size] });
+    } else {
+        moveCamera({ turn: [-2.5 * dx / size, -2.5 * dy / size] });
+    }
+}
+
+function watchPointer() {
+    const canvas = $('picture');
+    canvas.addEventListener('pointerdown', (event) => {
+        canvas.setPointerCapture(event.pointerId);
+        travelled = pointers.size === 0 ? 0 : 99;
+        pointers.set(event.pointerId, event);
+    });
+    canvas.addEventListener('pointermove', pointerMoved);
+    const end = (event) => {
+        const wasDown = pointers.delete(event.pointerId);
+        const place = placeOf(event);
+        if (wasDown && event.type === 'pointerup' && travelled < 6 && place) {
+            focusAt(...place);
+        }
+    };
+    canvas.addEventListener('pointerup', end);
+    canvas.addEventListener('pointercancel', end);
+    canvas.addEventListener('contextmenu', (event) => event.preventDefault());
+    canvas.addEventListener('wheel', (event) => {
+        event.preventDefault();
+        setFocus(focusDistance() * 1.04 ** -Math.sign(event.deltaY));
+    }, { passive: false });
+    canvas.addEventListener('keydown', (event) => {
+        const act = keyed(event);
+        if (act) {
+            event.preventDefault();
+            act();
+        }
+    });
+}
+
+/** What a key does over the picture. */
+function keyed({ key, shiftKey, ctrlKey, altKey, metaKey }) {
+    if (ctrlKey || altKey || metaKey) {
+        return undefined;
+    }
+    const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
+    if (arrows) {
+        const [x, y] = arrows;
+        return () => moveCamera(shiftKey ? { shift: [0.05 * x, 0.05 * y, 0] } : { turn: [0.08 * x, -0.08 * y] });
+    }
+    return {
+        '+': () => moveCamera({ shift: [0, 0, -0.08] }),
+        '=': () => moveCamera({ shift: [0, 0, -0.08] }),
+        '-': () => moveCamera({ shift: [0, 0, 0.08] }),
+        ']': () => setFocus(focusDistance() * 1.08),
+        '[': () => setFocus(focusDistance() / 1.08),
+        Enter: () => focusAt(0.5, 0.5),
+        Home: goHome,
+    }[key];
+}
+
+// What is saved.
+
+const outputs = [
+    ['Picture .png', 'png'], ['Exposure .exr', 'exr'],
+    ['glTF .glb', 'glb'], ['X3D', 'x3d'], ['VRML97', 'wrl', 'vrml97'], ['Inventor', 'iv', 'inventor'],
+    ['Losses of glTF', 'losses.json'], ['Lens data', 'lens.html'], ['Report', 'report.json'],
+];
+
+function download(bytes, name, type = 'application/octet-stream') {
+    const address = URL.createObjectURL(new Blob([bytes], { type }));
+    Object.assign(document.createElement('a'), { href: address, download: name }).click();
+    setTimeout(() => URL.revokeObjectURL(address), 10_000);
+    $('saved').textContent = `${name}: ${bytes.length.toLocaleString('en')} bytes`;
+    $('saved').className = 'note';
+}
+
+function refused(text) {
+    $('saved').textContent = text;
+    $('saved').className = 'note bad';
+}
+
+/** The bytes of the picture as a file, or undefined. */
+async function pictureFile(end) {
+    const holder = state.exposure?.holder;
+    if (!holder || holder.run === undefined) {
+        return undefined;
+    }
+    return (await holder.does({ job: 'save', path: `/.page/${pictureName(end)}` })).bytes;
+}
+
+async function save(end, target) {
+    $('saved').textContent = 'Working…';
+    if (end === 'png' || end === 'exr') {
+        const bytes = await pictureFile(end);
+        return bytes ? download(bytes, pictureName(end)) : refused('The picture is not there yet.');
+    }
+    if (end === 'report.json') {
+        const text = JSON.stringify(state.exposure?.report?.report ?? {}, null, 2);
+        return download(new TextEncoder().encode(text), pictureName(end));
+    }
+    const isLens = end === 'lens.html';
+    const isLoss = end === 'losses.json';
+    const out = `/.page/saved.${isLens ? 'html' : isLoss ? 'glb' : end}`;
+    const report = '/.page/losses.json';
+    const contained = state.files.size > 1 ? ['--contain', '.'] : [];
+    const all = isLens
+        ? ['ivcam', 'lens', ...lensWords().slice(1), '--sheet', out]
+        : ['ivcam', 'convert', state.scene, ...contained, '-o', out, '--report', report,
+            ...(target ? ['--to', target] : [])];
+    const result = await crew.command(all, [out, report]);
+    const bytes = result.files?.[isLoss ? 1 : 0];
+    if (!bytes) {
+        showMessages(result.messages || `error: ${result.broken}`);
+        return refused('It could not be written: see the messages.');
+    }
+    return download(bytes, isLens ? `${state.lens}.html` : pictureName(end));
+}
+
+function enableSaves(areThere) {
+    for (const button of $('saves').children) {
+        if (['png', 'exr', 'report.json'].includes(button.dataset.end)) {
+            button.disabled = !areThere;
+        }
+    }
+}
+
+// An old picture beside the new one.
+
+function showOld(path) {
+    state.old = path;
+    $('compare-box').hidden = false;
+    $('compared').textContent = '';
+    URL.revokeObjectURL($('old').src);
+    $('old').src = URL.createObjectURL(new Blob([state.files.get(path)]));
+}
+
+async function compare() {
+    const bytes = await pictureFile('png');
+    if (!bytes) {
+        $('compared').textContent = 'The picture is not there yet.';
+        return;
+    }
+    const made = '/.page/made.png';
+    const inputs = [[made, bytes]];
+    const result = await crew.idle.does({ job: 'run', words: ['ivcam', 'compare', made, state.old], inputs });
+    $('compared').textContent = `${result.out}${result.messages}`;
+}
+
+// The start.
+
+function listen() {
+    $('panel').addEventListener('submit', (event) => event.preventDefault());
+    for (const id of fields) {
+        const isText = ['number', 'range', 'text'].includes($(id).type);
+        $(id).addEventListener(isText ? 'input' : 'change', () => change(isText ? 350 : 50));
+    }
+    $('exposure').addEventListener('input', () => {
+        $('stops').textContent = Number(value('exposure')).toFixed(1);
+    });
+    $('view').addEventListener('change', () => {
+        state.camera = undefined;
+    });
+    $('search').addEventListener('input', () => listLenses());
+    $('lens').addEventListener('change', () => {
+        chooseLens($('lens').value);
+        change(150);
+    });
+    $('section-box').addEventListener('toggle', showSection);
+    $('scenes').addEventListener('change', () => {
+        const chosenScene = value('scenes');
+        chosenScene.startsWith('shipped ') ? openShipped(Number(chosenScene.slice(8))) : setScene(chosenScene);
+    });
+    $('stop').addEventListener('click', () => {
+        crew.stop();
+        crew.hands.forEach((hand) => hand.isBusy && !hand.run && hand.fail('stopped'));
+        $('stop').disabled = true;
+        say('Stopped.');
+    });
+    $('home').addEventListener('click', goHome);
+    $('middle').addEventListener('click', () => focusAt(0.5, 0.5));
+    $('copy').addEventListener('click', () => navigator.clipboard.writeText($('command').textContent));
+    $('copy-camera').addEventListener('click', () => download(new TextEncoder().encode(state.camera), 'camera.iv'));
+    $('compare').addEventListener('click', compare);
+    for (const [text, end, target] of outputs) {
+        const button = Object.assign(document.createElement('button'), { type: 'button', textContent: text });
+        button.dataset.end = end;
+        button.addEventListener('click', () => save(end, target));
+        $('saves').append(button);
+    }
+    enableSaves(false);
+    listenForFiles();
+    watchPointer();
+}
+
+function listenForFiles() {
+    for (const id of ['files', 'folder']) {
+        $(`choose-${id}`).addEventListener('click', () => $(id).click());
+        $(id).addEventListener('change', () => {
+            openFiles(chosen($(id).files));
+            $(id).value = '';
+        });
+    }
+    addEventListener('dragover', (event) => {
+        event.preventDefault();
+        $('drop').hidden = false;
+    });
+    addEventListener('dragleave', (event) => {
+        if (!event.relatedTarget) {
+            $('drop').hidden = true;
+        }
+    });
+    addEventListener('drop', async (event) => {
+        event.preventDefault();
+        $('drop').hidden = true;
+        openFiles(await dropped(event.dataTransfer));
+    });
+}
+
+/** The number of workers: one a core, as far as the device's memory allows. */
+function count() {
+    const asked = Number(new URL(location.href).searchParams.get('workers'));
+    const cores = Math.max(1, navigator.hardwareConcurrency ?? 2);
+    const most = (navigator.deviceMemory ?? 4) <= 2 ? 2 : 8;
+    return asked >= 1 && asked <= 64 ? asked : Math.min(cores, most);
+}
+
+async function start() {
+    listen();
+    try {
+        const module = await WebAssembly.compileStreaming(fetch(new URL('ivcam.wasm', import.meta.url)));
+        crew = new Crew(module, count());
+        shipped = await (await fetch(new URL('scenes.json', import.meta.url))).json();
+    } catch (error) {
+        say(`The program cannot be loaded: ${error.message}`, true);
+        return;
+    }
+    const { out } = await crew.command(['ivcam', 'lens', '--json'], []);
+    state.lenses = JSON.parse(out);
+    chooseLens(state.lens);
+    listLenses();
+    showView({ viewpoints: [] });
+    document.body.dataset.ready = 'yes';
+    await openShipped(0);
+}
+
+if ('serviceWorker' in navigator && location.protocol !== 'file:') {
+    navigator.serviceWorker.register(new URL('offline.js', import.meta.url)).catch(() => {});
+}
+start();

@@ -1,0 +1,104 @@
+// The files that a person opens: dropped, chosen, from a folder or from a .zip.
+
+import { unzipped } from './zip.js';
+
+const SCENE = /\.(iv|wrl|vrml|wrz)(\.gz)?$/i;
+const LENS = /\.(dat|zmx|seq|len|json)$/i;
+const PICTURE = /\.(png|jpe?g|tiff?|exr|rgb|sgi|gif|bmp|ppm)$/i;
+const MOST_BYTES = 1 << 30;
+
+/** The beginning of a file as text. */
+const head = (bytes, length = 65_536) => new TextDecoder('latin1').decode(bytes.subarray(0, length));
+
+const isScene = (path, bytes) => SCENE.test(path) || /^#(Inventor|VRML)/.test(head(bytes, 16));
+
+/** Whether a file is a camera for `--camera` and nothing else. */
+const isCamera = (bytes) => bytes.length < 1e5 && /\bCamera\s*\{/.test(head(bytes))
+    && !/\b(Separator|Shape|Cube|Sphere|IndexedFaceSet)\b/.test(head(bytes));
+
+/** Reads what a drop event has, folders included. */
+export async function dropped(transfer) {
+    const entries = [...transfer.items].map((item) => item.webkitGetAsEntry?.()).filter(Boolean);
+    if (entries.length === 0) {
+        return [...transfer.files].map((file) => [file.name, file]);
+    }
+    const found = [];
+    const walk = async (entry, path) => {
+        if (entry.isFile) {
+            found.push([path + entry.name, await new Promise((go, no) => entry.file(go, no))]);
+            return;
+        }
+        const reader = entry.createReader();
+        for (;;) {
+            const some = await new Promise((go, no) => reader.readEntries(go, no));
+            if (some.length === 0) {
+                return;
+            }
+            for (const below of some) {
+                await walk(below, `${path}${entry.name}/`);
+            }
+        }
+    };
+    for (const entry of entries) {
+        await walk(entry, '');
+    }
+    return found;
+}
+
+/** Reads chosen files, with their paths in a chosen folder. */
+export const chosen = (list) => [...list].map((file) => [file.webkitRelativePath || file.name, file]);
+
+/** Returns the bytes of files by path, with archives unpacked, and lines about what was not read. */
+export async function contents(found) {
+    const files = new Map(), lines = [];
+    let sum = 0;
+    for (const [path, file] of found) {
+        sum += file.size;
+        if (sum > MOST_BYTES) {
+            throw new Error('the files have more than 1 GB');
+        }
+        const bytes = new Uint8Array(await file.arrayBuffer());
+        if (!/\.zip$/i.test(path)) {
+            files.set(path, bytes);
+            continue;
+        }
+        try {
+            const { files: inside, unread } = await unzipped(bytes);
+            inside.forEach(([name, content]) => files.set(name, content));
+            unread.forEach((name) => lines.push(`warning: ${name} in ${path} is not read: it is encrypted, or packed by another method than deflate`));
+        } catch (error) {
+            const why = error instanceof RangeError ? 'it is damaged' : error.message;
+            lines.push(`error: ${path} cannot be unpacked: ${why}`);
+        }
+    }
+    return { files, lines };
+}
+
+/** Says what each file is for. */
+export function sorted(files) {
+    const kinds = { scenes: [], lenses: [], cameras: [], pictures: [] };
+    for (const [path, bytes] of files) {
+        if (isCamera(bytes)) {
+            kinds.cameras.push(path);
+        } else if (isScene(path, bytes)) {
+            kinds.scenes.push(path);
+        } else if (PICTURE.test(path)) {
+            kinds.pictures.push(path);
+        } else if (LENS.test(path)) {
+            kinds.lenses.push(path);
+        }
+    }
+    // A camera alone with nothing else to see is a scene to open.
+    kinds.scenes.sort((a, b) => rank(a, files) - rank(b, files) || a.localeCompare(b));
+    return kinds;
+}
+
+/** How unlikely a file is the scene that is meant: a deep one, or one that others include. */
+function rank(path, files) {
+    const parts = path.split('/');
+    const name = parts.at(-1);
+    const stem = name.replace(SCENE, '');
+    const isNamedByOthers = [...files].some(([other, bytes]) => other !== path
+        && isScene(other, bytes) && head(bytes).includes(`"${name}"`));
+    return 4 * parts.length + 2 * isNamedByOthers - (stem === parts.at(-2));
+}

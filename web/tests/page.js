@@ -1,0 +1,345 @@
+// Tests a built page in Chromium: `node tests/page.js DIST PROGRAM [FILE …]`. Pictures are compared with those
+// of the program, to the bit, for the repository's scenes and for each FILE, which is a scene with what lies in
+// its folder. IVCAM_SCREENSHOTS names a folder for pictures of the page.
+const assert = require('node:assert');
+const { execFileSync } = require('node:child_process');
+const { cpSync, existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, writeFileSync } = require('node:fs');
+const { tmpdir } = require('node:os');
+const { basename, dirname, join } = require('node:path');
+const { chromium } = require('playwright-core');
+const { serve } = require('./server.js');
+const { ppm, zipped } = require('./files.js');
+
+const [dist, program, ...others] = process.argv.slice(2);
+const root = join(__dirname, '../..');
+const shots = process.env.IVCAM_SCREENSHOTS;
+const BROWSERS = ['/usr/bin/chromium', '/usr/bin/chromium-browser', '/usr/bin/google-chrome'];
+const ARGUMENTS = ['--no-sandbox', '--disable-gpu', '--disable-background-networking', '--disable-component-update',
+    '--disable-sync', '--no-first-run'];
+let browser, server, count = 0;
+
+async function open(options = {}, search = '') {
+    const context = await browser.newContext({ viewport: { width: 1280, height: 1000 }, acceptDownloads: true, ...options });
+    const page = await context.newPage();
+    page.faults = [];
+    page.on('pageerror', (error) => page.faults.push(String(error)));
+    page.on('console', (line) => line.type() === 'error' && page.faults.push(line.text()));
+    page.on('dialog', (dialog) => page.faults.push(`a dialog: ${dialog.message()}`) && dialog.dismiss());
+    await page.goto(server.address + search);
+    await finished(page);
+    return page;
+}
+
+/** Waits until the picture is finished. Returns `yes` or `failed`. */
+async function finished(page, timeout = 180_000) {
+    await page.waitForFunction(() => document.body.dataset.finished, undefined, { timeout });
+    return page.evaluate(() => document.body.dataset.finished);
+}
+
+/** Changes something, and waits for the new picture. */
+async function changed(page, change) {
+    await page.evaluate(() => delete document.body.dataset.finished);
+    await change();
+    return finished(page);
+}
+
+/** The pixels of the canvas, without alpha. */
+async function pixels(page) {
+    const list = await page.evaluate(() => {
+        const { width, height } = document.getElementById('picture');
+        const { data } = document.getElementById('picture').getContext('2d').getImageData(0, 0, width, height);
+        return btoa(data.reduce((text, byte) => text + String.fromCharCode(byte), ''));
+    });
+    return Buffer.from(list, 'base64').filter((_, i) => i % 4 !== 3);
+}
+
+const text = (page, id) => page.evaluate((id) => document.getElementById(id).textContent, id);
+
+/** Runs the command line that the page shows, in a folder. Returns the picture. */
+function made(line, folder) {
+    const to = join(mkdtempSync(join(tmpdir(), 'ivcam-page-')), 'made.ppm');
+    const words = line.replace(/ -o (\S+|'[^']*')$/, '').replace(/^ivcam /, '');
+    execFileSync('bash', ['-c', `"$0" ${words} --quiet -o "$1"`, program, to], { cwd: folder, stdio: ['ignore', 'ignore', 'ignore'] });
+    const picture = ppm(to);
+    rmSync(dirname(to), { recursive: true });
+    return picture;
+}
+
+/** Compares the picture on the page with that of the command line on the page. */
+async function isProgram(page, folder) {
+    const line = await text(page, 'command');
+    const [own, other] = [await pixels(page), made(line, folder)];
+    assert.equal(own.length, other.rgb.length, `the size of ${line}`);
+    const different = own.filter((byte, i) => byte !== other.rgb[i]).length;
+    assert.equal(different, 0, `${different} bytes differ from those of ${line}`);
+    return line;
+}
+
+async function shot(page, name) {
+    if (shots) {
+        await page.screenshot({ path: join(shots, `${name}.png`), fullPage: true });
+    }
+}
+
+function scratch(files) {
+    const folder = mkdtempSync(join(tmpdir(), 'ivcam-page-'));
+    files.forEach(([name, content]) => writeFileSync(join(folder, name), content));
+    return folder;
+}
+
+const BOOK = ['book.iv', 'book-cover.png', 'book-spine.png', 'pages.png'];
+const book = () => BOOK.map((name) => [name, readFileSync(join(root, 'scenes/livroom', name))]);
+const opens = (page, id, files) => changed(page, () => page.setInputFiles(`#${id}`, files));
+
+const tests = {
+    async 'the scenes of the page have the bits of the program, and so has a changed camera'(page) {
+        const scenes = join(dist, 'scenes');
+        await isProgram(page, scenes);
+        const times = await page.evaluate(() => ({ ...document.body.dataset }));
+        console.log(`      living room: first picture after ${times.first} ms; ${await text(page, 'status')}`);
+        await shot(page, 'room');
+        await page.focus('#picture');
+        await changed(page, () => page.keyboard.press('ArrowLeft'));
+        const preview = await page.evaluate(() => document.body.dataset.preview);
+        console.log(`      first reaction to a turn of the camera after ${preview} ms`);
+        const [saved] = await Promise.all([page.waitForEvent('download'), page.evaluate(() => {
+            document.getElementById('command-box').open = true;
+            document.getElementById('copy-camera').click();
+        })]);
+        await saved.saveAs(join(scenes, 'camera.iv'));
+        try {
+            assert.match(await isProgram(page, scenes), /--camera camera\.iv/);
+        } finally {
+            rmSync(join(scenes, 'camera.iv'));
+        }
+        for (const scene of ['shipped 1', 'shipped 2']) {
+            await changed(page, () => page.selectOption('#scenes', scene));
+            await isProgram(page, scenes);
+        }
+        await changed(page, () => page.selectOption('#view', 'bind Above'));
+        assert.match(await isProgram(page, scenes), /Above\.set_bind/);
+        await shot(page, 'world');
+    },
+
+    async 'a folder with textures, a .zip of it and single files give the same picture'(page) {
+        const folder = scratch(book());
+        await opens(page, 'folder', folder);
+        await changed(page, () => page.selectOption('#shading', 'g'));
+        const line = await isProgram(page, dirname(folder));
+        assert.match(line, /book\.iv/);
+        const first = await pixels(page);
+        const zip = join(scratch([['book.zip', zipped(book())]]), 'book.zip');
+        await opens(page, 'files', zip);
+        assert.deepEqual(await pixels(page), first);
+        await opens(page, 'files', BOOK.map((name) => join(folder, name)));
+        assert.deepEqual(await pixels(page), first);
+        const lone = await opens(page, 'files', join(folder, 'book.iv'));
+        assert.equal(lone, 'yes');
+        assert.match(await text(page, 'messages'), /book-cover\.png` was not found/);
+        assert.notDeepEqual(await pixels(page), first);
+        await shot(page, 'folder');
+    },
+
+    async 'a damaged file is drawn as far as it goes, and the place of the damage is told'(page) {
+        const bad = '#Inventor V2.1 ascii\nSeparator {\n  Material { diffuseColour 1 0 0 }\n  Cone { height x }\n  Sphere { }\n}\n';
+        await opens(page, 'files', join(scratch([['bad.iv', bad]]), 'bad.iv'));
+        assert.match(await text(page, 'messages'), /bad\.iv:3:\d+/);
+        await isProgram(page, dirname(join(scratch([['bad.iv', bad]]), 'bad.iv')));
+        const cut = readFileSync(join(root, 'scenes/livroom/book.iv')).subarray(0, 900);
+        await opens(page, 'files', join(scratch([['cut.iv', cut]]), 'cut.iv'));
+        assert.match(await text(page, 'messages'), /cut\.iv:\d+:\d+/);
+        const broken = zipped(book()).subarray(0, 3000);
+        await page.setInputFiles('#files', join(scratch([['cut.zip', broken]]), 'cut.zip'));
+        await page.waitForFunction(() => /No scene/.test(document.getElementById('status').textContent));
+        assert.match(await text(page, 'messages'), /cut\.zip cannot be unpacked/);
+    },
+
+    async 'a hostile file stays in its worker, and the page goes on'(page) {
+        const names = '#Inventor V2.1 ascii\nDEF <img/src=x/onerror=alert(1)> Separator { Label { label "</pre><script>alert(2)</script>" } Sphere { } File { name "<b>no</b>.iv" } }\n';
+        await opens(page, 'files', join(scratch([['<img src=x onerror=alert(3)>.iv', names]]), '<img src=x onerror=alert(3)>.iv'));
+        assert.match(await text(page, 'messages'), /<b>no<\/b>\.iv/);
+        assert.equal(await page.evaluate(() => document.querySelectorAll('b, pre img, pre script').length), 0);
+        const level = (i) => `DEF L${i} Group { ${'USE L' + (i - 1) + ' '} Group { USE L${i - 1} } USE L${i - 1} USE L${i - 1} }`;
+        const bomb = `#Inventor V2.1 ascii\nDEF L0 Separator { Cube { } }\n${Array.from({ length: 40 }, (_, i) => level(i + 1)).join('\n')}\n`;
+        await opens(page, 'files', join(scratch([['bomb.iv', bomb]]), 'bomb.iv'));
+        console.log(`      a file of 4^40 cubes: ${(await text(page, 'status'))}`);
+        const deep = `#Inventor V2.1 ascii\n${'Group { '.repeat(400_000)}`;
+        await opens(page, 'files', join(scratch([['deep.iv', deep]]), 'deep.iv'));
+        await page.fill('#more', '--size 9000x9000 --memory 900GB --samples 1');
+        const big = await opens(page, 'files', join(root, 'scenes/desk-lamp/desk-lamp.iv'));
+        assert.equal(big, 'failed');
+        assert.match(await text(page, 'status'), /ended its worker/);
+        console.log(`      a picture beyond the memory: ${(await text(page, 'status'))}`);
+        await page.evaluate(() => { document.getElementById('more').value = ''; });
+        await changed(page, () => page.selectOption('#scenes', 'shipped 1'));
+        await isProgram(page, join(dist, 'scenes'));
+    },
+
+    async 'what is saved is complete'(page) {
+        const wanted = { png: '\x89PNG', exr: 'v/1\x01', glb: 'glTF', x3d: '<?xml', wrl: '#VRML V2.0', iv: '#Inventor', 'losses.json': '{', 'lens.html': '<!', 'report.json': '{' };
+        for (const [end, start] of Object.entries(wanted)) {
+            const [file] = await Promise.all([page.waitForEvent('download'), page.click(`[data-end="${end}"]`)]);
+            const bytes = readFileSync(await file.path());
+            assert.ok(bytes.toString('latin1').trimStart().startsWith(start), `${end} begins with ${bytes.subarray(0, 16)}`);
+        }
+    },
+
+    async 'lenses are found by words, and a control at work drops the picture before'(page) {
+        await page.fill('#search', 'fish 180');
+        assert.deepEqual(await page.evaluate(() => [...document.querySelectorAll('#lens option')].map((o) => o.value)), ['nikkor-16']);
+        await changed(page, () => page.selectOption('#lens', 'nikkor-16'));
+        await page.fill('#search', '');
+        await page.waitForFunction(() => document.getElementById('section').alt.includes('nikkor-16'));
+        await page.fill('#efl', '');
+        await changed(page, async () => {
+            await page.selectOption('#samples', '1024');
+            await page.waitForTimeout(600);
+            await page.selectOption('#samples', '4');
+        });
+        assert.match(await isProgram(page, join(dist, 'scenes')), /nikkor-16.*--samples 4/);
+        await shot(page, 'fisheye');
+    },
+
+    async 'a click focuses on what is under it, and the wheel moves the focus'(page) {
+        const box = await page.locator('#picture').boundingBox();
+        await changed(page, () => page.mouse.click(box.x + box.width / 2, box.y + box.height * 0.6));
+        const near = Number(await page.inputValue('#focus'));
+        assert.ok(near > 0.1 && near < 20, `${near} m`);
+        await changed(page, () => page.mouse.wheel(0, -100));
+        assert.ok(Number(await page.inputValue('#focus')) > near);
+        await isProgram(page, join(dist, 'scenes'));
+    },
+
+    async 'an old picture is compared with the new one'(page) {
+        const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
+        const old = join(scratch([]), 'old.png');
+        await file.saveAs(old);
+        await opens(page, 'files', old);
+        await page.click('#compare');
+        await page.waitForFunction(() => document.getElementById('compared').textContent.length > 20);
+        assert.match(await text(page, 'compared'), /PSNR|RMSE|identical/i);
+    },
+
+    async 'after the first visit the page works without a network'(page) {
+        await page.evaluate(() => navigator.serviceWorker.ready);
+        await page.waitForFunction(() => navigator.serviceWorker.controller !== null, undefined, { timeout: 30_000 });
+        await page.context().setOffline(true);
+        await page.reload();
+        await finished(page);
+        await isProgram(page, join(dist, 'scenes'));
+        await page.context().setOffline(false);
+    },
+};
+
+/** Tests with pages of their own. */
+const separate = {
+    async 'a phone of 380 pixels shows everything without scrolling sideways'() {
+        const page = await open({ viewport: { width: 380, height: 780 }, hasTouch: true, isMobile: true, colorScheme: 'light' });
+        assert.equal(await page.evaluate(() => document.scrollingElement.scrollWidth), 380);
+        const small = await page.evaluate(() => [...document.querySelectorAll('button, select')].filter((e) => e.offsetHeight > 0 && e.offsetHeight < 40).length);
+        assert.equal(small, 0, 'controls are too small for a finger');
+        await shot(page, 'phone');
+        await changed(page, () => page.tap('#picture'));
+        assert.ok(Number(await page.inputValue('#focus')) > 0);
+        return page;
+    },
+
+    async 'the keyboard alone reaches and uses every control'() {
+        const page = await open({ colorScheme: 'light', reducedMotion: 'reduce' });
+        await shot(page, 'light');
+        const reached = new Set();
+        await page.focus('#scenes');
+        for (let i = 0; i < 60; i++) {
+            reached.add(await page.evaluate(() => document.activeElement.id || document.activeElement.dataset.end));
+            await page.keyboard.press('Tab');
+        }
+        for (const id of ['scenes', 'choose-files', 'picture', 'lens', 'efl', 'aperture', 'focus', 'exposure', 'shading', 'studio', 'view', 'png', 'glb']) {
+            assert.ok(reached.has(id), `${id} is not reached with Tab`);
+        }
+        await page.focus('#lens');
+        await changed(page, () => page.keyboard.press('ArrowDown'));
+        await page.focus('#picture');
+        await changed(page, () => page.keyboard.press('Enter'));
+        assert.ok(Number(await page.inputValue('#focus')) > 0);
+        await changed(page, () => page.keyboard.press('+'));
+        assert.match(await text(page, 'command'), /--camera/);
+        const unnamed = await page.evaluate(() => [...document.querySelectorAll('input, select, button, canvas')].filter((e) =>
+            !e.labels?.length && !e.textContent.trim() && !e.getAttribute('aria-label')).map((e) => e.id));
+        assert.deepEqual(unnamed, [], 'controls without a name for a screen reader');
+        return page;
+    },
+
+    async 'one worker and several make the same bits'() {
+        const page = await open({}, '?workers=1');
+        const one = await pixels(page);
+        const alone = await text(page, 'status');
+        const more = await open({}, '?workers=4');
+        assert.deepEqual(await pixels(more), one);
+        console.log(`      one worker: ${alone}; four: ${await text(more, 'status')}`);
+        await more.context().close();
+        return page;
+    },
+};
+
+/** A scene of another folder: the folder is opened, if it is small, else the file. */
+async function other(page, path) {
+    const folder = dirname(path);
+    const size = readdirSync(folder, { withFileTypes: true }).length;
+    const files = size > 60 ? [path] : readdirSync(folder).map((name) => join(folder, name)).filter((f) => statSync(f).isFile());
+    await changed(page, async () => {
+        await page.setInputFiles('#files', files);
+        await page.waitForFunction(() => document.body.dataset.finished, undefined, { timeout: 180_000 });
+        const shown = await page.inputValue('#scenes');
+        if (shown !== basename(path)) {
+            await page.evaluate(() => delete document.body.dataset.finished);
+            await page.selectOption('#scenes', basename(path));
+        }
+    });
+    const copy = scratch([]);
+    files.forEach((file) => cpSync(file, join(copy, basename(file))));
+    const line = await isProgram(page, copy);
+    console.log(`      ${line}`);
+}
+
+async function run(name, test) {
+    const start = Date.now();
+    try {
+        const page = await test();
+        assert.deepEqual(page.faults, [], 'the browser reports');
+        await page.context().close();
+        console.log(`ok    ${name} (${((Date.now() - start) / 1000).toFixed(1)} s)`);
+    } catch (error) {
+        count++;
+        console.log(`FAILS ${name}\n      ${error.message}`);
+    }
+}
+
+async function main() {
+    const executablePath = process.env.CHROMIUM ?? BROWSERS.find(existsSync);
+    browser = await chromium.launch({ executablePath, args: ARGUMENTS });
+    server = await serve(dist);
+    const only = process.env.IVCAM_ONLY;
+    const on = (test) => async () => {
+        const page = await open();
+        await test(page);
+        return page;
+    };
+    for (const [name, test] of Object.entries(tests)) {
+        if (!only || name.includes(only)) {
+            await run(name, on(test));
+        }
+    }
+    for (const [name, test] of Object.entries(separate)) {
+        if (!only || name.includes(only)) {
+            await run(name, test);
+        }
+    }
+    for (const path of others) {
+        await run(path, on((page) => other(page, path)));
+    }
+    await browser.close();
+    server.end();
+    process.exit(count > 0 ? 1 : 0);
+}
+
+main();
