@@ -82,6 +82,11 @@ function words() {
     return all;
 }
 
+function showStops() {
+    const stops = Number(value('exposure'));
+    $('stops').textContent = `${stops > 0 ? '+' : ''}${stops.toFixed(1)}`;
+}
+
 /** Splits a line into words as a shell does: blanks, and quotes of both kinds. */
 function split(line) {
     const found = line.match(/(?:[^\s"']+|"[^"]*"|'[^']*')+/g) ?? [];
@@ -157,6 +162,7 @@ const on = {
         state.exposure = exposure;
         sized(exposure.width, exposure.height);
         $('empty').hidden = true;
+        state.said = result.messages;
         showMessages(result.messages);
         showView(result.answer);
         showState(exposure);
@@ -174,6 +180,9 @@ const on = {
         showState(exposure);
     },
     joined(result, exposure) {
+        if (result.messages) {
+            showMessages(`${state.said}${result.messages}`);
+        }
         paint(result.pixels, [exposure.width, exposure.height]);
         showState(exposure);
         enableSaves(true);
@@ -244,11 +253,11 @@ function showCommand(all) {
 
 // The scene.
 
-function setScene(path) {
+function setScene(path, focus = '') {
     state.scene = path;
     state.camera = undefined;
     state.answer = undefined;
-    $('focus').value = '';
+    $('focus').value = focus;
     $('view').value = '';
     showScenes();
     make();
@@ -300,9 +309,10 @@ async function openShipped(i) {
     }
     $('studio').checked = set.studio ?? false;
     $('exposure').value = set.exposure ?? 0;
+    showStops();
     chooseLens(set.lens ?? state.lens);
     giveFiles();
-    setScene(scene);
+    setScene(scene, set.focus);
 }
 
 function giveFiles() {
@@ -331,7 +341,13 @@ async function openFiles(found) {
         state.old = undefined;
         state.notes = [];
         state.fits = true;
-        $('efl').value = '';
+        for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more', 'search']) {
+            $(id).value = '';
+        }
+        $('exposure').value = 0;
+        $('studio').checked = false;
+        showStops();
+        chooseLens(state.lens);
     } else {
         read.files.forEach((bytes, path) => state.files.set(path, bytes));
     }
@@ -374,8 +390,8 @@ function listLenses(own = []) {
     const kinds = Map.groupBy ? Map.groupBy(state.lenses, (lens) => lens.kind) : groupedBy(state.lenses);
     for (const [kind, lenses] of kinds) {
         const shown = lenses.filter((l) => fits(`${l.name} ${l.title} ${l.kind} ${l.year} ${l.source}`));
-        groups.push(group(kind, shown.map((l) => option(l.name,
-            `${l.name} · ${l.efl.toFixed(0)} mm f/${l.f_number.toFixed(1)} · ${l.year ?? ''} ${l.title}`))));
+        const line = (l) => `${l.name} · f/${l.f_number.toFixed(1)} · ${/^\d/.test(l.year ?? '') ? l.year : ''}`;
+        groups.push(group(kind, shown.map((l) => Object.assign(option(l.name, line(l)), { title: l.title }))));
     }
     $('lens').replaceChildren(...groups.filter((g) => g.children.length > 0));
     $('lens').value = state.lens;
@@ -695,9 +711,7 @@ function listen() {
         const isText = ['number', 'range', 'text'].includes($(id).type);
         $(id).addEventListener(isText ? 'input' : 'change', () => change(isText ? 350 : 50));
     }
-    $('exposure').addEventListener('input', () => {
-        $('stops').textContent = Number(value('exposure')).toFixed(1);
-    });
+    $('exposure').addEventListener('input', showStops);
     $('view').addEventListener('change', () => {
         state.camera = undefined;
     });
@@ -781,7 +795,12 @@ async function start() {
     listLenses();
     showView({ viewpoints: [] });
     document.body.dataset.ready = 'yes';
-    await openShipped(0);
+    const asked = new URL(location.href).searchParams;
+    for (const id of ['samples', 'size']) {
+        const known = [...$(id).options].some((o) => o.value === asked.get(id));
+        $(id).value = known ? asked.get(id) : $(id).value;
+    }
+    await openShipped(Math.min(Math.max(Number(asked.get('scene') ?? 1), 1), shipped.length) - 1);
 }
 
 if ('serviceWorker' in navigator && location.protocol !== 'file:') {

@@ -69,8 +69,13 @@ fn code(result: Result<()>) -> i32 {
     let Err(error) = result else {
         return 0;
     };
-    let _ = writeln!(std::io::stderr(), "{}", error.render(false));
+    print(&error);
     2
+}
+
+/// Prints a message.
+fn print(message: &Diagnostic) {
+    let _ = writeln!(std::io::stderr(), "{}", message.render(false));
 }
 
 /// Does some work with the open session.
@@ -221,7 +226,15 @@ extern "C" fn join(parts: u32) -> i32 {
         let part = |i: u32| read(&format!("{PARTS}/{i}"));
         let parts = (0..parts).map(part).collect::<Result<Vec<_>>>()?;
         let exposure = session.join_parts(parts.iter().map(Vec::as_slice))?;
-        write_pixels(&session.develop(&exposure, ""))?;
+        let picture = session.develop(&exposure, "");
+        write_pixels(&picture)?;
+        if exposure.samples >= session.plan.stop.samples {
+            let warnings = [
+                session.warn_without_diffraction(&picture),
+                session.warn_if_black_or_clipped(&exposure.counts, &picture),
+            ];
+            warnings.iter().flatten().for_each(|warning| print(warning));
+        }
         let report = session.report(&exposure);
         let answer = json!({ "report": report, "line": report.line() });
         whole = Some(exposure);

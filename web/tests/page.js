@@ -18,7 +18,8 @@ const ARGUMENTS = ['--no-sandbox', '--disable-gpu', '--disable-background-networ
     '--disable-sync', '--no-first-run'];
 let browser, server, count = 0;
 
-async function open(options = {}, search = '') {
+/** Opens the page, with the desk lamp in a small picture unless another scene is asked for. */
+async function open(options = {}, search = '?scene=2&samples=4&size=180') {
     const context = await browser.newContext({ viewport: { width: 1280, height: 1000 }, acceptDownloads: true, ...options });
     const page = await context.newPage();
     page.faults = [];
@@ -92,7 +93,10 @@ const book = () => BOOK.map((name) => [name, readFileSync(join(root, 'scenes/liv
 const opens = (page, id, files) => changed(page, () => page.setInputFiles(`#${id}`, files));
 
 const tests = {
-    async 'the scenes of the page have the bits of the program, and so has a changed camera'(page) {
+    async 'the scenes of the page have the bits of the program, and so has a changed camera'(first) {
+        await first.goto(server.address);
+        const page = first;
+        await finished(page);
         const scenes = join(dist, 'scenes');
         await isProgram(page, scenes);
         const times = await page.evaluate(() => ({ ...document.body.dataset }));
@@ -155,9 +159,11 @@ const tests = {
     },
 
     async 'a hostile file stays in its worker, and the page goes on'(page) {
-        const names = '#Inventor V2.1 ascii\nDEF <img/src=x/onerror=alert(1)> Separator { Label { label "</pre><script>alert(2)</script>" } Sphere { } File { name "<b>no</b>.iv" } }\n';
+        const names = '#Inventor V2.1 ascii\nDEF <img/src=x/onerror=alert(1)> Separator { Label { label "</pre><script>alert(2)</script>" }\n'
+            + '  Material { <img> 3 } Sphere { } File { name "no</pre><b>.iv" } }\n';
         await opens(page, 'files', join(scratch([['<img src=x onerror=alert(3)>.iv', names]]), '<img src=x onerror=alert(3)>.iv'));
-        assert.match(await text(page, 'messages'), /<b>no<\/b>\.iv/);
+        assert.match(await text(page, 'messages'), /no<\/pre><b>\.iv` was not found/);
+        assert.match(await text(page, 'messages'), /no field `<img>`/);
         assert.equal(await page.evaluate(() => document.querySelectorAll('b, pre img, pre script').length), 0);
         const level = (i) => `DEF L${i} Group { ${'USE L' + (i - 1) + ' '} Group { USE L${i - 1} } USE L${i - 1} USE L${i - 1} }`;
         const bomb = `#Inventor V2.1 ascii\nDEF L0 Separator { Cube { } }\n${Array.from({ length: 40 }, (_, i) => level(i + 1)).join('\n')}\n`;
@@ -165,11 +171,18 @@ const tests = {
         console.log(`      a file of 4^40 cubes: ${(await text(page, 'status'))}`);
         const deep = `#Inventor V2.1 ascii\n${'Group { '.repeat(400_000)}`;
         await opens(page, 'files', join(scratch([['deep.iv', deep]]), 'deep.iv'));
-        await page.fill('#more', '--size 9000x9000 --memory 900GB --samples 1');
-        const big = await opens(page, 'files', join(root, 'scenes/desk-lamp/desk-lamp.iv'));
+        await opens(page, 'files', join(root, 'scenes/desk-lamp/desk-lamp.iv'));
+        const big = await changed(page, () => page.fill('#more', '--size 9000x9000 --memory 900GB --samples 1'));
         assert.equal(big, 'failed');
-        assert.match(await text(page, 'status'), /ended its worker/);
-        console.log(`      a picture beyond the memory: ${(await text(page, 'status'))}`);
+        assert.match(await text(page, 'messages'), /needs 8\.6 GB of memory/);
+        const lost = await changed(page, async () => {
+            await page.fill('#more', '--samples 4096');
+            await page.waitForTimeout(1500);
+            const breaks = (worker) => worker.evaluate(() => setTimeout(() => { throw new Error('broken'); })).catch(() => {});
+            await Promise.all(page.workers().map(breaks));
+        });
+        assert.equal(lost, 'failed');
+        assert.match(await text(page, 'status'), /ended its worker: .*broken/);
         await page.evaluate(() => { document.getElementById('more').value = ''; });
         await changed(page, () => page.selectOption('#scenes', 'shipped 1'));
         await isProgram(page, join(dist, 'scenes'));
@@ -190,13 +203,13 @@ const tests = {
         await changed(page, () => page.selectOption('#lens', 'nikkor-16'));
         await page.fill('#search', '');
         await page.waitForFunction(() => document.getElementById('section').alt.includes('nikkor-16'));
-        await page.fill('#efl', '');
+        await changed(page, () => page.fill('#efl', '16'));
         await changed(page, async () => {
             await page.selectOption('#samples', '1024');
             await page.waitForTimeout(600);
-            await page.selectOption('#samples', '4');
+            await page.selectOption('#samples', '16');
         });
-        assert.match(await isProgram(page, join(dist, 'scenes')), /nikkor-16.*--samples 4/);
+        assert.match(await isProgram(page, join(dist, 'scenes')), /nikkor-16.*--aperture/);
         await shot(page, 'fisheye');
     },
 
@@ -234,7 +247,7 @@ const tests = {
 /** Tests with pages of their own. */
 const separate = {
     async 'a phone of 380 pixels shows everything without scrolling sideways'() {
-        const page = await open({ viewport: { width: 380, height: 780 }, hasTouch: true, isMobile: true, colorScheme: 'light' });
+        const page = await open({ viewport: { width: 380, height: 780 }, hasTouch: true, isMobile: true, colorScheme: 'dark' });
         assert.equal(await page.evaluate(() => document.scrollingElement.scrollWidth), 380);
         const small = await page.evaluate(() => [...document.querySelectorAll('button, select')].filter((e) => e.offsetHeight > 0 && e.offsetHeight < 40).length);
         assert.equal(small, 0, 'controls are too small for a finger');
@@ -270,10 +283,10 @@ const separate = {
     },
 
     async 'one worker and several make the same bits'() {
-        const page = await open({}, '?workers=1');
+        const page = await open({}, '?workers=1&scene=3&samples=16');
         const one = await pixels(page);
         const alone = await text(page, 'status');
-        const more = await open({}, '?workers=4');
+        const more = await open({}, '?workers=4&scene=3&samples=16');
         assert.deepEqual(await pixels(more), one);
         console.log(`      one worker: ${alone}; four: ${await text(more, 'status')}`);
         await more.context().close();
