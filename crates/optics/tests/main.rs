@@ -6,3 +6,4 @@ mod extreme;
 mod folder;
 mod lens;
 mod lens_files;
+mod mirrors;

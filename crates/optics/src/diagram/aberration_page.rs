@@ -1,7 +1,7 @@
 //! The part of the data sheet that shows aberrations: fans, through-focus images, the chief ray's
 //! angle, Zernike coefficients and Seidel sums.
 
-use crate::lens::analysis::aberrations::fans::{FanRay, WavefrontFit};
+use crate::lens::analysis::aberrations::fans::{FanRay, STEPS, WavefrontFit};
 use crate::lens::analysis::aberrations::report::{Aberrations, PointAberrations};
 use crate::lens::analysis::aberrations::through_focus::SPOTS;
 use crate::lens::{FieldRow, LensSheet};
@@ -131,7 +131,7 @@ fn fans(
     let mut y = top + 16.0;
     for tangential in [true, false] {
         for (i, point) in points.iter().enumerate() {
-            let lines = point.fans.iter().enumerate().map(|(k, fan)| {
+            let lines = point.fans.iter().enumerate().flat_map(|(k, fan)| {
                 let rays = match tangential {
                     true => &fan.tangential,
                     false => &fan.sagittal,
@@ -143,11 +143,14 @@ fn fans(
                 let count = point.fans.len();
                 let is_named = i == 0 && count > 1;
                 let line = is_named.then(|| line_name(fan.wavelength_nm));
-                Series::new(
-                    rays.iter().map(place).collect(),
-                    line_curve(k, count),
-                    line.as_deref().unwrap_or(""),
-                )
+                // An obstruction interrupts a line.
+                let next = |a: &FanRay, b: &FanRay| b.pupil - a.pupil < 1.5 / STEPS as f64;
+                let parts = rays.chunk_by(next).enumerate().map(move |(i, part)| {
+                    let name = line.as_deref().filter(|_| i == 0);
+                    let points = part.iter().map(place).collect();
+                    Series::new(points, line_curve(k, count), name.unwrap_or(""))
+                });
+                parts.collect::<Vec<_>>()
             });
             let name = if tangential { "tangential" } else { "sagittal" };
             let chart = Chart {

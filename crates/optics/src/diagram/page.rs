@@ -253,7 +253,7 @@ fn breathing(page: &mut Drawing, sheet: &LensSheet, edge: f64, top: f64) -> f64 
 
 fn surfaces(page: &mut Drawing, lens: &Lens, left: f64, top: f64) -> f64 {
     page.heading([left, top], 11.5, "Surfaces");
-    let all = &lens.prescription().surfaces;
+    let all = &lens.prescription().folded().surfaces;
     let columns = if all.len() > 13 { 2 } else { 1 };
     let per_column = all.len().div_ceil(columns);
     let width = (WIDTH - MARGIN - left - (columns - 1) as f64 * GUTTER) / columns as f64;
@@ -307,6 +307,9 @@ fn radius(surface: &Surface) -> String {
 
 fn medium(surface: &Surface) -> String {
     let medium = &surface.medium;
+    if surface.is_mirror {
+        return "mirror".to_owned();
+    }
     if medium.n_d == 1.0 {
         return String::new();
     }

@@ -111,14 +111,16 @@ impl LensDiagram {
             this.fan(lens, i as u8, height, film_z, reach);
         }
         this.stop(lens, reach);
+        this.mirrors(lens, reach);
         let top = this
             .options
             .fields
             .iter()
             .fold(0.0, |a: f64, b| a.max(b.abs()));
         let half = if top > 0.0 { top } else { 0.3 * reach };
+        let film = lens.straight_z(film_z);
         this.stroke(
-            vec![DVec2::new(film_z, -half), DVec2::new(film_z, half)],
+            vec![DVec2::new(film, -half), DVec2::new(film, half)],
             Ink::Film,
         );
         if this.options.marks {
@@ -159,24 +161,21 @@ impl LensDiagram {
     }
 
     fn axis(&mut self, lens: &Lens, film_z: f64, reach: f64) {
-        let span = film_z.max(lens.length());
+        let span = extent(lens, film_z);
         let (from, to) = (-0.18 * span - 0.2 * reach, span + 0.05 * span);
         self.stroke(vec![DVec2::new(from, 0.0), DVec2::new(to, 0.0)], Ink::Axis);
     }
 
     /// Draws every gap that is not air, up to the next surface that refracts.
     fn elements(&mut self, lens: &Lens, film_z: f64, reach: f64) {
-        let surfaces = &lens.prescription().surfaces;
-        let vertex: Vec<f64> = surfaces
-            .iter()
-            .scan(0.0, |z, s| Some(std::mem::replace(z, *z + s.thickness)))
-            .collect();
-        let idle = |i: usize| {
-            surfaces[i].is_plane() && surfaces[i].medium == *lens.prescription().medium_before(i)
-        };
+        let folded = lens.prescription().folded();
+        let surfaces = &folded.surfaces;
+        let vertex = vertices(surfaces);
+        let idle = |i: usize| surfaces[i].is_idle(folded.medium_before(i));
         for i in 0..surfaces.len() {
             let n = surfaces[i].medium.n_d;
-            if n < 1.05 || idle(i) {
+            // Light behind a mirror goes through the glass in front of it.
+            if n < 1.05 || idle(i) || surfaces[i].is_mirror {
                 continue;
             }
             let next = (i + 1..surfaces.len()).find(|j| !idle(*j));
@@ -205,13 +204,32 @@ impl LensDiagram {
         }
     }
 
+    /// Draws mirrors, and what closes the middles of other surfaces.
+    fn mirrors(&mut self, lens: &Lens, reach: f64) {
+        let surfaces = lens.prescription().folded().surfaces;
+        for (surface, z) in surfaces.iter().zip(vertices(&surfaces)) {
+            let (closed, a) = (surface.obstruction, radius(surface, reach));
+            let sides = match (surface.is_mirror, closed > 0.0) {
+                (true, true) => vec![[-a, -closed], [closed, a]],
+                (true, false) => vec![[-a, a]],
+                (false, true) => vec![[-closed, closed]],
+                (false, false) => continue,
+            };
+            for [from, to] in sides {
+                let points = (0..=48).map(|i| from + (to - from) * f64::from(i) / 48.0);
+                let points = points.map(|y| DVec2::new(z + surface.sag(y), y));
+                self.stroke(points.collect(), Ink::Stop);
+            }
+        }
+    }
+
     /// Draws the blades of the stop.
     fn stop(&mut self, lens: &Lens, reach: f64) {
-        let surfaces = &lens.prescription().surfaces;
+        let surfaces = &lens.prescription().folded().surfaces;
         let Some(stop) = lens.prescription().stop() else {
             return;
         };
-        let z: f64 = surfaces[..stop].iter().map(|s| s.thickness).sum();
+        let z = vertices(surfaces)[stop];
         let a = radius(&surfaces[stop], reach);
         let z = z + surfaces[stop].sag(a);
         for sign in [1.0, -1.0] {
@@ -226,7 +244,7 @@ impl LensDiagram {
             return;
         };
         let across = DVec3::new(0.0, d.z, -d.y);
-        let lead = 0.16 * film_z.max(lens.length()) + 0.25 * reach;
+        let lead = 0.16 * extent(lens, film_z) + 0.25 * reach;
         let distance = self.options.distance;
         let source =
             (distance.is_finite() && d.z > 0.0).then(|| start - (distance + start.z) / d.z * d);
@@ -270,12 +288,19 @@ impl LensDiagram {
             let (origin, d, path) = trace(s);
             // A ray starts at its object, if that is on the drawing.
             let lead = lead.min(source.map_or(lead, |s| (origin - s).length()));
-            self.ray(number, origin - lead * d, d, &path, film_z);
+            self.ray(lens, number, (origin - lead * d, d), &path, film_z);
         }
     }
 
-    /// Draws one ray of a fan.
-    fn ray(&mut self, number: u8, begin: DVec3, d: DVec3, path: &RayPath, film_z: f64) {
+    /// Draws one ray of a fan, from a point in front of the lens in its direction there.
+    fn ray(
+        &mut self,
+        lens: &Lens,
+        number: u8,
+        (begin, d): (DVec3, DVec3),
+        path: &RayPath,
+        film_z: f64,
+    ) {
         let flat = |p: DVec3| DVec2::new(p.z, p.y);
         let mut points: Vec<DVec2> = path.hits.iter().map(|p| flat(*p)).collect();
         let Some(first) = path.hits.first() else {
@@ -291,7 +316,8 @@ impl LensDiagram {
         match path.outcome {
             Ok(out) => {
                 if out.direction.z > 1e-6 {
-                    points.push(flat(out.at_z(film_z)));
+                    let film = flat(out.at_z(film_z));
+                    points.push(DVec2::new(lens.straight_z(film.x), film.y));
                 }
                 self.stroke(points, Ink::Ray(number));
             }
@@ -310,7 +336,7 @@ impl LensDiagram {
         let Some(focal) = lens.first_order().focal else {
             return;
         };
-        let span = film_z.max(lens.length());
+        let span = extent(lens, film_z);
         let near = |z: f64| (-0.3 * span..1.35 * span).contains(&z);
         let half = 1.1 * reach;
         let planes = [
@@ -435,6 +461,21 @@ fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
     }
     let chief = lens.chief_ray(DVec2::new(0.0, -height), film_z)?;
     Some((chief.origin, -chief.direction))
+}
+
+/// The z of the vertices of surfaces whose thicknesses have the signs of the straight axis.
+fn vertices(surfaces: &[Surface]) -> Vec<f64> {
+    let next = |z: &mut f64, s: &Surface| Some(std::mem::replace(z, *z + s.thickness));
+    surfaces.iter().scan(0.0, next).collect()
+}
+
+/// The greatest z of the film and of the surfaces.
+fn extent(lens: &Lens, film_z: f64) -> f64 {
+    let vertices = match lens.prescription().has_mirrors() {
+        true => vertices(&lens.prescription().folded().surfaces),
+        false => vec![lens.length()],
+    };
+    vertices.into_iter().fold(lens.straight_z(film_z), f64::max)
 }
 
 /// Returns the largest finite semi-diameter, or 1.

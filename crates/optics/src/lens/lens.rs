@@ -1,5 +1,6 @@
 //! A lens prepared for tracing.
 
+use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
 use glam::DVec2;
@@ -38,6 +39,7 @@ impl Lens {
     /// Prepares a prescription for tracing at a wavelength.
     fn at(prescription: Prescription, wavelength_nm: f64) -> Self {
         let indices = prescription.indices(wavelength_nm);
+        let facings = prescription.facings();
         let mut z = 0.0;
         let mut elements = Vec::with_capacity(prescription.surfaces.len());
         for (i, surface) in prescription.surfaces.iter().enumerate() {
@@ -45,8 +47,9 @@ impl Lens {
             if surface.is_stop {
                 element.set_hole(prescription.iris.outline(surface.semi_diameter));
             }
+            element.facing = facings[i];
             elements.push(element);
-            z += surface.thickness;
+            z += facings[i + 1] * surface.thickness;
         }
         let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
         let reflects = |s: &Surface| s.coating != Coating::Ideal;
@@ -135,7 +138,8 @@ impl Lens {
         )
     }
 
-    /// The distance from the first vertex to the last, in millimeters: the z of the rear vertex.
+    /// The z of the last vertex that light meets, in millimeters from the first. It is the distance
+    /// of the two, or of opposite sign if mirrors have the last one in front.
     pub fn length(&self) -> f64 {
         self.elements.last().map_or(0.0, |e| e.vertex_z)
     }
@@ -179,7 +183,32 @@ impl Lens {
         self.with(self.prescription().clone().with_coating(coating))
     }
 
-    /// Whether any surface reflects, so that rays lose some of their light.
+    /// Whether the middle of any surface is closed.
+    pub fn is_obstructed(&self) -> bool {
+        self.elements.iter().any(|e| e.obstruction > 0.0)
+    }
+
+    /// The lens without what closes the middles of its surfaces.
+    pub(crate) fn unobstructed(&self) -> Cow<'_, Self> {
+        if !self.is_obstructed() {
+            return Cow::Borrowed(self);
+        }
+        let mut lens = self.clone();
+        lens.elements.iter_mut().for_each(|e| e.obstruction = 0.0);
+        Cow::Owned(lens)
+    }
+
+    /// The z in lens space of a plane behind the lens, in millimeters. The two differ only behind
+    /// an odd number of mirrors, where z is counted from the last vertex along the light.
+    pub(crate) fn straight_z(&self, z: f64) -> f64 {
+        let last = self.elements.last();
+        match last.is_some_and(|e| (e.facing < 0.0) != e.is_mirror) {
+            true => 2.0 * self.length() - z,
+            false => z,
+        }
+    }
+
+    /// Whether any surface transmits only a part of the light, so that rays lose some of it.
     pub fn reflects(&self) -> bool {
         self.reflects
     }

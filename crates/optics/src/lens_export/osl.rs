@@ -42,9 +42,15 @@ struct PupilBox {
 ///
 /// # Errors
 ///
-/// Returns an error if no light reaches the axis.
+/// Returns an error if no light reaches the axis, and for mirrors and obstructions, which the shader
+/// does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
+    if lens.prescription().has_mirrors() || lens.is_obstructed() {
+        let message = format!("`{}` has mirrors or a closed middle", lens.name());
+        return Err(Diagnostic::unsupported(message)
+            .with_help("the shader traces lenses that light goes straight through"));
+    }
     // What `ivcam render` takes for exposure 1: the axis with the film at the focus of infinity.
     let at_infinity = lens.first_order().focal.map(|f| f.rear_focal_point);
     let places = at_infinity.into_iter().chain([view.conjugate.film_z]);

@@ -13,10 +13,11 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Plane, Shape, Surface};
 
 /// The first-order data of a lens in one plane. Positions are in millimeters from the front vertex,
-/// with +z toward the film.
+/// with +z toward the film. Behind an odd number of mirrors, z is counted from the last vertex along
+/// the light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstOrder {
-    /// The distance from the first vertex to the last.
+    /// The distance from the first vertex to the last along z.
     pub length: f64,
     /// The index in front of the lens.
     pub n_object: f64,
@@ -114,7 +115,9 @@ impl FirstOrder {
     /// one behind the lens.
     pub(crate) fn of(prescription: &Prescription, indices: &[f64], plane: Plane) -> Self {
         let surfaces = &prescription.surfaces;
-        let length: f64 = sum(surfaces.iter().rev().skip(1).rev().map(|s| s.thickness));
+        let facings = prescription.facings();
+        let gaps = surfaces.iter().zip(&facings[1..]);
+        let length = sum(gaps.rev().skip(1).rev().map(|(s, sign)| sign * s.thickness));
         let n_object = indices[0];
         let n_image = indices[surfaces.len()];
         let whole = Matrix::through(surfaces, indices, plane, 0, surfaces.len());
@@ -203,7 +206,10 @@ fn sum(terms: impl Iterator<Item = f64>) -> f64 {
 /// next one, or behind the last surface.
 fn cross(surfaces: &[Surface], indices: &[f64], plane: Plane, i: usize, rays: &mut [(Dd, Dd)]) {
     let surface = &surfaces[i];
-    let step = Dd::new(indices[i + 1]).sub(Dd::new(indices[i]));
+    let step = match surface.is_mirror {
+        true => Dd::new(surface.index_step([indices[i]; 2])),
+        false => Dd::new(indices[i + 1]).sub(Dd::new(indices[i])),
+    };
     let power = step.mul(curvature(surface, plane));
     let gap = if i + 1 < surfaces.len() {
         surface.thickness

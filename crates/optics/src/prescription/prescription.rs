@@ -9,8 +9,12 @@ use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::surface::{Shape, Surface};
 
-/// A lens as its designer specifies it: the surfaces from front to rear, and the media between
-/// them.
+/// A lens as its designer specifies it: the surfaces in the order in which light meets them, and
+/// the media between them.
+///
+/// Behind each mirror, z is counted along the light, as if the mirror were a lens: thicknesses are
+/// positive, and a surface whose center is farther along the light has a positive radius. Files
+/// have the signs of the straight z axis; [`Prescription::folded`] converts between the two.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prescription {
     /// The name of the lens.
@@ -166,6 +170,50 @@ impl Prescription {
         }
     }
 
+    /// Whether any surface reflects.
+    pub fn has_mirrors(&self) -> bool {
+        self.surfaces.iter().any(|s| s.is_mirror)
+    }
+
+    /// The signs of z in front of each surface and, last, behind the lens: −1 where light travels
+    /// against the straight z axis, behind an odd number of mirrors.
+    pub(crate) fn facings(&self) -> Vec<f64> {
+        let mut sign = 1.0;
+        let mut signs = vec![sign];
+        for surface in &self.surfaces {
+            sign = if surface.is_mirror { -sign } else { sign };
+            signs.push(sign);
+        }
+        signs
+    }
+
+    /// The lens with the signs of the straight z axis behind its mirrors, as files have them: the
+    /// thickness behind one mirror is negative, and a surface there has a positive radius if its
+    /// center is on the right. Of a lens that has these signs, it is the lens with z along the
+    /// light. Every mirror has the medium in front of it on both sides.
+    pub fn folded(&self) -> Self {
+        let signs = self.facings();
+        let mut lens = self.clone();
+        for (i, signs) in signs.windows(2).enumerate() {
+            let before = lens.medium_before(i).clone();
+            let surface = &mut lens.surfaces[i];
+            if signs[0] < 0.0 {
+                *surface = surface.reversed();
+            }
+            if surface.is_mirror {
+                surface.medium = before;
+            }
+            if signs[1] < 0.0 {
+                surface.thickness = -surface.thickness;
+            }
+        }
+        let gaps = lens.zoom.iter_mut().flat_map(|zoom| &mut zoom.gaps);
+        for (_, gap) in gaps.filter(|(i, _)| signs.get(i + 1) == Some(&-1.0)) {
+            *gap = -*gap;
+        }
+        lens
+    }
+
     /// The lens with front and rear exchanged. It has no zoom positions and no focusing group.
     pub fn reversed(&self) -> Self {
         let count = self.surfaces.len();
@@ -174,7 +222,12 @@ impl Prescription {
             thickness: i
                 .checked_sub(1)
                 .map_or(0.0, |before| self.surfaces[before].thickness),
-            ..self.surfaces[i].reversed()
+            // Seen along the light that leaves it, a mirror has the shape that it has along the
+            // light that reaches it.
+            ..match self.surfaces[i].is_mirror {
+                true => self.surfaces[i].clone(),
+                false => self.surfaces[i].reversed(),
+            }
         });
         Self {
             surfaces: surfaces.collect(),
@@ -314,6 +367,7 @@ pub(crate) fn check(
         check_numbers(i, surface, &fail, &place)?;
     }
     check_stops(prescription, &fail, &place)?;
+    check_mirrors(prescription, sink, &fail, &place)?;
     check_backwards(prescription, &fail, &place)?;
     // The following may be wrong, and is only warned of.
     for (i, surface) in prescription.surfaces.iter().enumerate() {
@@ -376,6 +430,14 @@ fn check_numbers(
             "the columns are radius, thickness, index, aperture diameter; are two of them swapped?",
         ));
     }
+    if !(0.0..surface.semi_diameter).contains(&surface.obstruction) && surface.semi_diameter > 0.0 {
+        let span = place(i, Column::SemiDiameter);
+        let message = format!(
+            "the obstruction of surface {i}, {}, is not between 0 and its semi-diameter",
+            surface.obstruction
+        );
+        return Err(fail(span, message));
+    }
     if !(surface.semi_diameter > 0.0) {
         let span = place(i, Column::SemiDiameter);
         return Err(fail(
@@ -422,6 +484,38 @@ fn check_stops(
         let span = place(0, Column::Radius);
         return Err(fail(span, "the lens is a stop and nothing else".into())
             .with_help("add the rows of its surfaces"));
+    }
+    Ok(())
+}
+
+/// Refuses a group that moves for focusing and turns the light around: the gaps on both sides of it
+/// would become longer. Notes mirrors whose middle nothing closes.
+fn check_mirrors(
+    prescription: &Prescription,
+    sink: &mut Sink,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    let surfaces = &prescription.surfaces;
+    let Some(first) = surfaces.iter().position(|s| s.is_mirror) else {
+        return Ok(());
+    };
+    if let Some(FocusGroup { first, last }) = prescription.focus_group
+        && surfaces[first..=last]
+            .iter()
+            .filter(|s| s.is_mirror)
+            .count()
+            % 2
+            == 1
+    {
+        let message = "the group that moves for focusing has an odd number of mirrors";
+        return Err(fail(place(first, Column::Thickness), message.into())
+            .with_help("leave `focus_group` out: the whole lens then moves"));
+    }
+    if surfaces.iter().all(|s| s.obstruction == 0.0) {
+        let message = "nothing blocks light in the middle of this lens with mirrors";
+        sink.note(place(first, Column::SemiDiameter), message)
+            .help("an obstruction shades the beam as the second mirror and the film do");
     }
     Ok(())
 }
@@ -494,7 +588,14 @@ fn warn_of_gaps(
                 span,
                 format!("surface {j} is {:.3} mm in front of surface {i}", -gap),
             )
-            .help("light would travel backward between them: check the sign of the thickness");
+            .help(match surfaces[..j].iter().any(|s| s.is_mirror) {
+                true => {
+                    "behind a mirror, light travels toward smaller z and thicknesses are negative"
+                }
+                false => {
+                    "light would travel backward between them: check the sign of the thickness"
+                }
+            });
         }
         // Around a stop the semi-diameters are often larger than the beam. Surfaces must not cross
         // within the stop's own semi-diameter.
@@ -517,7 +618,9 @@ fn crossing(front: &Surface, rear: &Surface, thickness: f64, reach: f64) -> Opti
     if !reach.is_finite() || thickness < 0.0 {
         return None;
     }
-    let gap = |r: f64| thickness + rear.sag(r) - front.sag(r);
+    // The next surface faces a mirror from the side that light comes from.
+    let facing = if front.is_mirror { -1.0 } else { 1.0 };
+    let gap = |r: f64| thickness + rear.sag(r) - facing * front.sag(r);
     let steps = (1..=STEPS).map(|i| reach * f64::from(i) / f64::from(STEPS));
     let mut outside = steps.into_iter().find(|r| gap(*r) < -1e-3 * reach)?;
     let mut inside = 0.0;

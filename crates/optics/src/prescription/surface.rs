@@ -238,8 +238,14 @@ pub struct Surface {
     /// The distance from the axis beyond which rays are blocked, in millimeters. It is infinite if
     /// the file gives none.
     pub semi_diameter: f64,
+    /// The distance from the axis within which rays are blocked, in millimeters; 0 for none. It is
+    /// that of a central obstruction, or of the hole in a mirror.
+    pub obstruction: f64,
     /// Whether this is the aperture stop.
     pub is_stop: bool,
+    /// Whether the surface reflects light. The medium behind it is then that in front of it, and
+    /// the surfaces behind it are given as [`Prescription`](crate::prescription::Prescription) says.
+    pub is_mirror: bool,
     /// The coating of the surface.
     pub coating: Coating,
     /// The place of the surface in the file, for messages.
@@ -255,7 +261,9 @@ impl Surface {
             thickness,
             medium,
             semi_diameter,
+            obstruction: 0.0,
             is_stop: false,
+            is_mirror: false,
             coating: Coating::default(),
             span: Span::default(),
         }
@@ -277,8 +285,23 @@ impl Surface {
     /// Whether this is a plane without an aperture in one medium, given the medium before it. Such
     /// a plane has no effect on light.
     pub fn is_dummy(&self, before: &Medium) -> bool {
-        let is_open = self.semi_diameter == f64::INFINITY && !self.is_stop;
-        self.is_plane() && is_open && self.medium == *before
+        let is_open = self.semi_diameter == f64::INFINITY && self.obstruction == 0.0;
+        self.is_idle(before) && is_open && !self.is_stop
+    }
+
+    /// Whether this is a plane that neither refracts nor reflects, given the medium before it.
+    pub(crate) fn is_idle(&self, before: &Medium) -> bool {
+        self.is_plane() && !self.is_mirror && self.medium == *before
+    }
+
+    /// The step of the index that bends a ray, given the indices in front of the surface and behind
+    /// it. That of a mirror is from n to −n.
+    pub(crate) fn index_step(&self, [before, behind]: [f64; 2]) -> f64 {
+        if self.is_mirror {
+            -2.0 * before
+        } else {
+            behind - before
+        }
     }
 
     /// Replaces the shape by another one that is made of it.
@@ -337,6 +360,7 @@ impl Surface {
             curvature: self.curvature.scaled(factor),
             thickness: self.thickness * factor,
             semi_diameter: self.semi_diameter * factor,
+            obstruction: self.obstruction * factor,
             ..self.clone()
         }
     }

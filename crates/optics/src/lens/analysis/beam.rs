@@ -94,7 +94,7 @@ impl<'a> Beam<'a> {
             };
         }
         let surfaces = &self.lens.prescription().surfaces;
-        let back = 4.0 * surfaces[0].semi_diameter.min(1e6) + self.lens.length();
+        let back = 4.0 * surfaces[0].semi_diameter.min(1e6) + self.lens.length().abs();
         LensRay {
             origin: through - back * self.d,
             direction: self.d,
@@ -152,7 +152,8 @@ impl<'a> Beam<'a> {
         (self.low, self.high)
     }
 
-    /// The outline of the places whose rays get through, as 96 points; empty if none was found.
+    /// The outline of the places whose rays get through, as 96 points; empty if none was found. What
+    /// closes the middle of a surface is left out.
     pub(crate) fn outline(&self) -> Vec<DVec2> {
         let middle = 0.5 * (self.low + self.high);
         let Some(inside) = self.inside(middle) else {
@@ -165,11 +166,12 @@ impl<'a> Beam<'a> {
         };
         let directions: Vec<DVec2> = (0..96).map(direction).collect();
         let mut spans = vec![(0.0, far); directions.len()];
+        let lens = &self.lens.unobstructed();
         let at = |(direction, distance): (&DVec2, f64)| inside + distance * *direction;
         for _ in 0..18 {
             let middles = spans.iter().map(|(near, out)| 0.5 * (near + out));
             let places: Vec<DVec2> = directions.iter().zip(middles).map(at).collect();
-            for (span, passes) in spans.iter_mut().zip(self.passing(self.lens, &places)) {
+            for (span, passes) in spans.iter_mut().zip(self.passing(lens, &places)) {
                 let half = 0.5 * (span.0 + span.1);
                 *(if passes { &mut span.0 } else { &mut span.1 }) = half;
             }
@@ -180,14 +182,15 @@ impl<'a> Beam<'a> {
 
     /// A place whose ray gets through: the middle, or the mean of those on a grid.
     fn inside(&self, middle: DVec2) -> Option<DVec2> {
-        let passes = |place: DVec2| self.passing(self.lens, &[place])[0];
+        let lens = &self.lens.unobstructed();
+        let passes = |place: DVec2| self.passing(lens, &[place])[0];
         if passes(middle) {
             return Some(middle);
         }
         let size = self.high - self.low;
         let grid = (0..13 * 13).map(|k| DVec2::new(f64::from(k % 13), f64::from(k / 13)));
         let grid: Vec<DVec2> = grid.map(|at| self.low + size * at / 12.0).collect();
-        let passing = self.passing(self.lens, &grid);
+        let passing = self.passing(lens, &grid);
         let found: Vec<DVec2> = grid
             .into_iter()
             .zip(passing)

@@ -12,7 +12,6 @@ use crate::lens::lens::Lens;
 use crate::lens::trace::element::Element;
 use crate::lens::trace::intersect::SurfaceHit;
 use crate::lens::trace::ray::{LensRay, Toward, unit};
-use crate::lens::trace::refraction::refract;
 use crate::prescription::glass::coating::Coating;
 
 /// Two surfaces that reflect, numbered from 0 at the front.
@@ -143,7 +142,9 @@ impl<'a> GhostRay<'a> {
         let [r, g, b] = self.wavelengths;
         let share = |nm| 1.0 - element.reflectance(toward, hit.cos, nm);
         self.share *= DVec3::new(share(r), share(g), share(b));
-        self.d = refract(self.d, &hit, element.refraction(toward), toward.sign())?;
+        self.d = element.bend(self.d, &hit, toward)?;
+        self.p = element.leaving(toward, self.p);
+        self.d = element.leaving(toward, self.d);
         Some(())
     }
 
@@ -160,11 +161,12 @@ impl<'a> GhostRay<'a> {
     /// Moves the ray to where it hits a surface; none if it misses or is blocked.
     fn intersect(&mut self, surface: usize, toward: Toward) -> Option<(&'a Element, SurfaceHit)> {
         let element = &self.elements[surface];
-        let hit = element.intersect(self.p, self.d, toward.sign())?;
+        self.p = element.arriving(toward, self.p);
+        self.d = element.arriving(toward, self.d);
+        let hit = element.intersect(self.p, self.d, element.sign(toward))?;
         self.p = hit.point;
         self.is_on_surface = true;
-        let inside = self.p.truncate().length_squared() <= element.clear;
-        (inside && element.is_open_at(self.p)).then_some((element, hit))
+        element.is_open_at(self.p).then_some((element, hit))
     }
 
     /// The ray in lens space and the share of the light that remains.

@@ -35,7 +35,7 @@ impl Lens {
             SPOKES
         };
         let beam = self.axial_beam().height;
-        let far = -4.0 * (beam + self.length() + 1.0);
+        let far = -4.0 * (beam + self.length().abs() + 1.0);
         let (mut sum, mut count) = (0.0, 0.0);
         for i in 0..RINGS * spokes {
             let (ring, spoke) = (i % RINGS, i / RINGS);
@@ -53,17 +53,36 @@ impl Lens {
         (count > 0.0).then(|| sum / count)
     }
 
+    /// The share of the widest axial beam that is not closed in its middle, by rings of equal area;
+    /// none if no ray gets through.
+    pub fn axial_open_share(&self) -> Option<f64> {
+        const RINGS: u32 = 4096;
+        if !self.is_obstructed() {
+            return Some(1.0);
+        }
+        let beam = self.axial_beam().height;
+        let passes = |ring: &u32| {
+            let r = beam * ((f64::from(*ring) + 0.5) / f64::from(RINGS)).sqrt();
+            let ray = self.axial_ray(f64::INFINITY, r);
+            self.trace_from_scene(&ray).is_ok()
+        };
+        let open = (0..RINGS).filter(passes).count() as f64 / f64::from(RINGS);
+        (open > 0.0).then_some(open)
+    }
+
     /// The T-number N/√τ, with the f-number by real rays: the f-number of a lens without losses
     /// that makes an equally bright picture. Returns none if the lens has no f-number or no ray
     /// gets through.
     pub fn t_number(&self) -> Option<f64> {
-        Some(self.real_f_number()? / self.axial_transmittance()?.sqrt())
+        let share = self.axial_transmittance()? * self.axial_open_share()?;
+        Some(self.real_f_number()? / share.sqrt())
     }
 
     /// The T-number with the paraxial f-number.
     pub fn paraxial_t_number(&self) -> Option<f64> {
         let f_number = self.first_order().f_number()?;
-        Some(f_number / self.axial_transmittance()?.sqrt())
+        let share = self.axial_transmittance()? * self.axial_open_share()?;
+        Some(f_number / share.sqrt())
     }
 }
 

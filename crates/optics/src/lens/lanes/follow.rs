@@ -7,7 +7,8 @@ use ivcam_base::math::lanes::{LANES, SimdKernel, Width, dispatch};
 
 use crate::lens::lanes::asphere::asphere;
 use crate::lens::lanes::bundle::Bundle;
-use crate::lens::lanes::iris::{block_at_iris, note_iris_fill};
+use crate::lens::lanes::iris::{block_at_iris, block_at_obstruction, note_iris_fill};
+use crate::lens::lanes::mirror::mirror;
 use crate::lens::lanes::quadric::quadric;
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
 use crate::lens::lanes::step::{LARGE_STEP, LaneStep, SAME_INDEX, SLIGHT_STEP, kind_of};
@@ -133,6 +134,9 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
             sign: tracer.toward.sign(),
         };
         match &element.form {
+            _ if element.is_mirror => {
+                mirror::<STOPS>(&step, tracer.toward, bundle, &mut terms.cos);
+            }
             Form::Sphere => {
                 // A ray from far away is first moved to the point nearest the vertex.
                 if i == 0 || (element.curvature * shift).abs() > 4.0 {
@@ -161,7 +165,10 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
             transmittances.cross::<FUSED>(&step, &terms.cos);
         }
         match STOPS {
-            true => block_at_iris(&step, bundle),
+            true => {
+                block_at_obstruction(&step, bundle);
+                block_at_iris(&step, bundle);
+            }
             false => note_iris_fill(&step, bundle),
         }
         if i % LOST_AFTER == LOST_AFTER - 1 && bundle.lost.iter().all(|lost| *lost != 0.0) {

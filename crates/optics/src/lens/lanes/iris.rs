@@ -1,10 +1,25 @@
-//! Holes of the iris that are not round.
+//! Holes of the iris that are not round, and surfaces whose middle is closed.
 
 use ivcam_base::math::lanes::LANES;
 
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::LaneStep;
 use crate::lens::trace::element::{edges_of, is_left_of};
+
+/// Blocks the rays that hit the closed middle of a surface.
+#[inline(always)]
+pub(super) fn block_at_obstruction(step: &LaneStep<'_>, b: &mut Bundle) {
+    let obstruction = step.element.obstruction;
+    if obstruction == 0.0 {
+        return;
+    }
+    let blocked = step.outcome(true, false, true);
+    for i in 0..LANES {
+        let inside = b.x[i] * b.x[i] + b.y[i] * b.y[i] < obstruction;
+        let is_blocked = (b.lost[i] == 0.0) & inside;
+        b.lost[i] = if is_blocked { blocked } else { b.lost[i] };
+    }
+}
 
 /// Blocks the rays that are outside a hole that is not round.
 #[inline(always)]

@@ -119,10 +119,15 @@ impl SimdKernel for OpticalPaths<'_> {
                 0 => 0.0,
                 _ => self.tracer.elements[i - 1].gap,
             };
+            // A mirror turns the hit around.
+            let facing = match self.tracer.elements[i].is_mirror {
+                true => -1.0,
+                false => 1.0,
+            };
             vertex_z = stretch::<false, FUSED>(self.tracer, b, i..i + 1, None);
             for lane in 0..LANES {
                 let (x, y) = (b.x[lane] - x[lane], b.y[lane] - y[lane]);
-                let z = b.z[lane] - (z[lane] - gap);
+                let z = facing * b.z[lane] - (z[lane] - gap);
                 let length = (x * x + y * y + z * z).sqrt();
                 // Inside the lens the length is signed, because a ray may travel backward between
                 // surfaces that cross.

@@ -12,6 +12,7 @@ pub(crate) mod fills;
 pub(crate) mod follow;
 mod iris;
 mod many;
+mod mirror;
 mod quadric;
 mod sphere;
 mod step;

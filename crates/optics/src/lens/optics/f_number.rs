@@ -105,7 +105,7 @@ impl Lens {
     pub(super) fn far(&self) -> f64 {
         let surfaces = &self.prescription().surfaces;
         let first = surfaces.first().map_or(0.0, |s| s.thickness.abs());
-        10.0 * (1.0 + first + self.length())
+        10.0 * (1.0 + first + self.length().abs())
     }
 }
 

@@ -76,9 +76,10 @@ impl Lens {
     }
 
     /// The greatest height in millimeters whose ray gets through, and the loss of the next higher
-    /// one. Heights are tried in 512 steps up to `reach` times the largest semi-diameter.
+    /// one, without what closes the middle of a surface. Heights are tried in 512 steps up to `reach` times the largest semi-diameter.
     fn widest_ray(&self, reach: f64, ray: impl Fn(f64) -> LensRay) -> (f64, Option<Loss>) {
-        let trace = |height: f64| self.trace_from_scene(&ray(height));
+        let lens = self.unobstructed();
+        let trace = |height: f64| lens.trace_from_scene(&ray(height));
         let widest = reach * self.prescription().widest_semi_diameter();
         let step = widest / 512.0;
         let lost = (1..=512).find_map(|i| trace(i as f64 * step).err().map(|loss| (i, loss)));
@@ -104,7 +105,7 @@ impl Lens {
         let across = direction.any_orthonormal_vector();
         let along = direction.cross(across);
         let widest = self.prescription().widest_semi_diameter();
-        let back = 4.0 * (widest + self.length());
+        let back = 4.0 * (widest + self.length().abs());
         let start = chief.origin - back * direction;
         let ray = |a: f64, b: f64| LensRay {
             origin: start + a * across + b * along,

@@ -121,6 +121,14 @@ pub(super) fn unvignetted_fraction(lens: &Lens, film: DVec3, polygon: &Corners) 
         })?;
         let sum: f64 = zip(&areas, &rims).map(|(area, rim)| area * rim).sum();
         open += 0.5 * sum;
+        if lens.is_obstructed() {
+            let closed = |end: &DVec2| {
+                let parts = lens.closed_parts(film, polygon.center, *end).into_iter();
+                parts.map(|[from, to]| to * to - from * from).sum::<f64>()
+            };
+            let closed = zip(&areas, &ends).map(|(area, end)| area * closed(end));
+            open -= 0.5 * closed.sum::<f64>();
+        }
     }
     Some(open / all)
 }

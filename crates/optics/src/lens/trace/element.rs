@@ -7,7 +7,7 @@ use crate::lens::trace::intersect::{
 };
 use crate::lens::trace::profile::Profile;
 use crate::lens::trace::ray::Toward;
-use crate::lens::trace::refraction::Refraction;
+use crate::lens::trace::refraction::{Refraction, refract};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::surface::{Shape, Surface};
 
@@ -24,6 +24,13 @@ pub(crate) struct Element {
     pub gap: f64,
     /// The square of the semi-diameter, in square millimeters.
     pub clear: f64,
+    /// The square of the radius within which rays are blocked, in square millimeters.
+    pub obstruction: f64,
+    /// Whether the surface reflects.
+    pub is_mirror: bool,
+    /// The sign of lens space in front of the surface: −1 behind an odd number of mirrors, where
+    /// the tracer's z grows against that of lens space.
+    pub facing: f64,
     /// The refraction of a ray that travels toward the film.
     pub to_film: Refraction,
     /// The refraction of a ray that travels toward the scene.
@@ -66,6 +73,7 @@ pub(crate) enum Form {
 
 impl Element {
     /// The element of a surface with its vertex at `vertex_z`, between media of the given indices.
+    /// It is the first of a lens; see [`Element::facing`].
     pub(crate) fn new(surface: &Surface, vertex_z: f64, before: f64, behind: f64) -> Self {
         let curvature = surface.curvature.per_mm();
         let form = match &surface.shape {
@@ -93,10 +101,16 @@ impl Element {
             vertex_z,
             gap: surface.thickness,
             clear: surface.semi_diameter * surface.semi_diameter,
+            obstruction: surface.obstruction * surface.obstruction,
+            is_mirror: surface.is_mirror,
+            facing: 1.0,
             to_film: Refraction::new(before, behind),
             to_scene: Refraction::new(behind, before),
             indices: [before, behind],
-            coating: surface.coating,
+            coating: match surface.is_mirror {
+                true => Coating::Ideal,
+                false => surface.coating,
+            },
             hole: None,
             edges: Box::default(),
         }
@@ -108,11 +122,46 @@ impl Element {
         self.hole = corners;
     }
 
-    /// Whether a hit is inside the hole of the iris. It always is if the hole is round.
+    /// Whether the apertures of the surface let a ray pass that hits it at this point.
     pub(crate) fn is_open_at(&self, hit: DVec3) -> bool {
-        self.hole
-            .as_deref()
-            .is_none_or(|corners| is_inside(corners, hit.truncate()))
+        let r2 = hit.x * hit.x + hit.y * hit.y;
+        let corners = self.hole.as_deref();
+        r2 <= self.clear
+            && r2 >= self.obstruction
+            && corners.is_none_or(|corners| is_inside(corners, hit.truncate()))
+    }
+
+    /// The sign of z along a ray that reaches the surface, in the space in front of it. A mirror is
+    /// always met from its front.
+    pub(crate) fn sign(&self, toward: Toward) -> f64 {
+        if self.is_mirror { 1.0 } else { toward.sign() }
+    }
+
+    /// A position or a direction of a ray that reaches the surface, in the space in front of it.
+    /// Only a mirror that is met from behind has another space there, of opposite z.
+    pub(crate) fn arriving(&self, toward: Toward, v: DVec3) -> DVec3 {
+        match self.is_mirror && toward == Toward::Scene {
+            true => DVec3::new(v.x, v.y, -v.z),
+            false => v,
+        }
+    }
+
+    /// A position or a direction in the space in front of the surface, in that of a ray that leaves
+    /// it.
+    pub(crate) fn leaving(&self, toward: Toward, v: DVec3) -> DVec3 {
+        match self.is_mirror && toward == Toward::Film {
+            true => DVec3::new(v.x, v.y, -v.z),
+            false => v,
+        }
+    }
+
+    /// The direction in which a ray leaves its hit, in the space in front of the surface; none at
+    /// total reflection.
+    pub(crate) fn bend(&self, d: DVec3, hit: &SurfaceHit, toward: Toward) -> Option<DVec3> {
+        match self.is_mirror {
+            true => Some(d - 2.0 * d.dot(hit.normal) * hit.normal),
+            false => refract(d, hit, self.refraction(toward), toward.sign()),
+        }
     }
 
     /// The refraction of a ray that travels in a direction.

@@ -4,6 +4,10 @@
 //! film is at positive z. Nothing here knows about scenes or pixels; `camera` converts between the
 //! two.
 //!
+//! Behind a mirror, the tracer counts z along the light, as the prescription does: the ray and its
+//! hit are turned around, and light travels toward the film between all surfaces. Only the points
+//! that are handed out have the z of lens space.
+//!
 //! Between two surfaces a ray may travel backward (t < 0): thin edges and zero gaps make surfaces
 //! cross outside their rims, and the ray is still correct. There is no epsilon anywhere, so a lens
 //! scaled by a power of two gives the same directions to the last bit.
@@ -13,7 +17,6 @@ use glam::DVec3;
 use crate::lens::trace::element::Element;
 use crate::lens::trace::intersect::SurfaceHit;
 use crate::lens::trace::ray::{LensRay, Loss, LossKind, Toward, unit};
-use crate::lens::trace::refraction::refract;
 
 /// Traces rays through all surfaces in one direction.
 pub(crate) struct Tracer<'a> {
@@ -51,7 +54,9 @@ impl Tracer<'_> {
         mut at_hit: impl FnMut(usize, DVec3),
     ) -> Result<LensRay, Loss> {
         self.walk(ray, |surface, vertex_z, hit| {
-            at_hit(surface, hit.point + vertex_z * DVec3::Z);
+            let DVec3 { x, y, z } = hit.point;
+            let z = self.elements[surface].facing * z;
+            at_hit(surface, DVec3::new(x, y, z) + vertex_z * DVec3::Z);
         })
     }
 
@@ -75,7 +80,7 @@ impl Tracer<'_> {
         if !ray.origin.is_finite() {
             return Err(missed);
         }
-        let sign = self.toward.sign();
+        let toward = self.toward;
         // `p` is relative to the vertex of the surface, so that it keeps its digits behind a long
         // gap.
         let mut p = ray.origin;
@@ -86,17 +91,21 @@ impl Tracer<'_> {
             vertex_z = element.vertex_z;
             p.z += shift;
             let lost = |kind| Loss { kind, surface };
+            (p, d) = (element.arriving(toward, p), element.arriving(toward, d));
             let hit = element
-                .intersect(p, d, sign)
+                .intersect(p, d, element.sign(toward))
                 .ok_or(lost(LossKind::Missed))?;
-            p = hit.point;
             at_hit(surface, vertex_z, &hit);
-            let r2 = p.x * p.x + p.y * p.y;
-            if self.apertures && !(r2 <= element.clear && element.is_open_at(p)) {
+            if self.apertures && !element.is_open_at(hit.point) {
                 return Err(lost(LossKind::Blocked));
             }
-            d = refract(d, &hit, element.refraction(self.toward), sign)
+            d = element
+                .bend(d, &hit, toward)
                 .ok_or(lost(LossKind::TotalReflection))?;
+            (p, d) = (
+                element.leaving(toward, hit.point),
+                element.leaving(toward, d),
+            );
         }
         Ok(LensRay {
             origin: p + vertex_z * DVec3::Z,

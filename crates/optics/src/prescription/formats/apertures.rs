@@ -147,7 +147,7 @@ pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
         return;
     }
     let bends = |(i, s): (usize, &Surface)| {
-        indices[i] != indices[i + 1] && s.vertex_curvature(Plane::Y) != 0.0
+        s.index_step([indices[i], indices[i + 1]]) != 0.0 && s.vertex_curvature(Plane::Y) != 0.0
     };
     let place = lens.surfaces.first().map_or(Span::at(0), |s| s.span);
     if lens.surfaces.iter().enumerate().any(bends) {
@@ -169,7 +169,8 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
     let mut heights = Vec::with_capacity(lens.surfaces.len());
     for (i, surface) in lens.surfaces.iter().enumerate() {
         heights.push(y);
-        nu -= y * (indices[i + 1] - indices[i]) * surface.vertex_curvature(Plane::Y);
+        let step = surface.index_step([indices[i], indices[i + 1]]);
+        nu -= y * step * surface.vertex_curvature(Plane::Y);
         y += surface.thickness * nu / indices[i + 1];
     }
     heights

@@ -11,6 +11,8 @@
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
 //! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or `formula` (numbered as in `.agf` files) with
 //! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
+//! A surface with `mirror` reflects; behind it thicknesses and radii have the signs of a straight z
+//! axis. `obstruction` is the radius that is closed in the middle of a surface.
 //! `coating` is none, mgf2 or ideal. It belongs to a surface or, beside `surfaces`, to all surfaces
 //! without one.
 
@@ -38,7 +40,7 @@ const KINDS: [&str; 8] = [
 /// The names of the fields of [`SurfaceFields`], and of those that are read in another way. There
 /// are lists beside them that begin with `A4`.
 const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
-                      sellmeier formula coefficients semi_diameter a stop k radial_poly R_x c_x \
+                      sellmeier formula coefficients semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
                       coating";
 
 /// The names of the fields of each column of the table.
@@ -115,7 +117,9 @@ struct SurfaceFields {
     coefficients: Option<Vec<f64>>,
     semi_diameter: Option<f64>,
     a: Option<f64>,
+    obstruction: Option<f64>,
     stop: Option<bool>,
+    mirror: Option<bool>,
     k: Option<f64>,
     /// The coefficients of r^4, r^6 and so on.
     #[serde(rename = "A4")]
@@ -211,6 +215,7 @@ impl LensJsonReader<'_> {
         draft.lens.iris = self.iris(stated.iris.unwrap_or_default())?;
         draft.lens.zoom = self.zoom(stated.zoom.unwrap_or_default(), rows.len())?;
         draft.lens.focus_group = self.focus_group(stated.focus_group, rows.len())?;
+        draft.fold();
         if unit != 1.0 {
             draft.lens = draft.lens.scaled(unit);
         }
@@ -258,7 +263,10 @@ impl LensJsonReader<'_> {
         for (i, row) in rows.iter().take(checked).enumerate() {
             let has = |keys: &[&str]| keys.iter().any(|key| row.get(key).is_some());
             let is_stop = row.get("kind").and_then(Value::as_str) == Some("stop");
-            let missing = match (has(&["t", "thickness"]), has(&["n_d", "n", "glass"])) {
+            let missing = match (
+                has(&["t", "thickness"]),
+                has(&["n_d", "n", "glass", "mirror"]),
+            ) {
                 (true, true) => continue,
                 (true, false) | (false, true) if rows.len() == 1 => continue,
                 _ if is_stop || !row.is_object() => continue,
@@ -297,12 +305,18 @@ impl LensJsonReader<'_> {
             None => return Err(self.fail(Some(i), format!("surface {i} has no radius `R`"))),
         };
         let thickness = fields.t.or(fields.thickness).unwrap_or(0.0);
-        let medium = self.medium(i, &fields, before, is_stop)?;
+        let is_mirror = fields.mirror == Some(true);
+        let medium = match is_mirror {
+            true => before.clone(),
+            false => self.medium(i, &fields, before, is_stop)?,
+        };
         let semi_diameter = fields.semi_diameter.or(fields.a).unwrap_or(f64::INFINITY);
         Ok(Surface {
             shape: self.shape(i, &fields)?,
             curvature,
+            obstruction: fields.obstruction.unwrap_or(0.0),
             is_stop,
+            is_mirror,
             coating: self
                 .coating(fields.coating.as_ref(), Some(i))?
                 .unwrap_or(coating),

@@ -2,7 +2,7 @@
 //! behind them and perhaps an aperture. The first is the object, the last the image.
 //!
 //! Planes, spheres, conics and even and odd aspheres are read. Apertures that are missing are
-//! those of the beam of `aperture` and `fields`. Mirrors, shifts and tilts are refused.
+//! those of the beam of `aperture` and `fields`. Shifts and tilts are refused.
 
 use ivcam_base::diag::{Result, Sink, Span};
 use serde_json::Value;
@@ -26,6 +26,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(file.source)?;
     let mut draft = draft(file, &root)?;
     let beam = beam(&root);
+    draft.fold();
     draft.limit(beam, sink);
     state_wavelengths(&mut draft, &root);
     file.finish(draft, sink)
@@ -117,16 +118,22 @@ fn surface(
     let radius = finite(row["aperture"].get("r_max")).filter(|r| *r > 0.0);
     let radius = radius.unwrap_or(f64::INFINITY);
     let (curvature, shape) = geometry(file, number, &row["geometry"])?;
-    let medium = medium(file, number, row, before)?;
+    let is_mirror = reflects(row);
+    let medium = match is_mirror {
+        true => before.clone(),
+        false => medium(file, number, row, before)?,
+    };
     Ok(Surface {
         shape,
         curvature,
+        obstruction: finite(row["aperture"].get("r_min")).unwrap_or(0.0),
         is_stop: row["is_stop"] == true,
+        is_mirror,
         ..Surface::sphere(0.0, thickness, medium, radius)
     })
 }
 
-/// Refuses surfaces that are shifted or tilted, and mirrors.
+/// Refuses surfaces that are shifted or tilted.
 fn refuse(file: PrescriptionReader<'_>, number: usize, row: &Value) -> Result<()> {
     let system = &row["geometry"]["cs"];
     for key in ["x", "y", "rx", "ry", "rz"] {
@@ -136,17 +143,15 @@ fn refuse(file: PrescriptionReader<'_>, number: usize, row: &Value) -> Result<()
             return Err(file.refuse(file.find("\"surface_group\""), message, help));
         }
     }
-    let reflects = row["interaction_model"]["is_reflective"] == true
+    Ok(())
+}
+
+/// Whether a surface is a mirror.
+fn reflects(row: &Value) -> bool {
+    row["interaction_model"]["is_reflective"] == true
         || row["is_reflective"] == true
         || row["material_post"]["type"] == "Mirror"
-        || row["material_post"] == "mirror";
-    match reflects {
-        true => {
-            let span = file.find("\"is_reflective\": true");
-            Err(file.mirror(span, format!("surface {number}")))
-        }
-        false => Ok(()),
-    }
+        || row["material_post"] == "mirror"
 }
 
 fn geometry(

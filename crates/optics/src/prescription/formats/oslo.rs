@@ -3,8 +3,8 @@
 //! Surface 0 is the object and the last one, or the one of `END`, the image. Read: RD or CV, TH,
 //! AP (a semi-diameter, perhaps after CHK), AST, AIR, GLA with a name, an index, or `MOD` and the
 //! indices at the wavelengths of WV, CC, AD to AG; EBR, FNO, ANG and GIH for apertures that the
-//! file leaves out, and UNI, the millimeters of its unit. What tilts, reflects or diffracts is
-//! refused by name.
+//! file leaves out, RFL and RFH for mirrors, and UNI, the millimeters of its unit. What tilts or
+//! diffracts is refused by name.
 
 use ivcam_base::diag::{Result, Sink, Span};
 
@@ -34,8 +34,7 @@ pub(crate) static FORMAT: Format = Format {
 
 /// Commands for properties that a centered refracting lens does not have, refused unless their
 /// value is 0.
-const REFUSED: [(&str, &str); 13] = [
-    ("reflects", "RFL RFH"),
+const REFUSED: [(&str, &str); 12] = [
     ("is tilted", "TLA TLB TLC"),
     ("is decentered", "DCX DCY DCZ"),
     ("folds the axis", "BEN"),
@@ -190,6 +189,7 @@ impl<'a> OsloReader<'a> {
         match name {
             "AIR" => surface.medium = Medium::air(),
             "AST" => surface.is_stop = last > 0,
+            "RFL" | "RFH" => surface.is_mirror = true,
             "CC" => {
                 let k = self.file.argument(command)?;
                 surface.change_shape(|shape| shape.with_conic(k));
@@ -242,6 +242,7 @@ impl<'a> OsloReader<'a> {
         lens.object_medium = lens.surfaces.remove(0).medium;
         lens.surfaces.pop();
         self.remove_dummies();
+        self.draft.fold();
         self.draft.limit(self.beam, sink);
         self.file.finish(self.draft, sink)
     }

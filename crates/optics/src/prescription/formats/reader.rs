@@ -175,6 +175,14 @@ impl Draft {
         self.places.push(places);
     }
 
+    /// Turns the signs of the file behind mirrors into those of a [`Prescription`]. Its surfaces and
+    /// zoom positions are all read.
+    pub(super) fn fold(&mut self) {
+        if self.lens.has_mirrors() {
+            self.lens = self.lens.folded();
+        }
+    }
+
     /// The medium behind the last surface, which is in front of the next.
     pub(super) fn medium(&self) -> &Medium {
         self.lens.medium_before(self.lens.surfaces.len())

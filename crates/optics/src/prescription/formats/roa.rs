@@ -2,7 +2,7 @@
 //!
 //! `ifcs` are the interfaces with their profiles and apertures, `gaps` the distances and media
 //! behind them; the first is the object, the last the image. Spheres, conics and polynomials in r
-//! are read. Mirrors, thin lenses and decentered interfaces are refused.
+//! are read, and mirrors. Thin lenses and decentered interfaces are refused.
 
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde_json::Value;
@@ -38,6 +38,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let model = attributes(&root["optical_model"]);
     let reader = RayOpticsReader { file, model };
     let mut draft = reader.draft()?;
+    draft.fold();
     if let Some(beam) = reader.beam() {
         note_f_number(&mut draft.lens, beam);
     }
@@ -110,14 +111,21 @@ impl RayOpticsReader<'_> {
             None => &values["profile"],
         };
         let (curvature, shape) = self.profile(number, profile)?;
-        let clear = values["clear_apertures"].as_array();
-        let clear = clear.and_then(|list| finite(attributes(list.first()?).get("radius")));
-        let radius = clear.or(finite(values.get("max_aperture")));
-        let radius = radius.filter(|r| *r > 0.0).unwrap_or(f64::INFINITY);
+        let listed = values["clear_apertures"].as_array();
+        let radius = |is_obscuration: bool| {
+            let mut all = listed.into_iter().flatten().map(attributes);
+            let found = all.find(|a| (a["is_obscuration"] == true) == is_obscuration);
+            found.and_then(|aperture| finite(aperture.get("radius")))
+        };
+        let (clear, obstruction) = (radius(false), radius(true).unwrap_or(0.0));
+        let clear = clear.or(finite(values.get("max_aperture")));
+        let radius = clear.filter(|r| *r > 0.0).unwrap_or(f64::INFINITY);
         let thickness = finite(gap.get("thi")).unwrap_or(0.0);
         Ok(Surface {
             shape,
             curvature,
+            obstruction,
+            is_mirror: values["interact_mode"] == "reflect",
             ..Surface::sphere(0.0, thickness, self.medium(gap)?, radius)
         })
     }
@@ -127,10 +135,6 @@ impl RayOpticsReader<'_> {
         if class != "Surface" {
             let message = format!("interface {number} is a `{class}`, not a surface of glass");
             return Err(self.fail(&format!("\"{class}\""), message));
-        }
-        if values["interact_mode"] == "reflect" {
-            let span = self.file.find("\"reflect\"");
-            return Err(self.file.mirror(span, format!("interface {number}")));
         }
         if !values["decenter"].is_null() {
             let message = format!("interface {number} is decentered or tilted");

@@ -57,6 +57,9 @@ pub fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>
 /// A prescription as text, with the distance of the object from the front vertex in millimeters,
 /// which Zemax and CODE V keep; and what the format left out.
 pub fn write_at(lens: &Prescription, target: Target, object: f64) -> Result<(String, Vec<String>)> {
+    // Files have the signs of the straight axis.
+    let folded = lens.has_mirrors().then(|| lens.folded());
+    let lens = folded.as_ref().unwrap_or(lens);
     match target {
         Target::Columns => columns(lens),
         Target::Zemax => zemax(lens, object),
@@ -84,6 +87,12 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     for (i, surface) in lens.surfaces.iter().enumerate() {
         if surface.shape != Shape::Sphere {
             return Err(refuse(i, "is not a sphere", FORMAT));
+        }
+        if surface.is_mirror {
+            return Err(refuse(i, "is a mirror", FORMAT));
+        }
+        if surface.obstruction > 0.0 {
+            return Err(refuse(i, "is closed in its middle", FORMAT));
         }
         if !surface.semi_diameter.is_finite() {
             return Err(refuse(i, "has no aperture", FORMAT));
@@ -167,11 +176,17 @@ fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
         }
         shape_lines(&mut text, i, surface)?;
         let _ = writeln!(text, "  DISZ {}", surface.thickness);
-        glass_line(&mut text, &surface.medium, &glasses, &mut left_out);
-        if surface.semi_diameter.is_finite() {
-            let a = surface.semi_diameter;
-            let _ = writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0");
+        match surface.is_mirror {
+            true => text += "  GLAS MIRROR 0 0 1.5 40\n",
+            false => glass_line(&mut text, &surface.medium, &glasses, &mut left_out),
         }
+        let (closed, a) = (surface.obstruction, surface.semi_diameter);
+        let _ = match (closed > 0.0, a.is_finite()) {
+            (false, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0"),
+            (true, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  CLAP {closed} {a} 0"),
+            (true, false) => writeln!(text, "  OBSC 0 {closed} 0"),
+            (false, false) => Ok(()),
+        };
     }
     let count = lens.surfaces.len();
     let _ = writeln!(
@@ -371,7 +386,13 @@ fn surface_value(surface: &Surface) -> String {
     }
     bend(&mut fields, ["R", "c"], surface.curvature);
     fields.push(("t", number(surface.thickness)));
-    fields.extend(medium_fields(&surface.medium));
+    match surface.is_mirror {
+        true => fields.push(("mirror", "true".to_owned())),
+        false => fields.extend(medium_fields(&surface.medium)),
+    }
+    if surface.obstruction > 0.0 {
+        fields.push(("obstruction", number(surface.obstruction)));
+    }
     if surface.semi_diameter.is_finite() {
         fields.push(("semi_diameter", number(surface.semi_diameter)));
     }

@@ -75,7 +75,10 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     };
     let is_radius = |c: Curvature| Curvature::from_radius(c.radius()) == c;
     let radius = if is_radius(in_y) { in_y.radius() } else { 0.0 };
-    let glass = glasses.word(&surface.medium);
+    let glass = match surface.is_mirror {
+        true => "REFL".to_owned(),
+        false => glasses.word(&surface.medium),
+    };
     let _ = writeln!(text, "S {radius} {} {glass}", surface.thickness);
     if !is_radius(in_y) {
         let _ = writeln!(text, "  CUY {}", in_y.per_mm());
@@ -118,6 +121,9 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     }
     if surface.semi_diameter.is_finite() {
         let _ = writeln!(text, "  CIR {}", surface.semi_diameter);
+    }
+    if surface.obstruction > 0.0 {
+        let _ = writeln!(text, "  CIR OBS {}", surface.obstruction);
     }
     Ok(())
 }

@@ -13,7 +13,7 @@ use crate::lens::analysis::curves::Conjugate;
 use crate::lens::lens::Lens;
 
 /// The number of rays of a fan on each side of the chief ray.
-const STEPS: usize = 20;
+pub(crate) const STEPS: usize = 20;
 /// The number of places across the unit disc at which the wavefront is sampled.
 const SAMPLES: usize = 32;
 

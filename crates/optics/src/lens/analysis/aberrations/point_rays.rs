@@ -116,7 +116,7 @@ impl<'a> PointRays<'a> {
                 direction: through - origin,
             },
             None => LensRay {
-                origin: through - (1.0 + self.lens.length()) * self.direction,
+                origin: through - (1.0 + self.lens.length().abs()) * self.direction,
                 direction: self.direction,
             },
         }
@@ -205,10 +205,11 @@ impl<'a> PointRays<'a> {
             None => (first - self.start).dot(self.direction),
         };
         let mut optical = self.indices[0] * lead;
-        for (legs, n) in path.hits.windows(2).zip(&self.indices[1..]) {
+        let behind = self.indices[1..].iter().zip(&self.lens.elements()[1..]);
+        for (legs, (n, element)) in path.hits.windows(2).zip(behind) {
             // The length is signed, because a ray may travel backward between surfaces that cross.
             let leg = legs[1] - legs[0];
-            optical += n * leg.length().copysign(leg.z);
+            optical += n * leg.length().copysign(element.facing * leg.z);
         }
         Some((out, optical))
     }

@@ -158,7 +158,7 @@ fn scaled_chief(
 }
 
 fn refracted(ray: ParaxialRay, surface: &Surface, n: [f64; 2]) -> ParaxialRay {
-    let power = (n[1] - n[0]) * surface.vertex_curvature(Plane::Y);
+    let power = surface.index_step(n) * surface.vertex_curvature(Plane::Y);
     ParaxialRay {
         y: ray.y,
         u: (n[0] * ray.u - ray.y * power) / n[1],
@@ -188,10 +188,14 @@ fn contribution(
     let a = n[0] * (u + y * c);
     let a_bar = n[0] * (chief.u + bar * c);
     let step = slope / n[1] - u / n[0];
-    let inverse = 1.0 / n[1] - 1.0 / n[0];
+    // The index behind a mirror is −n. Its sign cancels in all other terms.
+    let inverse = match surface.is_mirror {
+        true => -2.0 / n[0],
+        false => 1.0 / n[1] - 1.0 / n[0],
+    };
     let inverse_squares = 1.0 / (n[1] * n[1]) - 1.0 / (n[0] * n[0]);
     let color = spread[1] / n[1] - spread[0] / n[0];
-    let bent = 8.0 * (n[1] - n[0]) * fourth_power(surface).unwrap_or(0.0);
+    let bent = 8.0 * surface.index_step(n) * fourth_power(surface).unwrap_or(0.0);
     // This form of S_V has no division by the marginal ray's angle of incidence, which may be 0.
     let distortion = -a_bar * a_bar * a_bar * y * inverse_squares
         + a_bar * bar * (a_bar * y - invariant) * c * inverse;

@@ -12,6 +12,8 @@ pub(super) enum Column {
     Abbe,
     Diameter,
     SemiDiameter,
+    /// The diameter that is closed in the middle.
+    Obstruction,
     /// The name of a glass, which stands for the index if no other column has that.
     Glass,
     /// A word or number that is not read.
@@ -93,6 +95,7 @@ fn column(word: &str) -> Column {
         "abbe" | "v" | "vd" | "v_d" | "v-no" | "vno" | "v-number" | "abbe-no" | "abbe_no"
         | "abbe-number" => Column::Abbe,
         "aperture" | "ap" | "diameter" | "diam" | "dia" => Column::Diameter,
+        "obstruction" | "obscuration" => Column::Obstruction,
         "semi-diameter" | "semi-aperture" | "semi_aperture" | "semidiameter" | "sd" | "semi_ap"
         | "housing-radius" => Column::SemiDiameter,
         _ => Column::Ignored,

@@ -30,6 +30,9 @@ struct Row {
     /// The glass that the file names in place of its index.
     glass: Option<Medium>,
     diameter: f64,
+    /// The diameter that is closed in the middle.
+    obstruction: f64,
+    is_mirror: bool,
     abbe: Option<f64>,
     spans: Places,
 }
@@ -91,12 +94,17 @@ fn candidate(
     let column: Vec<f64> = rows.iter().map(|row| row.gap).collect();
     let make = |gap| {
         let mut lens = build(file, rows, &gap::thicknesses(&column, gap));
+        if lens.has_mirrors() {
+            lens = lens.folded();
+        }
         lens.notes = notes.to_vec();
         Candidate { gap, lens }
     };
     match (file.options.gap, rows) {
         (Some(gap), _) => make(gap),
         (None, []) => make(Gap::Next),
+        // Evidence is of gaps that are positive.
+        (None, rows) if rows.iter().any(|row| row.is_mirror) => make(Gap::Next),
         (None, [first, ..]) => {
             let candidates = gap::possible(&column).into_iter().map(make).collect();
             let decision = gap::decide(candidates, &column, stated);
@@ -272,6 +280,7 @@ struct Value {
     /// The glass whose index the number is.
     glass: Option<Medium>,
     span: Span,
+    is_mirror: bool,
 }
 
 /// Makes a row of the cells of a line. `before` is the refractive index in front of it.
@@ -281,10 +290,12 @@ fn row(
     before: f64,
     columns: &[Column],
 ) -> Result<Row> {
-    let mut values = values(file, cells, columns)?;
+    let mut values = values(file, cells, before, columns)?;
     let abbe = values.iter().rfind(|v| v.column == Column::Abbe);
     let abbe = abbe.map(|v| v.number).filter(|abbe| *abbe > 0.0);
-    values.retain(|v| v.column != Column::Abbe);
+    let obstruction = values.iter().find(|v| v.column == Column::Obstruction);
+    let obstruction = obstruction.map_or(0.0, |v| v.number);
+    values.retain(|v| !matches!(v.column, Column::Abbe | Column::Obstruction));
     let at = |columns: &[Column]| values.iter().position(|v| columns.contains(&v.column));
     let named = (
         at(&[Column::Radius]),
@@ -307,6 +318,7 @@ fn row(
     };
     let [radius, gap, index, aperture] = at.map(|i| values[i].number);
     let glass = values.iter().find_map(|v| v.glass.clone());
+    let is_mirror = values.iter().any(|v| v.is_mirror);
     let is_half = values.iter().any(|v| v.column == Column::SemiDiameter);
     Ok(Row {
         radius: if is_stop { 0.0 } else { radius },
@@ -314,16 +326,19 @@ fn row(
         index: (!is_stop).then_some(index),
         glass,
         diameter: if is_half { 2.0 * aperture } else { aperture },
+        obstruction,
+        is_mirror,
         abbe,
         spans: at.map(|i| values[i].span),
     })
 }
 
 /// The numbers of a row. A row of another length than the columns is a stop without some of them:
-/// its numbers count as radii.
+/// its numbers count as radii. `before` is the index in front of it, which a mirror keeps.
 fn values(
     file: PrescriptionReader<'_>,
     cells: &[Cell<'_>],
+    before: f64,
     columns: &[Column],
 ) -> Result<Vec<Value>> {
     let in_order = cells.len() == columns.len();
@@ -331,10 +346,12 @@ fn values(
     for (i, cell) in cells.iter().enumerate() {
         let column = if in_order { columns[i] } else { Column::Radius };
         let mut glass = None;
+        let is_mirror = column == Column::Index && cell.word.is("mirror");
         let number = match cell.number {
             _ if column == Column::Ignored => continue,
             Some(number) if number.is_finite() => number,
             Some(number) if number.is_infinite() && i == 0 => 0.0,
+            None if is_mirror => before,
             None if cell.word.is("air") && column == Column::Index => 1.0,
             None if column == Column::Index => {
                 let named = file.glass(cell.word.text, cell.word.span)?;
@@ -350,6 +367,7 @@ fn values(
             number,
             glass,
             span: cell.word.span,
+            is_mirror,
         });
     }
     Ok(values)
@@ -381,7 +399,9 @@ fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescripti
         };
         let surface = Surface::sphere(row.radius, *gap, medium, 0.5 * row.diameter);
         let surface = Surface {
+            obstruction: 0.5 * row.obstruction,
             is_stop: row.index.is_none(),
+            is_mirror: row.is_mirror,
             span: row.spans[0],
             ..surface
         };
@@ -399,7 +419,7 @@ pub(in crate::prescription::formats) fn adopt_a_stop(lens: &mut Prescription) {
     }
     let idle = |i: &usize| {
         let surface = &lens.surfaces[*i];
-        surface.is_plane() && surface.medium == *lens.medium_before(*i)
+        surface.is_idle(lens.medium_before(*i)) && surface.obstruction == 0.0
     };
     let mut candidates = (0..lens.surfaces.len()).filter(idle);
     if let (Some(stop), None) = (candidates.next(), candidates.next()) {
@@ -415,7 +435,11 @@ fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
         return;
     };
     let Some(last) = rows.last() else { return };
-    let (printed, efl, bfl) = (last.gap, focal.efl, focal.bfl);
+    let printed = match (lens.has_mirrors(), lens.surfaces.last()) {
+        (true, Some(surface)) => surface.thickness,
+        _ => last.gap,
+    };
+    let (efl, bfl) = (focal.efl, focal.bfl);
     if printed != 0.0 && (printed - bfl).abs() > 0.05 * efl.abs() {
         sink.warn(
             last.spans[prescription::Column::Thickness as usize],

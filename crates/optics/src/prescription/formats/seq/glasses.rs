@@ -71,7 +71,7 @@ pub(super) fn glass(
     let Some(word) = word.filter(|word| !word.is("AIR")) else {
         return Ok(Medium::air());
     };
-    if word.is("REFL") || word.is("REFR_REFL") {
+    if word.is("REFR_REFL") {
         return Err(file.mirror(word.span, format!("surface {surface}")));
     }
     match fictitious(word.text) {

@@ -318,6 +318,7 @@ impl<'a> SequenceReader<'a> {
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        self.draft.fold();
         self.draft.limit(self.beam, sink);
         let (all, reference) = &self.wavelengths;
         self.draft.state_wavelengths(all, *reference);

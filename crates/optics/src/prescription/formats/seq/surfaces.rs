@@ -40,7 +40,9 @@ impl SequenceReader<'_> {
         } else {
             Curvature::from_curvature(value)
         };
-        let medium = glass(self.file, rest.first(), self.count() + 1)?;
+        let is_mirror = rest.first().is_some_and(|word| word.is("REFL"));
+        let named = rest.first().filter(|_| !is_mirror);
+        let medium = glass(self.file, named, self.count() + 1)?;
         let thickness_value = self.file.number(*thickness)?;
         self.file.check_count(self.count() + 1)?;
         if value != 0.0 && self.first_bend.is_none() {
@@ -50,6 +52,7 @@ impl SequenceReader<'_> {
         let plane = Surface::sphere(0.0, thickness_value, medium, f64::INFINITY);
         let surface = Surface {
             curvature,
+            is_mirror,
             span: name.span,
             ..plane
         };
@@ -74,12 +77,22 @@ impl SequenceReader<'_> {
             "CUY" => surface.curvature = Curvature::from_curvature(number()?),
             "THI" => surface.thickness = number()?,
             "GLA" => {
-                let medium = glass(file, command.get(1), self.draft.places.len() + 1)?;
-                surface.medium = medium;
+                surface.is_mirror = command.get(1).is_some_and(|w| w.is("REFL"));
+                if !surface.is_mirror {
+                    let medium = glass(file, command.get(1), self.draft.places.len() + 1)?;
+                    surface.medium = medium;
+                }
             }
-            "RMD" if command.get(1).is_some_and(|w| w.is("REFL")) => {
-                return Err(file.mirror(command[1].span, format!("surface {}", current + 1)));
-            }
+            "RMD" => match command.get(1) {
+                Some(word) if word.is("REFL") => surface.is_mirror = true,
+                Some(word) if word.is("REFR") => surface.is_mirror = false,
+                Some(word) => {
+                    let message = format!("`RMD {}` of surface {}", word.text, current + 1);
+                    let help = "REFL and REFR are read";
+                    return Err(file.refuse(word.span, format!("{message} is not read"), help));
+                }
+                None => {}
+            },
             // `ASP K -1 A 1e-6`, all on one line.
             "ASP" | "CON" => {
                 for pair in command[1..].chunks_exact(2) {
@@ -118,8 +131,11 @@ impl SequenceReader<'_> {
             .iter()
             .filter(|w| w.text.parse::<f64>().is_ok());
         let numbers: Vec<&Word<'_>> = numbers.collect();
-        if command.iter().any(|w| w.is("OBS")) {
-            sink.warn(command[0].span, "an obscuration is left out");
+        let is_obstruction = command.iter().any(|w| w.is("OBS"));
+        if let (true, [word]) = (is_obstruction, &numbers[..]) {
+            self.draft.lens.surfaces[current].obstruction = self.file.number(**word)?;
+        } else if is_obstruction {
+            sink.warn(command[0].span, "an obstruction is left out");
         } else if let [word] = numbers[..] {
             let radius = self.file.number(*word)?;
             let surface = &mut self.draft.lens.surfaces[current];

@@ -83,7 +83,8 @@ fn what_can_not_be_traced_is_refused_by_name_and_place() {
     let around = |inner: &str| format!("RDM\nSO 0 1e9\nS 10 3 NBK7\n{inner}\nSI 0 0\n");
     for (inner, says, at) in [
         (" ADE 60", "`ADE` tilts", (4, 2)),
-        ("S 0 2 REFL", "mirror", (4, 7)),
+        ("S 0 2 REFR_REFL", "mirror", (4, 7)),
+        (" RMD TIR", "`RMD TIR` of surface 1", (4, 6)),
         (" DIF DOE", "`DIF` diffracts", (4, 2)),
         ("S 0 2 NBK77", "no glass named `NBK77`", (4, 7)),
         ("S 0", "too few", (4, 4)),

@@ -50,6 +50,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     reader.refuse_modes()?;
     let (mut draft, kept) = reader.draft(sink)?;
     draft.lens.zoom = reader.zoom(&kept, draft.lens.stop(), sink)?;
+    draft.fold();
     draft.unit = reader.unit()?;
     let mut beam = reader.beam()?;
     beam.stated = beam.stated.filter(|_| draft.lens.zoom.is_empty());
@@ -161,10 +162,11 @@ impl ZemaxReader<'_> {
         draft.lens.object_medium = self.medium(object)?;
         let mut kept: Vec<Kept> = Vec::new();
         for block in inner {
-            let surface = self.surface(block, sink)?;
+            let surface = self.surface(block, draft.medium(), sink)?;
             let gap = (block.number, surface.thickness);
-            let idle = surface.is_plane() && !surface.is_stop && surface.medium == *draft.medium();
-            if !idle || block.line("FLAP").is_some() || block.line("CLAP").is_some() {
+            let idle = surface.is_idle(draft.medium()) && !surface.is_stop;
+            let limits = |keyword: &&str| block.line(keyword).is_some();
+            if !idle || surface.obstruction > 0.0 || ["FLAP", "CLAP"].iter().any(limits) {
                 kept.push(Kept {
                     number: block.number,
                     gaps: vec![gap],
@@ -184,7 +186,8 @@ impl ZemaxReader<'_> {
         Ok((draft, kept))
     }
 
-    fn surface(&self, block: &Block<'_>, sink: &mut Sink) -> Result<Surface> {
+    /// The surface of a block, behind the medium `before`.
+    fn surface(&self, block: &Block<'_>, before: &Medium, sink: &mut Sink) -> Result<Surface> {
         let mut curvature = Curvature::from_curvature(self.value(block, "CURV")?);
         let mut shape = self.shape(block, curvature)?;
         if let Shape::Toroid { across, k, terms } = &shape
@@ -198,13 +201,19 @@ impl ZemaxReader<'_> {
             Some(word) if word.is("INFINITY") => 0.0,
             _ => self.value(block, "DISZ")?,
         };
-        let medium = self.medium(block)?;
+        let is_mirror = block.first("GLAS").is_some_and(|name| name.is("MIRROR"));
+        let medium = match is_mirror {
+            true => before.clone(),
+            false => self.medium(block)?,
+        };
         self.warn_of_apertures(block, sink)?;
         let plane = Surface::sphere(0.0, thickness, medium, self.semi_diameter(block)?);
         Ok(Surface {
             shape,
             curvature,
+            obstruction: self.obstruction(block)?,
             is_stop: block.line("STOP").is_some(),
+            is_mirror,
             span: block.heading,
             ..plane
         })
@@ -212,21 +221,34 @@ impl ZemaxReader<'_> {
 
     /// Warns of apertures that are read as another one.
     fn warn_of_apertures(&self, block: &Block<'_>, sink: &mut Sink) -> Result<()> {
-        for keyword in [
-            "OBSC", "OBDC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID", "UDAD",
-        ] {
+        for keyword in ["OBDC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID", "UDAD"] {
             if let Some(line) = block.lines.iter().find(|l| l[0].is(keyword)) {
                 let message = format!("the aperture `{keyword}` is read as the round one of DIAM");
                 sink.warn(line[0].span, message);
             }
         }
-        if let Some(inner) = block.first("CLAP")
+        if let Some(inner) = block.first("OBSC")
             && self.file.number(inner)? > 0.0
         {
-            let message = "a hole closed in its middle is read as open there";
+            let message = "an obstruction that is open in its middle is left out";
             sink.warn(inner.span, message);
         }
         Ok(())
+    }
+
+    /// The radius that is closed: the inner one of a clear aperture, or the outer one of an
+    /// obstruction that is not a ring.
+    fn obstruction(&self, block: &Block<'_>) -> Result<f64> {
+        let inner = self.value(block, "CLAP")?;
+        let [closed_from, closed_to] = match block.line("OBSC") {
+            Some([from, to, ..]) => [self.file.number(*from)?, self.file.number(*to)?],
+            _ => [0.0; 2],
+        };
+        Ok(if closed_from > 0.0 {
+            inner
+        } else {
+            inner.max(closed_to)
+        })
     }
 
     /// The smaller of DIAM and a clear aperture; infinite where the file has none.
@@ -250,10 +272,6 @@ impl ZemaxReader<'_> {
         let Some(name) = line.first() else {
             return Ok(Medium::air());
         };
-        if name.is("MIRROR") {
-            let what = format!("surface {}", block.number);
-            return Err(self.file.mirror(name.span, what));
-        }
         if !name.text.starts_with("___") {
             // The numbers behind a name are placeholders: the name counts.
             return self.file.glass(name.text, name.span);

@@ -74,7 +74,6 @@ fn what_can_not_be_traced_is_refused_by_name_and_line() {
     for (lines, says, line) in [
         ("  TYPE COORDBRK\n", "`COORDBRK`, a coordinate break", 11),
         ("  TYPE DGRATING\n", "grating", 11),
-        ("  TYPE STANDARD\n  GLAS MIRROR 0 0 1.5 40\n", "mirror", 12),
         (
             "  TYPE STANDARD\n  GLAS N-BK77 0 0 1.5 40\n",
             "no glass named `N-BK77`",
