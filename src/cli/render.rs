@@ -365,6 +365,7 @@ fn finish(
             OptionNeeds::Camera,
             OptionNeeds::Lens,
             OptionNeeds::Prescription,
+            OptionNeeds::Traced,
         ];
         let idle = idle_options(
             &flags::given_options(matches),

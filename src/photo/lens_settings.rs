@@ -67,14 +67,17 @@ fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera
         .with_help("focus farther away than the focal length")
         .of_kind(ErrorKind::CannotFocus)
     })?;
-    let settings = [
+    let lens = lens.moved(&plan.movements, pose);
+    let lens = lens.map_err(|fault| fault.diagnostic("ideal"))?;
+    let mut settings = to_map([
         ("lens", "ideal".into()),
         ("efl", format!("{:.3} mm", choice.efl.0)),
         ("f-number", format!("f/{:.2}", choice.f_number)),
         ("focus", in_meters(distance)),
         ("film position", format!("{:.4} mm", lens.film_distance)),
-    ];
-    Ok((Camera::Ideal(lens), to_map(settings)))
+    ]);
+    settings.extend(movement_settings(plan));
+    Ok((Camera::Ideal(lens), settings))
 }
 
 fn through_lens(
@@ -221,16 +224,17 @@ fn focus_settings(
         ("focus method", choice.method.name().into()),
         ("film position", format!("{:.4} mm", focus.film_z)),
     ]);
-    let moved = plan.movements.described();
-    settings.extend(
-        moved
-            .into_iter()
-            .map(|(name, value)| (name.to_owned(), value)),
-    );
+    settings.extend(movement_settings(plan));
     if plan.diffraction {
         settings.insert("diffraction".into(), "on".into());
     }
     settings
+}
+
+/// The movements of the lens against the film.
+fn movement_settings(plan: &Plan) -> impl Iterator<Item = (String, String)> {
+    let moved = plan.movements.described();
+    moved.map(|(name, value)| (name.to_owned(), value))
 }
 
 /// Formats a distance in meters, rounded to hundredths of a millimeter.

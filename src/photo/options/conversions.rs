@@ -34,10 +34,17 @@ impl Plan {
             parse(&mut plan, words, sink)?;
         }
         let idle = match plan.optics {
+            Optics::Lens(_) if plan.solids => {
+                idle_options(words, &[OptionNeeds::Traced], "with the lens as solids")
+            }
             Optics::Lens(_) => None,
             Optics::Ideal(_) => idle_options(
                 words,
-                &[OptionNeeds::Prescription, OptionNeeds::Pupil],
+                &[
+                    OptionNeeds::Prescription,
+                    OptionNeeds::Traced,
+                    OptionNeeds::Pupil,
+                ],
                 "with an ideal lens",
             ),
             Optics::Pinhole => idle_options(
@@ -45,6 +52,7 @@ impl Plan {
                 &[
                     OptionNeeds::Lens,
                     OptionNeeds::Prescription,
+                    OptionNeeds::Traced,
                     OptionNeeds::Pupil,
                 ],
                 "without a lens",
@@ -139,6 +147,8 @@ pub(crate) fn idle_options(
 ) -> Option<Box<Diagnostic>> {
     let idle: Vec<String> = all()
         .filter(|option| lacking.contains(&option.needs) && words.has(option.name))
+        // What is turned off has no effect anywhere.
+        .filter(|option| words.text(option.name) != Some("off"))
         .map(|option| format!("`--{}`", option.name))
         .collect();
     let (last, rest) = idle.split_last()?;

@@ -81,6 +81,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("DEGREES"),
         "tilts the lens forward against the film: the sharp plane lies down [0]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             set(&mut plan.movements.tilt, words.parsed("tilt", ANGLE, angle)?);
@@ -94,6 +95,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("DEGREES"),
         "swings the lens to the right against the film [0]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let swing = words.parsed("swing", ANGLE, angle)?;
@@ -108,6 +110,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("LENGTH"),
         "raises the lens against the film, such as 8mm; falls if negative [0]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let rise = words.parsed("rise", LENGTH, length)?;
@@ -122,6 +125,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("LENGTH"),
         "shifts the lens to the right against the film, such as 8mm [0]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let shift = words.parsed("shift", LENGTH, length)?;
@@ -136,6 +140,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("LENGTH"),
         "film bent to a sphere; less than 0 is hollow toward the lens [flat]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let radius = |word: &str| match word {

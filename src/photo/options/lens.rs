@@ -192,6 +192,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("none|mgf2|ideal"),
         "on every glass surface: none (Fresnel's loss), a quarter wave of MgF2, or ideal [the prescription's, else ideal]",
     )
+    .needs(OptionNeeds::Traced)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -208,6 +209,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("on|off"),
         "reflections of the scene's lights inside the lens, by its coatings [off]",
     )
+    .needs(OptionNeeds::Traced)
     .plan(
         |plan, words, _| {
             set(&mut plan.ghosts, words.on_or_off("ghosts")?);
@@ -221,6 +223,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::Many("FILE.agf"),
         "catalogue of glasses for the prescription; may be repeated",
     )
+    .needs(OptionNeeds::Prescription)
     .plan(
         |plan, words, _| {
             if let Some(lens) = plan.lens_mut() {
@@ -256,6 +259,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("on|off"),
         "whether the dispersion of glass is simulated [1999: off, now: on]",
     )
+    .needs(OptionNeeds::Traced)
     .plan(
         |plan, words, _| {
             set(&mut plan.dispersion, words.on_or_off("dispersion")?);
@@ -269,6 +273,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Takes::One("on|off"),
         "spreads the light by the diffraction of the pupil, blades and all [off]",
     )
+    .needs(OptionNeeds::Traced)
     .plan(
         |plan, words, _| {
             set(&mut plan.diffraction, words.on_or_off("diffraction")?);

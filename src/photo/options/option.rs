@@ -40,6 +40,9 @@ pub(crate) enum OptionNeeds {
     Lens,
     /// The camera has a lens with a prescription.
     Prescription,
+    /// The camera has a lens with a prescription, whose rays it traces itself: the lens is not part
+    /// of the scene as solids.
+    Traced,
     /// A lens with a prescription is sampled, in the camera or as solids.
     Pupil,
 }

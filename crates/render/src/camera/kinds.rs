@@ -156,9 +156,7 @@ impl Camera {
                 (pinhole.world_from_camera, pinhole.eye) = (pose.orientation, eye)
             }
             Self::Lens(lens) => lens.set_pose(pose.orientation, eye),
-            Self::Ideal(lens) => {
-                (lens.world_from_camera, lens.eye) = (pose.orientation, eye);
-            }
+            Self::Ideal(lens) => lens.set_pose(pose.orientation, eye),
             Self::Film(film) => (film.world_from_camera, film.eye) = (pose.orientation, eye),
         }
         self

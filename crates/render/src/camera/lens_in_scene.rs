@@ -19,8 +19,8 @@ use super::rays::METERS_FROM_MM;
 ///
 /// # Errors
 ///
-/// Returns an error if a surface is not a sphere or a plane centered on the axis, or if no surface
-/// has a semi-diameter.
+/// Returns an error if a surface is not a sphere or a plane centered on the axis, or reflects, or if
+/// no surface has a semi-diameter.
 pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) -> Result<String> {
     let surfaces = &lens.prescription().surfaces;
     let indices = lens.prescription().indices(lens.wavelength());
@@ -31,6 +31,11 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
             lens.name()
         ))
         .with_help("give the surfaces semi-diameters"));
+    }
+    if lens.prescription().has_mirrors() || lens.is_obstructed() {
+        let message = format!("`{}` has mirrors or a closed middle", lens.name());
+        return Err(Diagnostic::unsupported(message)
+            .with_help("solids are lenses that light goes straight through"));
     }
     let barrel = 1.02 * widest;
     let mut profiles = Vec::with_capacity(surfaces.len());

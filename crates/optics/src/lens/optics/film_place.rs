@@ -15,6 +15,7 @@ use crate::lens::lens::Lens;
 use crate::lens::optics::focus::Focus;
 use crate::lens::trace::intersect::intersect_sphere;
 use crate::lens::trace::ray::LensRay;
+use crate::prescription::first_order::FirstOrder;
 
 /// The movements of the lens relative to the film, and the curvature of the film. The default has
 /// no movement and a flat film.
@@ -110,6 +111,22 @@ impl FilmPlace {
         movements: &Movements,
         format: FilmFormat,
     ) -> Result<Self, PlaceFault> {
+        Self::behind(lens.first_order(), lens.length(), focus, movements, format)
+    }
+
+    /// The film of [`Self::new`] for a lens that is known by its first-order data and the z of its
+    /// last vertex, in millimeters.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::new`].
+    pub fn behind(
+        optics: &FirstOrder,
+        rear_z: f64,
+        focus: &Focus,
+        movements: &Movements,
+        format: FilmFormat,
+    ) -> Result<Self, PlaceFault> {
         let mut this = Self::flat(focus.film_z);
         if let Some(radius) = movements.film_radius {
             let reach = format.half_diagonal();
@@ -119,9 +136,8 @@ impl FilmPlace {
             this.curvature = 1.0 / radius;
         }
         if movements.moves_lens() {
-            this.move_lens(lens, focus, movements)?;
+            this.move_lens(optics, focus, movements)?;
         }
-        let rear_z = lens.length();
         let depth = this
             .landmarks(format)
             .map(|p| rear_z - p.z)
@@ -143,11 +159,11 @@ impl FilmPlace {
     /// moved.
     fn move_lens(
         &mut self,
-        lens: &Lens,
+        optics: &FirstOrder,
         focus: &Focus,
         movements: &Movements,
     ) -> Result<(), PlaceFault> {
-        let focal = lens.first_order().focal.ok_or(PlaceFault::NoFocus)?;
+        let focal = optics.focal.ok_or(PlaceFault::NoFocus)?;
         let pivot = focal.rear_principal_plane * DVec3::Z;
         let moved = DVec3::new(movements.shift, movements.rise, 0.0);
         let turn = rotation(DVec3::NEG_Y, movements.swing) * rotation(DVec3::NEG_X, movements.tilt);
