@@ -17,7 +17,9 @@ use ivcam_optics::picture::Depth;
 use super::lens_request::{CONDITIONS, Content, Request};
 use super::lens_survey::LensSurvey;
 use super::messages::heard;
-use super::{flags, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value};
+use super::{
+    flags, lens_batch, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value,
+};
 use crate::photo::{LensChoice, options};
 
 /// An output of the command.
@@ -42,7 +44,7 @@ enum Place {
 }
 
 /// All outputs, in the order in which they are written.
-static OUTPUTS: [Output; 9] = [
+static OUTPUTS: [Output; 11] = [
     Output {
         flag: "write",
         value: "FILE",
@@ -100,12 +102,45 @@ static OUTPUTS: [Output; 9] = [
         make: lens_export::export,
     },
     Output {
+        flag: "batch",
+        value: "FILE.jsonl",
+        help: "figures of merit of many variations of the lens: each line has changes, such as {\"R\": {\"3\": 51.2}}, or a prescription",
+        place: Place::FileOrStandardOutput,
+        make: lens_batch::batch,
+    },
+    Output {
+        flag: "tolerance",
+        value: "TABLE",
+        help: "the yield of the lens made within the tolerances of a table, by Monte Carlo",
+        place: Place::FileOrStandardOutput,
+        make: lens_batch::tolerance,
+    },
+    Output {
         flag: "json",
         value: "",
         help: "prints JSON",
         place: Place::StandardOutput,
         make: lens_json::json,
     },
+];
+
+/// The options of `--batch` and `--tolerance`, each with the name of its value and its help.
+const BATCH: [(&str, &str, &str); 3] = [
+    (
+        "film-at",
+        "PLACE",
+        "with --batch and --tolerance: where the film of each lens stands: best, paraxial, or fixed where the lens itself has it [best]",
+    ),
+    (
+        "trials",
+        "N",
+        "with --tolerance: the number of lenses [1000]",
+    ),
+    (
+        "seed",
+        "N",
+        "with --tolerance: the seed of the random numbers [0]",
+    ),
 ];
 
 impl Output {
@@ -183,6 +218,7 @@ pub(crate) fn command() -> Command {
             arg.help("focus, in meters from the front vertex (or `inf`)")
         })
         .args(conditions.map(|arg| arg.allow_hyphen_values(true)))
+        .args(BATCH.map(|(name, of, help)| value(name, of, help)))
         .arg(switch(
             "curves",
             "with --json: the data sheet's curves and aberrations too",

@@ -69,7 +69,8 @@ pub(super) fn pretty(value: &impl Serialize) -> Result<Content> {
 /// are the values that `--aperture` sets and exposures use.
 fn lens(lens: &Lens, focus: Option<&Focus>) -> Object {
     let prescription = lens.prescription();
-    let surfaces = &prescription.surfaces;
+    let folded = prescription.folded();
+    let surfaces = &folded.surfaces;
     let (f_number, t_number) = (lens.real_f_number(), lens.t_number());
     let mut all = Object::from([
         ("name", field(lens.name())),
@@ -150,10 +151,11 @@ fn about(lens: &Prescription) -> Object {
     ])
 }
 
-/// A surface. A plane has radius 0, and a surface without an aperture no semi-diameter.
+/// A surface, in the signs of files. A plane has radius 0, and a surface without an aperture no
+/// semi-diameter. Only mirrors and closed middles say so.
 fn surface(s: &Surface) -> Object {
     let glass = Some(s.medium.name.as_str()).filter(|name| !name.is_empty());
-    Object::from([
+    let mut all = Object::from([
         ("kind", field(s.shape.name())),
         ("radius", field(s.curvature.radius())),
         ("thickness", field(s.thickness)),
@@ -163,5 +165,12 @@ fn surface(s: &Surface) -> Object {
         ("semi_diameter", field(s.semi_diameter)),
         ("stop", field(s.is_stop)),
         ("coating", field(s.coating.name())),
-    ])
+    ]);
+    if s.is_mirror {
+        all.insert("mirror", field(true));
+    }
+    if s.obstruction > 0.0 {
+        all.insert("obstruction", field(s.obstruction));
+    }
+    all
 }

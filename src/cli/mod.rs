@@ -20,6 +20,7 @@ mod folder_mode;
 pub(crate) mod frames;
 mod keeping;
 pub(crate) mod lens;
+mod lens_batch;
 mod lens_csv;
 mod lens_export;
 mod lens_files;

@@ -164,7 +164,7 @@ fn focus_data(page: &mut Page, focus: &Focus) {
 fn surfaces(page: &mut Page, lens: &Lens) {
     page.line("");
     page.heads(&SURFACE, "|radius|thickness|n_d|V_d|semi-diam.");
-    for (i, s) in lens.prescription().surfaces.iter().enumerate() {
+    for (i, s) in lens.prescription().folded().surfaces.iter().enumerate() {
         let radius = match (s.curvature.is_plane(), s.is_stop) {
             (true, true) => "stop".into(),
             (true, false) => "plane".into(),
@@ -183,7 +183,15 @@ fn surfaces(page: &mut Page, lens: &Lens) {
             Shape::Sphere => String::new(),
             _ => format!("{} ", s.shape.name()),
         };
-        let line = format!("{}  {shape}{}", row(&SURFACE, cells), s.medium.name);
+        let medium = match s.is_mirror {
+            true => "mirror",
+            false => &s.medium.name,
+        };
+        let closed = match s.obstruction > 0.0 {
+            true => format!("  closed to {}", cell(s.obstruction, 3).trim()),
+            false => String::new(),
+        };
+        let line = format!("{}  {shape}{medium}{closed}", row(&SURFACE, cells));
         page.line(line.trim_end());
     }
 }

@@ -6,4 +6,5 @@ mod extreme;
 mod folder;
 mod lens;
 mod lens_files;
+mod merit;
 mod mirrors;

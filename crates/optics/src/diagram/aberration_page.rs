@@ -4,11 +4,12 @@
 use crate::lens::analysis::aberrations::fans::{FanRay, STEPS, WavefrontFit};
 use crate::lens::analysis::aberrations::report::{Aberrations, PointAberrations};
 use crate::lens::analysis::aberrations::through_focus::SPOTS;
-use crate::lens::{FieldRow, LensSheet};
+use crate::lens::{FieldRow, Lens, LensSheet};
 use crate::prescription::glass::medium::line_name;
 
 use super::chart::{Chart, Series};
 use super::drawing::{Anchor, Drawing, DrawingItem, Ink};
+use super::footprints;
 use super::measures::{GUTTER, MARGIN, WIDTH};
 use super::numbers::{round_number, tidy};
 
@@ -18,9 +19,16 @@ const CHART_HEIGHT: f64 = 190.0;
 const COLUMNS: usize = 4;
 
 /// Draws all parts below `top` and returns the y of their end.
-pub(super) fn draw(page: &mut Drawing, sheet: &LensSheet, all: &Aberrations, top: f64) -> f64 {
+pub(super) fn draw(
+    page: &mut Drawing,
+    lens: &Lens,
+    sheet: &LensSheet,
+    all: &Aberrations,
+    top: f64,
+) -> f64 {
     let points: Vec<&PointAberrations> = all.points.iter().take(COLUMNS).collect();
     let mut y = field_charts(page, sheet, top);
+    y = footprints::draw(page, lens, sheet, y) + 18.0;
     let rays = "\u{b5}m on the film";
     let nm = tidy(all.wavelength_nm, 0.1);
     let waves = "waves";

@@ -7,6 +7,7 @@ mod aberration_page;
 pub mod chart;
 pub mod drawing;
 mod fig;
+mod footprints;
 mod measures;
 mod numbers;
 mod page;

@@ -43,7 +43,7 @@ fn page(lens: &Lens, sheet: Option<&LensSheet>, all: Option<&Aberrations>) -> Dr
         y = charts(&mut page, sheet, y);
         y = spots(&mut page, lens, sheet, y);
         if let Some(all) = all {
-            y = aberration_page::draw(&mut page, sheet, all, y);
+            y = aberration_page::draw(&mut page, lens, sheet, all, y);
         }
     }
     let foot = format!(
@@ -593,6 +593,9 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let airy = lens
         .real_f_number()
         .map(|n| 1.22 * lens.wavelength() * 1e-6 * n);
+    let airy_text = airy.map_or(String::new(), |r| {
+        format!(", Airy {}", tidy(1000.0 * r, 0.1))
+    });
     for (i, point) in sheet.points.iter().enumerate() {
         let corner = [MARGIN + step * i as f64, top + 12.0];
         let center = corner.map(|c| c + 0.5 * size);
@@ -628,7 +631,7 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
         }
         let (height, angle) = (tidy(point.height, 0.1), tidy(point.angle_degrees, 0.1));
         let text = format!(
-            "{height} mm, {angle}\u{b0}   rms {} \u{b5}m",
+            "{height} mm, {angle}\u{b0}   rms {} \u{b5}m{airy_text}",
             tidy(1000.0 * point.rms, 0.1)
         );
         page.note([x, y + size + 14.0], Anchor::Start, 9.0, text);

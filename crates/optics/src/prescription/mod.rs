@@ -7,10 +7,11 @@
 //!
 //! The folder's parts, from the ground up: `glass` and `surface`; `prescription` is the table,
 //! `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes another
-//! table of it (scaled, stopped down, zoomed); `formats` reads and writes files.
+//! table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats` reads and writes files.
 
 pub(crate) mod about;
 mod adjust;
+pub(crate) mod changes;
 pub(crate) mod first_order;
 pub mod formats;
 pub mod glass;
@@ -21,6 +22,7 @@ pub mod surface;
 pub(crate) mod text;
 
 pub use about::About;
+pub use changes::{Change, Quantity};
 pub use first_order::{FirstOrder, Focal, Pupil};
 pub use formats::{Gap, Reading};
 pub use glass::{Catalogue, Coating, Medium};

@@ -180,6 +180,19 @@ impl<'a> Beam<'a> {
         directions.iter().zip(nearest).map(at).collect()
     }
 
+    /// The points at which the rays of the outline hit each surface, in the order of the surfaces
+    /// and in millimeters from the axis.
+    pub(crate) fn footprints(&self) -> Vec<Vec<DVec2>> {
+        let mut all = vec![Vec::new(); self.lens.prescription().surfaces.len()];
+        for place in self.outline() {
+            let path = self.lens.trace_path(&self.ray(place), Toward::Film, false);
+            for (print, hit) in all.iter_mut().zip(path.hits) {
+                print.push(hit.truncate());
+            }
+        }
+        all
+    }
+
     /// A place whose ray gets through: the middle, or the mean of those on a grid.
     fn inside(&self, middle: DVec2) -> Option<DVec2> {
         let lens = &self.lens.unobstructed();

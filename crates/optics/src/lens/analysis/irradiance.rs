@@ -38,9 +38,14 @@ impl Lens {
 
     /// The irradiance, and the area of the pupil on the rear vertex plane in square millimeters.
     pub(crate) fn irradiance_and_area(&self, film: DVec2, film_z: f64) -> (f64, f64) {
-        let z = film_z - self.length();
         let surfaces = self.prescription().surfaces.len().max(1);
         let points = (POINTS * FEW_SURFACES / surfaces).clamp(MIN_POINTS, POINTS);
+        self.irradiance_by(film, film_z, points)
+    }
+
+    /// The irradiance and the area by an outline of a number of points.
+    pub(crate) fn irradiance_by(&self, film: DVec2, film_z: f64, points: usize) -> (f64, f64) {
+        let z = film_z - self.length();
         let outline = PupilSearch::finely(self).outline_points(film.extend(film_z), points);
         let Some((center, rims)) = outline else {
             return (0.0, 0.0);

@@ -9,4 +9,5 @@ mod irradiance;
 pub(crate) mod points;
 pub(crate) mod psf;
 pub mod sheet;
+pub mod tolerance;
 mod transmittance;

@@ -148,13 +148,17 @@ impl Lens {
     /// axis is smallest, by real rays. `distance` is from the front vertex, in millimeters, and may
     /// be infinite. Returns none if too few rays get through.
     pub fn best_focus(&self, distance: f64) -> Option<f64> {
+        self.best_focus_of(distance, self.beam_height(distance), 256)
+    }
+
+    /// The film of [`Self::best_focus`] by rays on some rings of a beam of this height in the plane
+    /// of the front vertex.
+    pub(crate) fn best_focus_of(&self, distance: f64, beam: f64, rings: usize) -> Option<f64> {
         let ray = |height: f64| self.axial_ray(distance, height);
-        let beam = self.beam_height(distance);
         let mut hits = Vec::new();
-        const RINGS: usize = 256;
-        for i in 0..RINGS {
+        for i in 0..rings {
             // The rays are at the middles of rings of equal area.
-            let ray = ray(beam * ((i as f64 + 0.5) / RINGS as f64).sqrt());
+            let ray = ray(beam * ((i as f64 + 0.5) / rings as f64).sqrt());
             // Rays on both sides of the axis: their centroid is on it.
             for turned in [
                 ray,

@@ -2,6 +2,7 @@
 //! coefficients, the Strehl ratio, Seidel sums, and spots and modulation through focus.
 
 pub mod fans;
+pub mod merit;
 mod point_rays;
 pub mod report;
 pub mod seidel;

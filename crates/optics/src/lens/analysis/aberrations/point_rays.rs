@@ -55,8 +55,14 @@ pub(super) struct PointAim {
 
 /// The height at the stop of the widest ray from the object point on the axis, in millimeters.
 pub(super) fn stop_radius(lens: &Lens, distance: f64) -> Option<f64> {
+    stop_radius_of(lens, distance, lens.beam_height(distance))
+}
+
+/// The height at the stop of the ray from the object point on the axis that has a height in the
+/// plane of the front vertex, in millimeters.
+pub(super) fn stop_radius_of(lens: &Lens, distance: f64, height: f64) -> Option<f64> {
     let stop = lens.first_order().stop?;
-    let ray = lens.axial_ray(distance, lens.beam_height(distance));
+    let ray = lens.axial_ray(distance, height);
     let path = lens.trace_path(&ray, Toward::Film, false);
     let radius = path.hits.get(stop)?.truncate().length();
     (radius > 0.0).then_some(radius)

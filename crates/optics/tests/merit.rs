@@ -1,0 +1,150 @@
+//! Figures of merit beside the data sheet, and the yield beside a closed form.
+
+use ivcam_optics::lens::{
+    Distribution, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement, Tolerance, yield_of,
+};
+use ivcam_optics::prescription::{Change, Quantity};
+
+fn setting(heights: &[f64]) -> MeritSetting {
+    MeritSetting {
+        distance: f64::INFINITY,
+        film: MeritFilm::Best,
+        heights: heights.to_vec(),
+        frequencies: vec![10.0, 30.0],
+    }
+}
+
+#[test]
+fn figures_of_merit_are_those_of_the_data_sheet() {
+    for name in ["double-gauss", "tessar", "canon-300", "mirror-500"] {
+        let lens = Lens::named(name).unwrap();
+        let sheet = LensSheet::of(&lens).unwrap();
+        let heights: Vec<f64> = sheet.points.iter().map(|point| point.height).collect();
+        let merit = Merit::of(&lens, &setting(&heights)).unwrap();
+        assert_eq!(merit.efl, lens.first_order().efl());
+        assert!((merit.f_number / lens.real_f_number().unwrap() - 1.0).abs() < 1e-9);
+        assert!(
+            (merit.film_z - sheet.film_z).abs() < 2e-3 * merit.f_number,
+            "{name}"
+        );
+        for (found, known) in merit.points.iter().zip(&sheet.points) {
+            let found = found.as_ref().unwrap();
+            assert!((found.angle - known.angle_degrees).abs() < 1e-2, "{name}");
+            let light = lens.irradiance(glam::DVec2::new(0.0, found.height), merit.film_z)
+                / lens.irradiance(glam::DVec2::ZERO, merit.film_z);
+            assert!(
+                (found.illumination - light).abs() < 5e-3,
+                "{name} {light} {found:?}"
+            );
+        }
+    }
+}
+
+/// Without color the spot has the size of the sheet's.
+#[test]
+fn a_spot_of_72_rays_has_the_size_of_one_of_4096() {
+    let mut prescription = Lens::named("tessar").unwrap().prescription().clone();
+    for surface in &mut prescription.surfaces {
+        surface.medium = ivcam_optics::prescription::Medium::constant(surface.medium.n_d);
+    }
+    let lens = Lens::new(prescription);
+    let sheet = LensSheet::of(&lens).unwrap();
+    let heights: Vec<f64> = sheet.points.iter().map(|point| point.height).collect();
+    let merit = Merit::of(&lens, &setting(&heights)).unwrap();
+    for (found, known) in merit.points.iter().zip(&sheet.points) {
+        let found = found.as_ref().unwrap();
+        assert!(
+            (found.rms / known.rms - 1.0).abs() < 0.1,
+            "{} {found:?}",
+            known.rms
+        );
+        for (number, both) in found.modulation.iter().enumerate() {
+            let at = [10.0, 30.0][number];
+            let near = sheet.frequencies.iter().position(|f| (f - at).abs() < 1e-9);
+            let known = near.map(|near| known.geometric.tangential[near]);
+            let off = both[0] - known.unwrap_or(f64::NAN);
+            assert!(off.abs() < 0.05, "{both:?} {known:?}");
+        }
+    }
+}
+
+#[test]
+fn changes_are_those_of_the_numbers_of_a_file() {
+    let lens = Lens::named("mirror-500").unwrap();
+    let lens = lens.prescription();
+    assert_eq!(lens.value_of(2, Quantity::Thickness), Some(-122.0));
+    assert_eq!(lens.value_of(3, Quantity::Radius), Some(-277.69));
+    let change = |quantity, surface, value| Change {
+        surface,
+        quantity,
+        value,
+    };
+    let changes = [
+        change(Quantity::Thickness, 2, -121.0),
+        change(Quantity::Radius, 3, -270.0),
+        change(Quantity::Index, 0, 1.52),
+    ];
+    let other = lens.with_changes(&changes).unwrap();
+    for Change {
+        surface,
+        quantity,
+        value,
+    } in changes
+    {
+        assert_eq!(other.value_of(surface, quantity), Some(value));
+    }
+    assert_eq!(other.surfaces[2].thickness, 121.0);
+    let abbe = lens.surfaces[0].medium.abbe().unwrap();
+    assert!((other.surfaces[0].medium.abbe().unwrap() - abbe).abs() < 1e-6);
+    assert!(
+        lens.with_changes(&[change(Quantity::Abbe, 0, -1.0)])
+            .is_err()
+    );
+}
+
+/// The focal length of a scaled single radius is linear in it for small tolerances: of a uniform
+/// distribution the share within half of the range passes.
+#[test]
+fn the_yield_is_the_share_of_a_uniform_distribution() {
+    let lens = Lens::named("double-gauss").unwrap();
+    let tolerance = Tolerance {
+        surface: 0,
+        quantity: Quantity::Radius,
+        amount: 0.02,
+        distribution: Distribution::Uniform,
+    };
+    let efl = |value: f64| {
+        let change = Change {
+            surface: 0,
+            quantity: Quantity::Radius,
+            value,
+        };
+        let made = lens.prescription().with_changes(&[change]).unwrap();
+        Lens::new(made).first_order().efl()
+    };
+    let nominal = lens.prescription().value_of(0, Quantity::Radius).unwrap();
+    let (a, b) = (efl(nominal - 0.01), efl(nominal + 0.01));
+    let requirement = Requirement::FocalLength(a.min(b), a.max(b));
+    let made = |distribution| {
+        let tolerance = Tolerance {
+            distribution,
+            ..tolerance
+        };
+        yield_of(
+            &lens,
+            &[tolerance],
+            &[requirement],
+            &setting(&[0.0]),
+            (600, 3),
+        )
+        .unwrap()
+    };
+    let uniform = made(Distribution::Uniform);
+    let [low, high] = uniform.interval();
+    assert!(low < 0.5 && 0.5 < high, "{low} {high}");
+    assert!((high - low - 2.0 * 1.96 * (0.25f64 / 600.0).sqrt()).abs() < 1e-3);
+    // Within one standard deviation of a normal distribution that ends at two: 0.6827/0.9545.
+    let [low, high] = made(Distribution::Normal).interval();
+    assert!(low < 0.7152 && 0.7152 < high, "{low} {high}");
+    assert_eq!(uniform.outer, [uniform.trials - uniform.passed]);
+}

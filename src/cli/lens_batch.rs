@@ -1,0 +1,405 @@
+//! `ivcam lens LENS --batch` and `--tolerance`: figures of merit of many variations of a lens.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+
+use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::files::{MAX_TEXT, read_file, read_stream};
+use ivcam_base::work::Budget;
+use ivcam_optics::lens::{
+    Distribution, FieldPoint, Lens, Merit, MeritFilm, MeritSetting, Requirement, Tolerance, Yield,
+    yield_of,
+};
+use ivcam_optics::prescription::formats::read::read;
+use ivcam_optics::prescription::{Change, Prescription, Quantity};
+use rayon::prelude::*;
+use serde::Serialize;
+use serde_json::{Map, Value};
+
+use super::lens_request::{Content, Request, no_image};
+use super::{parsed, text};
+
+/// The frequencies of the modulation without `--frequencies`, in line pairs per millimeter.
+const FREQUENCIES: [f64; 2] = [10.0, 30.0];
+/// The number of lenses of a tolerance analysis without `--trials`.
+const TRIALS: usize = 1000;
+
+/// The answer to a line.
+#[derive(Serialize)]
+struct Answer {
+    #[serde(skip_serializing_if = "Value::is_null")]
+    id: Value,
+    #[serde(flatten)]
+    merit: Option<Merit>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<String>,
+}
+
+/// Makes the figures of merit of the lenses of a file, one JSON object a line. A line has changes
+/// of the lens, or a whole prescription. A line that is no lens has its error in place of the
+/// figures.
+pub(super) fn batch(request: &Request<'_>, file: &str) -> Result<Content> {
+    let setting = setting(request)?;
+    let source = source(file)?;
+    let lines: Vec<&str> = std::str::from_utf8(&source.bytes)
+        .map_err(|_| Diagnostic::error(format!("`{file}` is not text")))?
+        .lines()
+        .filter(|line| !line.trim().is_empty())
+        .collect();
+    let account = Budget::current();
+    let answers: Vec<Answer> = lines
+        .par_iter()
+        .map(|line| account.during(|| answer(&request.lens, line, &setting)))
+        .collect();
+    let mut text = String::new();
+    for answer in &answers {
+        let line = serde_json::to_string(answer)
+            .map_err(|error| Diagnostic::error(format!("the figures can't be written: {error}")))?;
+        text += &line;
+        text.push('\n');
+    }
+    Ok(Content::Text(text))
+}
+
+fn source(file: &str) -> Result<Arc<Source>> {
+    let bytes = match file {
+        "-" => read_stream(&mut std::io::stdin().lock(), MAX_TEXT),
+        _ => read_file(Path::new(file), MAX_TEXT),
+    };
+    Ok(Arc::new(Source::new(file, bytes?)))
+}
+
+/// The conditions: those of the data sheet, with the film at the best focus of each lens, or at the
+/// distance of the focus.
+fn setting(request: &Request<'_>) -> Result<MeritSetting> {
+    let conditions = request.setting();
+    let lens = &request.lens;
+    let height = conditions.full_height(lens).ok_or_else(|| no_image(lens))?;
+    let conjugate = conditions.conjugate(lens).ok_or_else(|| no_image(lens))?;
+    let heights = match conditions.fields.is_empty() {
+        true => [0.0, 0.7, 1.0].map(|share| share * height).to_vec(),
+        false => {
+            let at = |field: &FieldPoint| match *field {
+                FieldPoint::Height(mm) => Some(mm),
+                FieldPoint::Share(share) => Some(share * height),
+                FieldPoint::Angle(angle) => lens.image_height(angle, height, conjugate.film_z),
+            };
+            conditions.fields.iter().filter_map(at).collect()
+        }
+    };
+    let film = match text(request.matches, "film-at") {
+        None | Some("best") => MeritFilm::Best,
+        Some("paraxial") => MeritFilm::Paraxial,
+        Some("fixed") => MeritFilm::At(conjugate.film_z),
+        Some(word) => {
+            let error = format!("`--film-at {word}` is not best, paraxial or fixed");
+            return Err(Diagnostic::error(error));
+        }
+    };
+    Ok(MeritSetting {
+        distance: conjugate.distance,
+        film,
+        heights,
+        frequencies: match conditions.frequencies.is_empty() {
+            true => FREQUENCIES.to_vec(),
+            false => conditions.frequencies,
+        },
+    })
+}
+
+/// The answer to a line.
+fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> Answer {
+    let mut id = Value::Null;
+    let merit = varied(base, line, &mut id).and_then(|lens| {
+        let lens = Lens::new(lens);
+        let lens = match base.wavelength() == lens.wavelength() {
+            true => lens,
+            false => lens.at_wavelength(base.wavelength()),
+        };
+        Merit::of(&lens, setting).ok_or_else(|| no_image(&lens))
+    });
+    let (merit, error) = match merit {
+        Ok(merit) => (Some(merit), None),
+        Err(error) => (None, Some(error.message.clone())),
+    };
+    Answer { id, merit, error }
+}
+
+/// The prescription of a line, whose `id` is returned beside it.
+fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
+    let mut object: Map<String, Value> = serde_json::from_str(line)
+        .map_err(|error| Diagnostic::error(format!("this is not a JSON object: {error}")))?;
+    *id = object.remove("id").unwrap_or_default();
+    if object.contains_key("surfaces") {
+        let source = Arc::new(Source::new("line", line.as_bytes().to_vec()));
+        return read(&source, &mut Sink::new());
+    }
+    let mut changes = Vec::new();
+    for (name, values) in &object {
+        let quantity = quantity(name)?;
+        let Some(values) = values.as_object() else {
+            let message = format!("`{name}` is not an object of surface numbers and values");
+            return Err(Diagnostic::error(message));
+        };
+        for (surface, value) in values {
+            let numbers = surface.parse().ok().zip(value.as_f64());
+            let Some((surface, value)) = numbers else {
+                let message = format!("`{name}`: `{surface}` and {value} are not two numbers");
+                return Err(Diagnostic::error(message));
+            };
+            changes.push(Change {
+                surface,
+                quantity,
+                value,
+            });
+        }
+    }
+    base.prescription().with_changes(&changes)
+}
+
+fn quantity(name: &str) -> Result<Quantity> {
+    Quantity::named(name).ok_or_else(|| {
+        let names: Vec<&str> = Quantity::ALL.iter().map(|(name, _)| *name).collect();
+        let message = format!("there is no number `{name}` of a surface");
+        Diagnostic::error(message).with_help(format!("the numbers are {}", names.join(", ")))
+    })
+}
+
+/// Writes the yield of the lens within the tolerances of a table.
+pub(super) fn tolerance(request: &Request<'_>, file: &str) -> Result<Content> {
+    let mut setting = setting(request)?;
+    let source = source(file)?;
+    let table = ToleranceTable::of(&source, request.lens.prescription(), &mut setting)?;
+    let whole = |word: &str| word.parse().ok().filter(|n| (1..=10_000_000).contains(n));
+    let trials = parsed(request.matches, "trials", "a number from 1 to 1e7", whole)?;
+    let seed = parsed(request.matches, "seed", "a whole number", |w| {
+        w.parse().ok()
+    })?;
+    let run = (trials.unwrap_or(TRIALS), seed.unwrap_or(0));
+    let found = yield_of(
+        &request.lens,
+        &table.tolerances,
+        &table.requirements,
+        &setting,
+        run,
+    )?;
+    Ok(Content::Text(report(&table, &found)))
+}
+
+/// The tolerances of a table, and what is required of a lens that is made within them.
+struct ToleranceTable {
+    tolerances: Vec<Tolerance>,
+    /// The line of each tolerance, for the report.
+    lines: Vec<String>,
+    requirements: Vec<Requirement>,
+}
+
+impl ToleranceTable {
+    /// Reads a table. A line is `surface quantity tolerance [normal]`, where the tolerance may be a
+    /// percentage of the value, or `require figure limit`.
+    fn of(source: &Arc<Source>, lens: &Prescription, setting: &mut MeritSetting) -> Result<Self> {
+        let text = String::from_utf8_lossy(&source.bytes);
+        let mut table = Self {
+            tolerances: Vec::new(),
+            lines: Vec::new(),
+            requirements: Vec::new(),
+        };
+        let mut start = 0;
+        for line in text.split_inclusive('\n') {
+            let place = Span::new(start, start + line.trim_end().len());
+            start += line.len();
+            let plain = line.split('#').next().unwrap_or("").trim();
+            let words: Vec<&str> = plain.split_whitespace().collect();
+            let row = match &words[..] {
+                [] => continue,
+                ["require", rest @ ..] => requirement(rest, setting).map(|requirement| {
+                    table.requirements.push(requirement);
+                }),
+                _ => one_tolerance(&words, lens).map(|tolerance| {
+                    table.tolerances.push(tolerance);
+                    table.lines.push(words.join(" "));
+                }),
+            };
+            row.map_err(|error| error.at(source, place))?;
+        }
+        if table.tolerances.is_empty() || table.requirements.is_empty() {
+            let message = "the table has no tolerance or no requirement";
+            return Err(Diagnostic::error(message)
+                .at(source, Span::at(0))
+                .with_help("such as `0 R 0.1%`, `2 t 0.02 normal` and `require rms 0.01`"));
+        }
+        Ok(table)
+    }
+}
+
+/// The tolerance of a line.
+fn one_tolerance(words: &[&str], lens: &Prescription) -> Result<Tolerance> {
+    let [surface, name, amount, rest @ ..] = words else {
+        return Err(Diagnostic::error(
+            "a tolerance is: surface quantity tolerance",
+        ));
+    };
+    let quantity = quantity(name)?;
+    let number = |word: &str| {
+        word.parse::<f64>()
+            .ok()
+            .filter(|v| *v >= 0.0 && v.is_finite())
+    };
+    let surface: usize = surface
+        .parse()
+        .map_err(|_| Diagnostic::error(format!("`{surface}` is not the number of a surface")))?;
+    let amount = match amount.strip_suffix('%') {
+        Some(share) => number(share)
+            .zip(lens.value_of(surface, quantity))
+            .map(|(share, value)| 0.01 * share * value.abs()),
+        None => number(amount),
+    };
+    let message = format!("`{}` is not a tolerance of the lens", words.join(" "));
+    let distribution = match rest {
+        [] | ["uniform"] => Distribution::Uniform,
+        ["normal"] => Distribution::Normal,
+        _ => return Err(Diagnostic::error(message).with_help("uniform or normal")),
+    };
+    let amount = amount.filter(|_| lens.value_of(surface, quantity).is_some());
+    Ok(Tolerance {
+        surface,
+        quantity,
+        amount: amount.ok_or_else(|| Diagnostic::error(message))?,
+        distribution,
+    })
+}
+
+/// The requirement of a line behind `require`. The frequency of a modulation is added to the
+/// setting.
+fn requirement(words: &[&str], setting: &mut MeritSetting) -> Result<Requirement> {
+    let help = "rms MM, wavefront WAVES, distortion SHARE, illumination SHARE, efl LOW HIGH or \
+                modulation@FREQUENCY SHARE";
+    let fail = || {
+        let message = format!("`require {}` is not read", words.join(" "));
+        Diagnostic::error(message).with_help(help)
+    };
+    let [name, values @ ..] = words else {
+        return Err(fail());
+    };
+    let values: Option<Vec<f64>> = values.iter().map(|word| word.parse().ok()).collect();
+    match (*name, values.as_deref()) {
+        ("rms", Some([most])) => Ok(Requirement::Rms(*most)),
+        ("wavefront", Some([most])) => Ok(Requirement::Wavefront(*most)),
+        ("distortion", Some([most])) => Ok(Requirement::Distortion(*most)),
+        ("illumination", Some([least])) => Ok(Requirement::Illumination(*least)),
+        ("efl", Some([low, high])) => Ok(Requirement::FocalLength(*low, *high)),
+        (name, Some([least])) => {
+            let frequency = name.strip_prefix("modulation@");
+            let frequency: f64 = frequency.and_then(|f| f.parse().ok()).ok_or_else(fail)?;
+            let known = setting.frequencies.iter().position(|f| *f == frequency);
+            let number = known.unwrap_or_else(|| {
+                setting.frequencies.push(frequency);
+                setting.frequencies.len() - 1
+            });
+            Ok(Requirement::Modulation(number, *least))
+        }
+        _ => Err(fail()),
+    }
+}
+
+fn report(table: &ToleranceTable, found: &Yield) -> String {
+    let mut text = String::new();
+    let [low, high] = found.interval().map(|share| 100.0 * share);
+    let _ = writeln!(
+        text,
+        "yield {:.1}% ({low:.1}% to {high:.1}%): {} of {} lenses meet all requirements",
+        100.0 * found.share(),
+        found.passed,
+        found.trials
+    );
+    let met = table.requirements.iter().all(|r| r.is_met(&found.nominal));
+    if !met {
+        text += "the nominal lens does not meet them\n";
+    }
+    let nominal = found.nominal.worst_rms().unwrap_or(f64::INFINITY);
+    let microns = |mm: f64| format!("{:.2}", 1e3 * mm);
+    let _ = writeln!(
+        text,
+        "largest rms spot in µm: nominal {}, median {}, 90% of lenses {}, 98% {}",
+        microns(nominal),
+        microns(found.rms_quantile(0.5)),
+        microns(found.rms_quantile(0.9)),
+        microns(found.rms_quantile(0.98))
+    );
+    let failed = found.trials - found.passed;
+    if failed > 0 {
+        text += "lenses that fail with a number in the outer half of its tolerance:\n";
+        let mut rows: Vec<(&String, usize)> = table
+            .lines
+            .iter()
+            .zip(found.outer.iter().copied())
+            .collect();
+        rows.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        for (line, count) in rows {
+            let share = 100.0 * count as f64 / failed as f64;
+            let _ = writeln!(text, "  {share:5.1}%  {line}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::cli::lens_output;
+
+    fn run(words: &[&str], file: &str) -> String {
+        let path =
+            std::env::temp_dir().join(format!("ivcam-batch-{}-{}", std::process::id(), words[1]));
+        std::fs::write(&path, file).unwrap();
+        let mut words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+        words.insert(2, path.display().to_string());
+        let output = lens_output(&words);
+        std::fs::remove_file(path).unwrap();
+        output.unwrap().text
+    }
+
+    #[test]
+    fn a_line_of_a_batch_is_answered_by_a_line() {
+        let file = "{\"id\": 7}\n{\"R\": {\"0\": 60}, \"t\": {\"0\": 8.5}}\n{\"x\": {}}\n[1]\n\
+            {\"n_d\": {\"99\": 1.5}}\n{\"n_d\": {\"0\": 0.5}}\n";
+        let text = run(&["double-gauss", "--batch"], file);
+        let answers: Vec<serde_json::Value> = text
+            .lines()
+            .map(|line| serde_json::from_str(line).unwrap())
+            .collect();
+        assert_eq!(answers.len(), 6);
+        assert_eq!(answers[0]["id"], 7);
+        let efl = |i: usize| answers[i]["efl"].as_f64().unwrap();
+        assert!((efl(0) - 100.7).abs() < 1.0 && (efl(1) - efl(0)).abs() > 0.1);
+        assert_eq!(answers[0]["points"].as_array().unwrap().len(), 3);
+        for (i, says) in [
+            (2, "no number `x`"),
+            (3, "not a JSON object"),
+            (4, "no surface 99"),
+            (5, "not possible for `n_d`"),
+        ] {
+            let error = answers[i]["error"].as_str().unwrap();
+            assert!(error.contains(says), "{error}");
+            assert!(answers[i]["efl"].is_null());
+        }
+    }
+
+    #[test]
+    fn a_wider_tolerance_has_a_smaller_yield() {
+        let yield_of = |tolerance: &str| {
+            let table =
+                format!("0 R {tolerance}\n3 t {tolerance} normal # a gap\nrequire rms 0.045\n");
+            let text = run(&["double-gauss", "--tolerance", "--trials", "200"], &table);
+            let share = text
+                .strip_prefix("yield ")
+                .unwrap()
+                .split('%')
+                .next()
+                .unwrap();
+            share.parse::<f64>().unwrap()
+        };
+        let [tight, wide] = ["0.001%", "8%"].map(yield_of);
+        assert!(tight == 100.0 && wide < 80.0, "{tight} {wide}");
+    }
+}
