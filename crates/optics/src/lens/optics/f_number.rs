@@ -52,8 +52,22 @@ impl Lens {
     ///
     /// # Errors
     ///
-    /// Returns an error if the lens has no f-number, or if it cannot open that wide.
+    /// Returns an error if the lens has no f-number, if it cannot open that wide, or if nothing is
+    /// left of the beam because its middle is closed.
     pub fn at_f_number(&self, f_number: f64) -> Result<Self> {
+        let lens = self.stopped_down(f_number)?;
+        match lens.axial_open_share() {
+            None if lens.is_obstructed() => {
+                let message = format!("`{}` can't be stopped down to f/{f_number}", self.name());
+                Err(Diagnostic::error(message)
+                    .with_help("the middle of its beam is closed: leave it open"))
+            }
+            _ => Ok(lens),
+        }
+    }
+
+    /// The lens at an f-number, whether anything is left of its beam or not.
+    fn stopped_down(&self, f_number: f64) -> Result<Self> {
         let (Some(widest), Some(stop)) = (self.real_f_number(), self.first_order().stop) else {
             return Err(
                 Diagnostic::error(format!("`{}` has no f-number", self.name()))
@@ -135,6 +149,10 @@ mod tests {
     fn every_shipped_lens_has_the_f_number_it_is_stopped_down_to() {
         for name in crate::lens::shipped_names() {
             let lens = Lens::named(name).unwrap();
+            if lens.is_obstructed() {
+                assert!(lens.at_f_number(32.0).is_err(), "{name}");
+                continue;
+            }
             let Some(widest) = lens.real_f_number() else {
                 continue;
             };
