@@ -1,4 +1,4 @@
-//! The twelve scenes of the coverage table: two shipped ones and ten that are written here.
+//! The scenes of the coverage table: two shipped ones and twelve that are written here.
 //!
 //! Each is hard for an error estimate in one way. None needs a file from outside the repository.
 //! Those of model `path` are in `light_scenes`.
@@ -35,7 +35,7 @@ pub(super) enum Source<'a> {
 
 const WIDE: (&str, Option<f64>) = ("wide-angle", None);
 
-pub(super) const CASES: [Case<'static>; 12] = [
+pub(super) const CASES: [Case<'static>; 14] = [
     case("room", Source::Shipped("scenes/livroom/livroom.iv")),
     case("street", Source::Shipped("scenes/street/street.iv")),
     case("fog", Source::Written(fog)),
@@ -45,6 +45,14 @@ pub(super) const CASES: [Case<'static>; 12] = [
     Case {
         truth: 4,
         ..case("tiny bright emitter", Source::Written(emitter))
+    },
+    Case {
+        truth: 4,
+        ..case("three tiny lamps", Source::Written(tiny_lamps))
+    },
+    Case {
+        truth: 4,
+        ..case("tiny lamp behind bars", Source::Written(barred_lamp))
     },
     case("thin bright lines", Source::Written(lines)),
     Case {
@@ -228,6 +236,49 @@ fn emitter() -> Vec<String> {
         "{CAMERA}{LIGHT}{wall}{}",
         shape(ball, [0.31, 0.22, 0.0], "Sphere { radius .008 }")
     )]
+}
+
+/// Three lamps of different light that are smaller than a pixel, before a wall.
+fn tiny_lamps() -> Vec<String> {
+    let mut text = format!("{CAMERA}{LIGHT}");
+    text += &shape(
+        "diffuseColor .4 .3 .2",
+        [0., 0., -2.],
+        "Cube { width 20 height 20 depth 1 }",
+    );
+    for (light, place, radius) in [
+        ("900 700 400", [-0.37, 0.11, 0.1], 0.004),
+        ("250 250 300", [0.21, -0.23, 0.3], 0.007),
+        ("120 60 30", [0.52, 0.28, -0.4], 0.012),
+    ] {
+        let lamp = format!("diffuseColor 0 0 0 emissiveColor {light}");
+        text += &shape(&lamp, place, &format!("Sphere {{ radius {radius} }}"));
+    }
+    vec![text]
+}
+
+/// A lamp smaller than a pixel, of which a bar hides a part, over a floor.
+fn barred_lamp() -> Vec<String> {
+    let mut text = format!("{CAMERA}{LIGHT}");
+    text += &shape(
+        "diffuseColor .5 .5 .5",
+        [0., -0.6, 0.],
+        "Cube { width 9 height .1 depth 9 }",
+    );
+    for i in 0..9 {
+        let bar = "Cube { width .02 height 2 depth .02 }";
+        text += &shape(
+            "diffuseColor .6 .2 .2",
+            [0.15 * f64::from(i) - 0.6, 0., 0.5],
+            bar,
+        );
+    }
+    text += &shape(
+        "diffuseColor 0 0 0 emissiveColor 600 600 500",
+        [0.006, 0.1, 0.2],
+        "Sphere { radius .009 }",
+    );
+    vec![text]
 }
 
 /// Bright wires much thinner than a pixel.
