@@ -134,7 +134,7 @@ fn spread_part(
     i: usize,
     j: usize,
 ) -> Option<(PixelBox, Vec<DVec3>)> {
-    // A transform of the largest field takes about half a second.
+    // A transform of the largest field takes about half a second, a color of a pattern a tenth.
     let proceed = || (!stop.is_set()).then_some(());
     proceed()?;
     let Resolution { width, height } = film.resolution;
@@ -144,8 +144,10 @@ fn spread_part(
         camera.format.height / f64::from(height),
     );
     let place = camera.film_point(at(i, PLACES[0]), at(j, PLACES[1]));
-    let pattern = SampledPupil::seen_from(camera, place).map(|pupil| pupil.pattern(pitch, colors));
-    let pattern = pattern.unwrap_or_else(Pattern::point);
+    let pattern = match SampledPupil::seen_from(camera, place) {
+        Some(pupil) => pupil.pattern(pitch, colors, &proceed)?,
+        None => Pattern::point(),
+    };
     // The pixels that the place has a weight for.
     let span = |count: u32, place: usize, places: usize| {
         let mut all = (0..count as usize).filter(|p| share(*p, count, place, places) > 0.0);
@@ -245,8 +247,14 @@ impl SampledPupil {
         (step > 0.0 && open.contains(&true)).then_some(Self { open, step })
     }
 
-    /// Returns the diffraction pattern on pixels of a pitch in millimeters.
-    fn pattern(&self, pitch: DVec2, colors: &[(f64, DMat3)]) -> Pattern {
+    /// Returns the diffraction pattern on pixels of a pitch in millimeters; none if `proceed` ends
+    /// the work.
+    fn pattern(
+        &self,
+        pitch: DVec2,
+        colors: &[(f64, DMat3)],
+        proceed: &dyn Fn() -> Option<()>,
+    ) -> Option<Pattern> {
         let mm = |nm: f64| nm * 1e-6;
         let finest = 2.0 * mm(f64::from(LAST)) / (self.step * pitch.min_element());
         let side = (finest.min(FINEST as f64) as usize).clamp(COARSEST, FINEST);
@@ -263,12 +271,13 @@ impl SampledPupil {
         let reach = (0.5 * period / pitch.min_element()) as usize;
         let mut pattern = Pattern::dark(reach.clamp(1, MOST_PIXELS));
         for (nm, color) in colors {
+            proceed()?;
             let taps = self.taps(&light, side, mm(*nm), pitch, pattern.reach);
             for (sum, tap) in pattern.taps.iter_mut().zip(taps) {
                 *sum += *color * tap;
             }
         }
-        pattern
+        Some(pattern)
     }
 
     /// Returns the share of a pixel's light of one wavelength (mm) that each pixel around it
