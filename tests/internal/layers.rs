@@ -9,7 +9,15 @@ use std::path::{Path, PathBuf};
 const ORDER: [(&str, &[&str]); 6] = [
     (
         "crates/base/src",
-        &["diag", "memory", "work", "files", "thread_context", "math"],
+        &[
+            "diag",
+            "memory",
+            "platform",
+            "work",
+            "files",
+            "thread_context",
+            "math",
+        ],
     ),
     (
         "crates/inventor/src",

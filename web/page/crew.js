@@ -22,13 +22,13 @@ class Hand {
         this.run = undefined;
         this.stale = true;
         this.worker.onmessage = ({ data }) => {
-            const { settle, timer } = this.waiting.get(data.id) ?? {};
+            const { resolve, timer } = this.waiting.get(data.id) ?? {};
             clearTimeout(timer);
             this.waiting.delete(data.id);
             if (data.broken) {
                 this.fail(data.broken);
             }
-            settle?.(data);
+            resolve?.(data);
         };
         this.worker.onerror = (event) => {
             event.preventDefault();
@@ -42,9 +42,9 @@ class Hand {
         this.worker.terminate();
         const lost = this.waiting.values();
         this.begin();
-        for (const { settle, timer } of lost) {
+        for (const { resolve, timer } of lost) {
             clearTimeout(timer);
-            settle({ code: 2, broken: why, messages: '', out: '' });
+            resolve({ code: 2, broken: why, messages: '', out: '' });
         }
     }
 
@@ -59,9 +59,9 @@ class Hand {
 
     post(message, transfer = []) {
         const id = ++this.crew.last;
-        return new Promise((settle) => {
+        return new Promise((resolve) => {
             const late = () => this.fail(`it took more than ${LIMIT / 1000} seconds`);
-            this.waiting.set(id, { settle, job: message.job, timer: setTimeout(late, LIMIT) });
+            this.waiting.set(id, { resolve, job: message.job, timer: setTimeout(late, LIMIT) });
             this.worker.postMessage({ ...message, id }, transfer);
         });
     }
@@ -82,7 +82,8 @@ export class Exposure {
         const { size: [width, height], corner: [left, top], samples, period } = answer;
         Object.assign(this, { words, camera, answer, width, height, left, top, samples });
         const whole = answer['in one part'];
-        const step = whole ? height : Math.max(16, Math.ceil(height / 24 / 8) * 8);
+        // A task of 64 samples per pixel should take seconds at most, also with light paths.
+        const step = whole ? height : width > 500 ? 8 : 16;
         this.bands = [];
         for (let y = 0; y < height; y += step) {
             const rows = Math.min(step, height - y);

@@ -258,8 +258,8 @@ extern "C" fn save() -> i32 {
     })
 }
 
-/// Draws the section of the lens with rays of the pixel at a place of the picture (x and y from 0 to
-/// 1), as SVG, into the answer. Returns 1 if the camera has no lens.
+/// Draws the section of the lens with rays of the pixel at a place of the picture (x and y from 0
+/// to 1), as SVG, into the answer. Returns 1 if the camera has no lens.
 #[unsafe(export_name = "ivcam_section")]
 extern "C" fn section(x: f64, y: f64, width: f64, height: f64) -> i32 {
     OPEN.with_borrow(|open| {

@@ -144,7 +144,7 @@ const tests = {
         await shot(page, 'folder');
     },
 
-    async 'a damaged file is drawn as far as it goes, and the place of the damage is told'(page) {
+    async 'a damaged file is drawn as far as it goes, and the place of the damage is reported'(page) {
         const bad = '#Inventor V2.1 ascii\nSeparator {\n  Material { diffuseColour 1 0 0 }\n  Cone { height x }\n  Sphere { }\n}\n';
         await opens(page, 'files', join(scratch([['bad.iv', bad]]), 'bad.iv'));
         assert.match(await text(page, 'messages'), /bad\.iv:3:\d+/);
