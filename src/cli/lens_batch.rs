@@ -47,10 +47,10 @@ pub(super) fn batch(request: &Request<'_>, file: &str) -> Result<Content> {
         .lines()
         .filter(|line| !line.trim().is_empty())
         .collect();
-    let account = Budget::current();
+    let (account, base) = (Budget::current(), &request.lens);
     let answers: Vec<Answer> = lines
         .par_iter()
-        .map(|line| account.during(|| answer(&request.lens, line, &setting)))
+        .map(|line| account.during(|| answer(base, line, &setting)))
         .collect();
     let mut text = String::new();
     for answer in &answers {
@@ -64,7 +64,7 @@ pub(super) fn batch(request: &Request<'_>, file: &str) -> Result<Content> {
 
 fn source(file: &str) -> Result<Arc<Source>> {
     let bytes = match file {
-        "-" => read_stream(&mut std::io::stdin().lock(), MAX_TEXT),
+        "-" => read_stream(std::io::stdin().lock(), "standard input", MAX_TEXT),
         _ => read_file(Path::new(file), MAX_TEXT),
     };
     Ok(Arc::new(Source::new(file, bytes?)))
@@ -389,7 +389,7 @@ mod tests {
     fn a_wider_tolerance_has_a_smaller_yield() {
         let yield_of = |tolerance: &str| {
             let table =
-                format!("0 R {tolerance}\n3 t {tolerance} normal # a gap\nrequire rms 0.045\n");
+                format!("0 R {tolerance}\n3 t {tolerance} normal # a gap\nrequire efl 100 101.4\n");
             let text = run(&["double-gauss", "--tolerance", "--trials", "200"], &table);
             let share = text
                 .strip_prefix("yield ")

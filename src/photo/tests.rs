@@ -13,7 +13,6 @@ use ivcam_render::render::{Exposure, Stop, crew};
 use ivcam_render::scene::Unneeded;
 use ivcam_render::team::threads;
 
-use super::options::GivenOptions;
 use super::{Era, Headlight, Plan, Session};
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
@@ -388,96 +387,4 @@ fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
     let cut = session.join_parts([&parts[0][..100]]).unwrap_err();
     assert!(cut.message.contains("damaged"), "{}", cut.message);
     std::fs::remove_dir_all(folder).unwrap();
-}
-
-/// Every option about the lens or the film, with a value other than the default.
-const OPTIONS_OF_CAMERAS: [(&str, &str); 21] = [
-    ("zoom", "0.7"),
-    ("efl", "40mm"),
-    ("aperture", "f/11"),
-    ("focus", "1"),
-    ("focus-method", "best"),
-    ("blades", "5"),
-    ("coating", "none"),
-    ("ghosts", "on"),
-    ("dispersion", "off"),
-    ("diffraction", "on"),
-    ("pupil", "rear"),
-    ("film", "30x20"),
-    ("tilt", "5"),
-    ("swing", "5"),
-    ("rise", "3mm"),
-    ("shift", "3mm"),
-    ("film-radius", "-120"),
-    ("exposure", "2"),
-    ("shutter", "1/60"),
-    ("iso", "400"),
-    ("response", "srgb"),
-];
-
-/// The picture of some options, or the message of a refusal, and the warnings.
-fn picture_of(
-    folder: &Path,
-    words: &[(&'static str, &'static str)],
-) -> (Result<Vec<[f32; 3]>, String>, String) {
-    let mut given = GivenOptions::default();
-    for (name, value) in words.iter().filter(|(name, _)| *name != "solids") {
-        given.add(name, vec![value.into()]);
-    }
-    if words.iter().any(|(name, _)| *name == "solids") {
-        given.add("solids", Vec::new());
-    }
-    let mut sink = ivcam_base::diag::Sink::new();
-    let plan = Plan::from_options(&given, Era::Modern, |_| plan(folder), &mut sink);
-    let text = |sink: &ivcam_base::diag::Sink| -> String {
-        let all = sink
-            .items()
-            .iter()
-            .map(|d| format!("{} {:?}; ", d.message, d.help));
-        all.collect()
-    };
-    let session = plan.and_then(|mut plan| {
-        plan.stop = Stop::after(8);
-        Session::open(plan)
-    });
-    match session {
-        Err(error) => (Err(error.message.clone()), text(&sink)),
-        Ok(session) => {
-            let exposure = session.expose(&|_| ());
-            let picture = session.develop(&exposure, "");
-            let warned = format!("{}{}", text(&sink), text(&session.sink));
-            (Ok(picture.pixels), warned)
-        }
-    }
-}
-
-/// With each camera, every option changes the picture, is refused, or has a warning that names it.
-#[test]
-fn no_camera_ignores_an_option_in_silence() {
-    let folder = std::env::temp_dir().join(format!("ivcam-pairs-{}", std::process::id()));
-    let cameras: [&[(&'static str, &'static str)]; 4] = [
-        &[("lens", "double-gauss")],
-        &[("lens", "ideal")],
-        &[("lens", "none")],
-        &[("lens", "double-gauss"), ("solids", "")],
-    ];
-    let mut silent = Vec::new();
-    for camera in cameras {
-        let (usual, _) = picture_of(&folder, camera);
-        let usual = usual.expect("the camera works");
-        for option in OPTIONS_OF_CAMERAS {
-            let words: Vec<_> = camera.iter().copied().chain([option]).collect();
-            let (picture, warnings) = picture_of(&folder, &words);
-            let is_off = option.1 == "off" && warnings.is_empty() && camera[0].1 != "double-gauss";
-            let is_answered = match picture {
-                Ok(pixels) => pixels != usual || warnings.contains(option.0) || is_off,
-                Err(_) => true,
-            };
-            if !is_answered {
-                silent.push(format!("{camera:?} --{} {}", option.0, option.1));
-            }
-        }
-    }
-    std::fs::remove_dir_all(folder).unwrap();
-    assert!(silent.is_empty(), "{silent:#?}");
 }
