@@ -49,7 +49,11 @@ fn a_spot_of_72_rays_has_the_size_of_one_of_4096() {
         surface.medium = ivcam_optics::prescription::Medium::constant(surface.medium.n_d);
     }
     let lens = Lens::new(prescription);
-    let sheet = LensSheet::of(&lens).unwrap();
+    let conditions = SheetSetting {
+        frequencies: vec![10.0, 30.0],
+        ..SheetSetting::default()
+    };
+    let sheet = LensSheet::at(&lens, &conditions).unwrap();
     let heights: Vec<f64> = sheet.points.iter().map(|point| point.height).collect();
     let merit = Merit::of(&lens, &setting(&heights)).unwrap();
     for (found, known) in merit.points.iter().zip(&sheet.points) {
