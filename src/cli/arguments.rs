@@ -15,10 +15,10 @@ use crate::photo::options;
 
 /// Returns the argument for the scene file.
 pub(crate) fn scene_argument() -> Arg {
-    Arg::new("scene")
-        .value_name("SCENE")
-        .required(true)
-        .help("scene file: .iv, .wrl, plain or .gz; - for standard input")
+    Arg::new("scene").value_name("SCENE").required(true).help(
+        "scene file: .iv, .wrl, .x3d, .x3dv, .glb, .gltf, .obj, .ply, .stl, plain or .gz; - for \
+              standard input",
+    )
 }
 
 /// Returns the folders of `--search` and that of `--contain`, which say what a scene may read.

@@ -35,7 +35,7 @@ pub(crate) fn command() -> Command {
             path("scene")
                 .value_name("SCENE")
                 .required(true)
-                .help("scene file: .iv, .wrl, plain or .gz; a folder with scenes; - for standard input"),
+                .help("scene file: .iv, .wrl, .x3d, .x3dv, .glb, .gltf, .obj, .ply, .stl, plain or .gz; a folder with scenes; - for standard input"),
         )
         .arg(
             path("output")
@@ -119,7 +119,7 @@ impl ConvertedFile {
     /// rewriting the scene, which keeps its nodes.
     pub(super) fn of(self, document: &Document) -> Self {
         match self {
-            Self::Exported(Target::Inventor) if !document.is_vrml97() => {
+            Self::Exported(Target::Inventor) if !document.is_vrml97() && !document.is_x3d() => {
                 Self::Rewritten(Format::Ascii)
             }
             _ => self,

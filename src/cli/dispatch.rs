@@ -295,7 +295,8 @@ pub(super) fn commands() -> Command {
                 .after_help(flags::MORE)
                 .arg(render_folder::remake())
                 .arg(scene_argument().help(
-                    "scene file: .iv, .wrl, plain or .gz; - for standard input; or a folder, of \
+                    "scene file: .iv, .wrl, .x3d, .x3dv, .glb, .gltf, .obj, .ply, .stl, plain or .gz; \
+                     - for standard input; or a folder, of \
                      whose scenes `-o OUT/` gets a picture each",
                 )),
         )

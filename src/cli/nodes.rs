@@ -88,6 +88,9 @@ fn manual(class: &Class, out: &mut dyn Write) -> std::io::Result<()> {
         if let Some(range) = field.range {
             write!(out, "   {range}")?;
         }
+        if field.x3d {
+            write!(out, "   X3D only")?;
+        }
         writeln!(out)?;
     }
     writeln!(out)
@@ -96,7 +99,7 @@ fn manual(class: &Class, out: &mut dyn Write) -> std::io::Result<()> {
 fn json(classes: &[&Class], out: &mut dyn Write) -> std::io::Result<()> {
     let field = |f: &FieldDecl| {
         serde_json::json!({
-            "name": f.name, "type": f.kind.name(), "default": default(f), "range": f.range,
+            "name": f.name, "type": f.kind.name(), "default": default(f), "range": f.range, "x3d_only": f.x3d,
             "values": f.names.iter().map(|(n, v)| (*n, *v)).collect::<indexmap::IndexMap<_, _>>(),
         })
     };
@@ -120,6 +123,7 @@ fn dialects(bits: u8) -> Vec<&'static str> {
         (Dialect::VRML1, "VRML 1.0"),
         (Dialect::VRML97, "VRML97"),
         (Dialect::COIN, "Coin"),
+        (Dialect::X3D, "X3D"),
     ]
     .into_iter()
     .filter(|(bit, _)| bits & bit != 0)

@@ -52,7 +52,7 @@ impl<'m> Appearance<'m> {
         };
         let has_alpha = matches!(image.components, 2 | 4);
         match texture.model {
-            TextureModel::Modulate => plain,
+            TextureModel::Modulate | TextureModel::Material => plain,
             TextureModel::Diffuse => Self {
                 // A texture with colors replaces the color, and one with alpha the transparency.
                 color: if image.has_color() {

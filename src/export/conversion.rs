@@ -45,7 +45,8 @@ pub struct Conversion {
 /// # Errors
 /// Fails if the file would be larger than the format can be.
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
-    if target == Target::Inventor && !document.is_vrml97() {
+    let has_own_nodes = document.is_vrml97() || document.is_x3d();
+    if target == Target::Inventor && !has_own_nodes {
         return Ok(rewritten(document, Format::Ascii, options));
     }
     let at = snapshot_options(options.time);

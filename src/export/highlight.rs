@@ -18,13 +18,20 @@ fn exponent(material: &Material) -> f32 {
     }
 }
 
-/// The perceptual roughness √α of a highlight.
+/// The perceptual roughness √α of a highlight, or that of a physical material.
 pub(super) fn roughness(material: &Material) -> f32 {
+    if let Some(own) = material.physical {
+        return own.roughness;
+    }
     libm::powf(2.0 / (exponent(material) + 2.0), 0.25)
 }
 
-/// The reflectance F₀ at normal incidence, at most 1, in linear light.
+/// The reflectance F₀ at normal incidence, at most 1, in linear light; of a physical material that of
+/// its part that is no metal.
 pub(super) fn reflectance(material: &Material) -> [f32; 3] {
+    if let Some(own) = material.physical {
+        return own.dielectric.to_array();
+    }
     let color = material.specular.clamp(Vec3::ZERO, Vec3::ONE);
     let height = 8.0 / (exponent(material) + 2.0);
     linear3(color).map(|k| (height * k).min(1.0))
@@ -45,6 +52,7 @@ mod tests {
             emissive: Vec3::ZERO,
             shininess: 0.4,
             transparency: 0.0,
+            physical: None,
             unlit: false,
             double_sided: false,
             texture: None,

@@ -81,6 +81,9 @@ const INSIDE: [(&str, &str, &[&str]); 6] = [
         &[
             "limits",
             "encoding",
+            "display",
+            "data_uri",
+            "x3d_names",
             "declarations",
             "loader",
             "document",
@@ -107,6 +110,7 @@ const INSIDE: [(&str, &str, &[&str]); 6] = [
             "cycles",
             "ascii",
             "binary",
+            "formats",
             "file",
             "inline",
             "open",

@@ -89,6 +89,10 @@ impl Materials {
         } else {
             linear3(look.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE))
         };
+        let color = match material.physical {
+            Some(own) if !keeps_colors => color.map(|c| (c / own.diffuse_share()).min(1.0)),
+            _ => color,
+        };
         let opacity = if keeps_colors { 1.0 } else { look.opacity };
         let mut extensions = Map::new();
         let mut emissive = [0.0; 3];
@@ -96,8 +100,9 @@ impl Materials {
             extensions.insert(self.extension("KHR_materials_unlit"), json!({}));
         } else {
             emissive = self.emissive(material, &mut extensions);
-            let specular = specular(material);
-            extensions.insert(self.extension("KHR_materials_specular"), specular);
+            if let Some(specular) = specular(material) {
+                extensions.insert(self.extension("KHR_materials_specular"), specular);
+            }
         }
         let is_lit_by_texture = texture.is_some_and(|t| t.model == TextureModel::Modulate);
         let glows = emissive != [0.0; 3];
@@ -116,7 +121,7 @@ impl Materials {
             pbr_metallic_roughness: MetallicRoughness {
                 base_color_factor: [color[0], color[1], color[2], opacity],
                 base_color_texture: info,
-                metallic_factor: 0.0,
+                metallic_factor: material.physical.map_or(0.0, |own| own.metallic),
                 roughness_factor: roughness(material),
             },
             emissive_factor: glows.then_some(emissive),
@@ -206,13 +211,16 @@ fn position_of<T: PartialEq>(list: &mut Vec<T>, entry: T) -> Index {
     })
 }
 
-/// The specular color and factor of `KHR_materials_specular`.
-fn specular(material: &model::Material) -> Value {
+/// The specular color and factor of `KHR_materials_specular`, unless they are those without it.
+fn specular(material: &model::Material) -> Option<Value> {
     let reflectance = reflectance(material);
-    if reflectance == [0.0; 3] {
-        return json!({ "specularFactor": 0.0 });
+    if reflectance == [F0; 3] {
+        return None;
     }
-    json!({ "specularColorFactor": reflectance.map(|f| f / F0) })
+    if reflectance == [0.0; 3] {
+        return Some(json!({ "specularFactor": 0.0 }));
+    }
+    Some(json!({ "specularColorFactor": reflectance.map(|f| f / F0) }))
 }
 
 /// Returns a texture's matrix as the extension `KHR_texture_transform`, and the matrix that remains

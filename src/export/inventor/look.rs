@@ -222,7 +222,7 @@ impl<'m> Colors<'m> {
 /// Whether a material only approximates VRML97's texture. There the texture is the diffuse color
 /// alone, and in Inventor it multiplies the highlight and the emissive color too.
 pub(in crate::export) fn approximates_texture(material: &Material) -> bool {
-    let is_diffuse = |model| model == TextureModel::Diffuse;
+    let is_diffuse = |model| matches!(model, TextureModel::Diffuse | TextureModel::Material);
     let is_textured = material
         .texture
         .as_ref()
@@ -271,7 +271,9 @@ fn binding(mesh: &Mesh, nodes: &mut NodeBuilder) -> NodeId {
 /// color is white if the texture replaces it.
 fn texture_model(model: TextureModel) -> i32 {
     match model {
-        TextureModel::Modulate | TextureModel::Diffuse => texture2::MODEL_MODULATE,
+        TextureModel::Modulate | TextureModel::Diffuse | TextureModel::Material => {
+            texture2::MODEL_MODULATE
+        }
         TextureModel::Decal => texture2::MODEL_DECAL,
         TextureModel::Blend => texture2::MODEL_BLEND,
         TextureModel::Replace => texture2::MODEL_REPLACE,

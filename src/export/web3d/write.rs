@@ -9,19 +9,23 @@ use crate::export::conversion::{Conversion, ExportOptions};
 use crate::export::losses::Losses;
 use crate::export::target::Target;
 
-/// Converts a document in VRML97 to X3D or VRML97 node by node. Returns `None` for other documents
-/// and targets.
+/// Converts a document in VRML97 to X3D or VRML97 node by node, and one in X3D to X3D. Returns `None`
+/// for other documents and targets.
 pub(in crate::export) fn rewritten(
     document: &Document,
     target: Target,
     options: &ExportOptions,
 ) -> Option<Conversion> {
-    if !document.is_vrml97() {
+    let is_x3d = document.is_x3d();
+    if !document.is_vrml97() && !is_x3d {
         return None;
     }
     let mut losses = Losses::default();
     let bytes = match target {
-        Target::Vrml97 => document.write(Format::Ascii),
+        Target::Vrml97 if !is_x3d => document.write(Format::Ascii),
+        Target::X3d if document.multiplies_textures() => {
+            write_xml(document, Textures::Multiply, &mut losses)
+        }
         Target::X3d => {
             let folders = &options.model.compile.texture_folders;
             write_xml(document, Textures::Replace(folders), &mut losses)

@@ -96,6 +96,18 @@ impl Sink {
         &self.items
     }
 
+    /// Moves the places in a source of the diagnostics from an index on. A reader does so that has
+    /// read a text made from the source.
+    pub fn move_places(&mut self, first: usize, source: &Arc<Source>, to: impl Fn(Span) -> Span) {
+        for item in &mut self.items[first..] {
+            if let Some((at, span)) = &mut item.place
+                && Arc::ptr_eq(at, source)
+            {
+                *span = to(*span);
+            }
+        }
+    }
+
     /// Adds all diagnostics of another sink.
     pub fn extend_from(&mut self, other: &Sink) {
         for item in &other.items {

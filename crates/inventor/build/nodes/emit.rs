@@ -92,6 +92,7 @@ fn languages(class: &Class) -> String {
             "iv2" => "Inventor V2",
             "vrml1" => "VRML 1.0",
             "vrml97" => "VRML97",
+            "x3d" => "X3D",
             _ => "Coin",
         })
         .collect();
@@ -112,8 +113,8 @@ fn table_entry(i: usize, class: &Class) -> Result<String, String> {
     let mut fields = String::new();
     for f in &class.fields {
         fields.push_str(&format!(
-            "        FieldDecl {{ name: {:?}, kind: FieldType::{}, default: {}, names: &{:?}, range: {:?} }},\n",
-            f.name, f.kind, default(class, f)?, f.names, f.range
+            "        FieldDecl {{ name: {:?}, kind: FieldType::{}, default: {}, names: &{:?}, range: {:?}, x3d: {} }},\n",
+            f.name, f.kind, default(class, f)?, f.names, f.range, f.x3d
         ));
     }
     let events = |list: &[(String, String)]| -> String {
@@ -191,8 +192,9 @@ fn field_doc(field: &Field) -> String {
         Some(range) => format!(" The legal range is `{range}`."),
         None => String::new(),
     };
+    let only = if field.x3d { " in X3D" } else { "" };
     format!(
-        "The field `{}` of type `{}`. {default}{range}",
+        "The field `{}` of type `{}`{only}. {default}{range}",
         field.name, field.kind
     )
 }

@@ -48,6 +48,9 @@ pub fn inherit(classes: &mut [Class]) -> Result<(), String> {
                 }
             }
         }
+        if classes[i].dialects.iter().any(|d| METADATA.contains(&&**d)) {
+            all.push(metadata());
+        }
         classes[i].fields = all;
         classes[i].inputs = inputs;
         classes[i].outputs = outputs;
@@ -56,6 +59,21 @@ pub fn inherit(classes: &mut [Class]) -> Result<(), String> {
         classes[i].role = role_of(&classes[i].treatment, role);
     }
     Ok(())
+}
+
+/// The dialects whose classes have a field `metadata` in X3D.
+const METADATA: [&str; 2] = ["vrml97", "x3d"];
+
+/// Returns the field that X3D gives every node.
+fn metadata() -> Field {
+    Field {
+        kind: "SFNode".into(),
+        name: "metadata".into(),
+        default: String::new(),
+        names: Vec::new(),
+        range: None,
+        x3d: true,
+    }
 }
 
 /// Returns the role of a class. It is the role that the class or its nearest family states, if its

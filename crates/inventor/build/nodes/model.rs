@@ -49,10 +49,12 @@ pub struct Field {
     pub names: Vec<(String, i64)>,
     /// The legal range.
     pub range: Option<String>,
+    /// Whether only X3D has the field, of the dialects that have the class.
+    pub x3d: bool,
 }
 
 /// The keywords of the dialects.
-pub const DIALECTS: [&str; 5] = ["iv1", "iv2", "vrml1", "vrml97", "coin"];
+pub const DIALECTS: [&str; 6] = ["iv1", "iv2", "vrml1", "vrml97", "coin", "x3d"];
 
 /// The treatments, each with the roles that its classes may have. The first role is the default. An
 /// abstract class may have any role, which its descendants inherit.

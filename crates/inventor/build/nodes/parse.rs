@@ -122,6 +122,10 @@ fn member(place: &str, line: &str, class: &mut Class) -> Result<(), String> {
             });
             class.fields.push(field(place, &format!("SFNode {name}"))?);
         }
+        ["x3d", ..] => class.fields.push(Field {
+            x3d: true,
+            ..field(place, line["x3d".len()..].trim_start())?
+        }),
         _ => class.fields.push(field(place, line)?),
     }
     Ok(())
@@ -168,6 +172,7 @@ fn field(place: &str, line: &str) -> Result<Field, String> {
         default,
         names,
         range,
+        x3d: false,
     })
 }
 

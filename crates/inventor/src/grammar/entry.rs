@@ -21,6 +21,8 @@ impl Dialect {
     pub const VRML97: u8 = 8;
     /// Inventor files of Coin and later libraries.
     pub const COIN: u8 = 16;
+    /// X3D, which has the classes of VRML97 too.
+    pub const X3D: u8 = 32;
 }
 
 /// How a class takes part in a picture.
@@ -151,9 +153,9 @@ impl Class {
         std::iter::successors(Some(self), |c| c.parent.map(ClassId::get))
     }
 
-    /// Returns whether VRML97 has the class, and neither Inventor nor VRML 1.0 has it.
+    /// Returns whether VRML97 or X3D has the class, and neither Inventor nor VRML 1.0 has it.
     pub fn is_vrml97(&self) -> bool {
-        self.dialects & Dialect::VRML97 != 0
+        self.dialects & (Dialect::VRML97 | Dialect::X3D) != 0
             && self.dialects & (Dialect::IV1 | Dialect::IV2 | Dialect::VRML1) == 0
     }
 }

@@ -17,6 +17,8 @@ pub struct FieldDecl {
     pub names: &'static [(&'static str, i64)],
     /// The legal range as text, for the manual. Values outside it are accepted.
     pub range: Option<&'static str>,
+    /// Whether X3D has the field and VRML97, which has the class, does not.
+    pub x3d: bool,
 }
 
 /// A default as the catalogue states it.
@@ -50,13 +52,18 @@ macro_rules! field_types {
             }
 
             /// Finds a type by Inventor's name. The old names `SFLong`, `SFULong`, `MFLong` and
-            /// `MFULong` mean the 32-bit types.
+            /// `MFULong` mean the 32-bit types. X3D's types of colors with alpha and of matrices
+            /// are Inventor's types of four numbers and of matrices.
             pub fn named(name: &str) -> Option<Self> {
                 let name = match name {
                     "SFLong" => "SFInt32",
                     "MFLong" => "MFInt32",
                     "SFULong" => "SFUInt32",
                     "MFULong" => "MFUInt32",
+                    "SFColorRGBA" => "SFVec4f",
+                    "MFColorRGBA" => "MFVec4f",
+                    "SFMatrix4f" => "SFMatrix",
+                    "MFMatrix4f" => "MFMatrix",
                     other => other,
                 };
                 Self::ALL.iter().copied().find(|k| k.name() == name)

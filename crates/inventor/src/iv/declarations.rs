@@ -74,6 +74,16 @@ impl Access {
         }
     }
 
+    /// Returns the keyword of X3D.
+    pub fn x3d_name(self) -> &'static str {
+        match self {
+            Self::Field => "initializeOnly",
+            Self::ExposedField => "inputOutput",
+            Self::EventIn => "inputOnly",
+            Self::EventOut => "outputOnly",
+        }
+    }
+
     /// Returns whether the entry has a value. Events have none.
     pub fn has_value(self) -> bool {
         matches!(self, Self::Field | Self::ExposedField)

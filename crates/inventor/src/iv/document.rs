@@ -3,13 +3,14 @@
 //! A `USE` refers to the node of its `DEF`; it is not a copy. A node stores only the fields that
 //! the file states. The other fields have the catalogue's defaults, which are looked up on access.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
 
+use super::data_uri;
 use super::declarations::{Extension, Protos, Route};
 use super::loader::Loader;
 use crate::grammar::value::{NodeId, Value};
@@ -111,6 +112,11 @@ pub struct Document {
     pub included: HashMap<NodeId, Vec<NodeId>>,
     /// The node that represents each instance of a proto: the first node of the body's copy.
     pub expansions: HashMap<NodeId, NodeId>,
+    /// What a file states about itself, as names and contents: the `META` statements of X3D, and
+    /// the asset of glTF.
+    pub meta: Vec<(String, String)>,
+    /// The files, by their index in `sources`, whose textures multiply the color of a material.
+    pub(crate) multiplying: BTreeSet<u16>,
     /// Opens the files that nodes refer to.
     pub(crate) loader: Option<Arc<dyn Loader>>,
     /// The diagnostics that reading reported.
@@ -133,12 +139,16 @@ impl Document {
     }
 
     /// Reads a file that a node refers to, such as a texture or a font. A relative path starts at
-    /// the folder of the file that the node is in. Returns the file's name and bytes.
+    /// the folder of the file that the node is in. Returns the file's name and bytes. A URI with
+    /// the scheme `data` contains the bytes.
     ///
     /// # Errors
     /// Returns an error if the loader does not find the file or may not open it, or if the document
     /// has no loader.
     pub fn load_beside(&self, node: NodeId, reference: &str) -> Result<(String, Vec<u8>)> {
+        if data_uri::is_data(reference) {
+            return data_uri::decoded(reference);
+        }
         let source = &self.sources[usize::from(self.nodes[node.0 as usize].source)];
         match &self.loader {
             Some(loader) => loader.load(&source.name, reference),

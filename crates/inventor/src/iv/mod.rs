@@ -4,10 +4,12 @@
 //! file declares. `read` makes a document from bytes and `write` makes bytes from a document;
 //! neither imports the other.
 
+mod data_uri;
 pub mod declarations;
 mod declared_fields;
 mod descendants;
 mod difference;
+mod display;
 pub mod document;
 mod edit;
 mod encoding;
@@ -16,10 +18,12 @@ mod loader;
 mod node_fields;
 mod read;
 mod write;
+mod x3d_names;
 
 pub use crate::grammar::value::{NodeId, Value};
 pub use declarations::Route;
 pub use descendants::Descendants;
+pub(crate) use display::display_color;
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{FolderLoader, Loader, NoFiles};

@@ -6,7 +6,8 @@ use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
 use super::view_direction::ViewDirection;
 use crate::grammar::{
-    Field, camera, class, film_camera, orthographic_camera, perspective_camera, viewpoint,
+    Field, camera, class, film_camera, ortho_viewpoint, orthographic_camera, perspective_camera,
+    viewpoint,
 };
 use crate::iv::NodeRef;
 
@@ -77,6 +78,10 @@ impl CameraPose {
         } else if class.descends_from(class::ORTHOGRAPHIC_CAMERA) {
             Projection::Orthographic {
                 height: number(orthographic_camera::HEIGHT),
+            }
+        } else if class.id == class::ORTHO_VIEWPOINT {
+            Projection::Orthographic {
+                height: ortho_height(node.get(ortho_viewpoint::FIELD_OF_VIEW)),
             }
         } else if class.id == class::VIEWPOINT {
             Projection::Perspective {
@@ -211,6 +216,20 @@ impl CameraPose {
     /// Returns the matrix from the camera's space to the world.
     pub fn world_from_camera(&self) -> DMat4 {
         DMat4::from_rotation_translation(self.orientation, self.position)
+    }
+}
+
+/// Returns the height of what an `OrthoViewpoint` shows: its field of view has the least x and y and
+/// the largest x and y.
+fn ortho_height(view: &[f32]) -> f64 {
+    let height = match *view {
+        [_, least, _, most] => f64::from(most) - f64::from(least),
+        _ => 2.0,
+    };
+    if height.is_finite() && height > 0.0 {
+        height
+    } else {
+        2.0
     }
 }
 

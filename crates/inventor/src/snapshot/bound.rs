@@ -29,7 +29,7 @@ impl BindableKind {
             class::VRML97_BACKGROUND => Some(Self::Background),
             class::VRML97_FOG => Some(Self::Fog),
             class::VRML97_NAVIGATION_INFO => Some(Self::NavigationInfo),
-            class::VIEWPOINT => Some(Self::Viewpoint),
+            class::VIEWPOINT | class::ORTHO_VIEWPOINT => Some(Self::Viewpoint),
             _ => None,
         }
     }

@@ -8,15 +8,17 @@ use super::frame::WalkFrame;
 use super::property;
 use super::role::{self, Role};
 use super::state::{
-    Diffuse, Language, List, MaterialElement, State, TextureCoordinates, TextureElement,
-    TextureModel,
+    AlphaMode, Diffuse, Language, List, MaterialElement, PhysicalElement, State,
+    TextureCoordinates, TextureElement, TextureModel,
 };
 use super::visitor::Visitor;
 use super::walk::Walk;
 use crate::grammar::{
-    Field, appearance, image_texture, texture_transform, vrml97_material, vrml97_shape,
+    Field, appearance, class, image_texture, ior_material_extension, multi_texture,
+    physical_material, specular_material_extension, texture_transform, unlit_material,
+    vrml97_material, vrml97_shape,
 };
-use crate::iv::NodeRef;
+use crate::iv::{NodeRef, display_color};
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     /// Begins a `Shape`; [`Walk::geometry`] follows.
@@ -46,8 +48,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
 fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
     let node = |field| appearance.and_then(|a| a.get_node(field));
     let material = node(appearance::MATERIAL);
+    let is_unlit = material.is_some_and(|m| m.class_id() == Some(class::UNLIT_MATERIAL));
     // A shape without a material is white and unlit (VRML97, 6.3 and 4.14).
-    state.base_color = material.is_none();
+    state.base_color = material.is_none() || is_unlit;
     state.material = material.map_or(
         MaterialElement {
             diffuse: Diffuse::Colors(List::One(Vec3::ONE)),
@@ -55,14 +58,23 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
         },
         material_element,
     );
-    state.texture = node(appearance::TEXTURE).map(|texture| TextureElement {
+    let alpha = appearance.map_or(AlphaMode::Blend, alpha_mode);
+    state.material.alpha = alpha;
+    let own = material.and_then(texture_of_material);
+    let texture = own.or_else(|| node(appearance::TEXTURE).map(first_texture));
+    let multiplies = own.is_some() || appearance.is_some_and(multiplies);
+    state.texture = texture.map(|texture| TextureElement {
         node: texture,
-        model: TextureModel::Diffuse,
+        model: match multiplies {
+            true => TextureModel::Material,
+            false => TextureModel::Diffuse,
+        },
         blend_color: Vec3::ZERO,
         repeat_s: texture.get(image_texture::REPEAT_S),
         repeat_t: texture.get(image_texture::REPEAT_T),
         repeat_r: true,
         quality: 0.5,
+        alpha,
     });
     state.further_textures = Arc::default();
     state.texture_matrix =
@@ -70,17 +82,129 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
     state.texture_coordinates = TextureCoordinates::Default;
 }
 
+/// Returns whether textures of the file of a node multiply the color of a material.
+fn multiplies(node: NodeRef<'_>) -> bool {
+    node.document.multiplying.contains(&node.data().source)
+}
+
+/// Returns X3D 4's meaning of the opacity of an appearance.
+fn alpha_mode(appearance: NodeRef<'_>) -> AlphaMode {
+    match appearance.get(appearance::ALPHA_MODE) {
+        "OPAQUE" => AlphaMode::Opaque,
+        "MASK" => AlphaMode::Mask(appearance.get(appearance::ALPHA_CUTOFF)),
+        _ => AlphaMode::Blend,
+    }
+}
+
+/// Returns the texture of a material of X3D 4 that multiplies its color.
+fn texture_of_material(material: NodeRef<'_>) -> Option<NodeRef<'_>> {
+    let field = match material.class_id()? {
+        class::VRML97_MATERIAL => vrml97_material::DIFFUSE_TEXTURE,
+        class::PHYSICAL_MATERIAL => physical_material::BASE_TEXTURE,
+        class::UNLIT_MATERIAL => unlit_material::EMISSIVE_TEXTURE,
+        _ => return None,
+    };
+    material.get_node(field).map(first_texture)
+}
+
+/// Returns a texture, or the first of a `MultiTexture`.
+fn first_texture(texture: NodeRef<'_>) -> NodeRef<'_> {
+    let textures = texture.get_nodes(multi_texture::TEXTURE);
+    match textures.first() {
+        Some(&first) if texture.class_id() == Some(class::MULTI_TEXTURE) => {
+            texture.document.node(first)
+        }
+        _ => texture,
+    }
+}
+
 fn material_element(node: NodeRef<'_>) -> MaterialElement<'static> {
+    match node.class_id() {
+        Some(class::PHYSICAL_MATERIAL) => return physical_element(node),
+        Some(class::UNLIT_MATERIAL) => {
+            return MaterialElement {
+                diffuse: Diffuse::Colors(List::One(node.get(unlit_material::EMISSIVE_COLOR))),
+                transparency: List::One(node.get(unlit_material::TRANSPARENCY)),
+                // Lines and points show the emissive color.
+                emissive: display_color(node.get(unlit_material::EMISSIVE_COLOR)),
+                is_linear: true,
+                ..MaterialElement::DEFAULT
+            };
+        }
+        _ => {}
+    }
     let diffuse = node.get(vrml97_material::DIFFUSE_COLOR);
     MaterialElement {
         ambient_intensity: Some(node.get(vrml97_material::AMBIENT_INTENSITY)),
-        ambient: MaterialElement::DEFAULT.ambient,
         diffuse: Diffuse::Colors(List::One(diffuse)),
         specular: node.get(vrml97_material::SPECULAR_COLOR),
         emissive: node.get(vrml97_material::EMISSIVE_COLOR),
         shininess: node.get(vrml97_material::SHININESS),
         transparency: List::One(node.get(vrml97_material::TRANSPARENCY)),
-        refraction: 1.0,
+        ..MaterialElement::DEFAULT
+    }
+}
+
+/// Returns a physical material, with Phong's values of its highlight.
+fn physical_element(node: NodeRef<'_>) -> MaterialElement<'static> {
+    let base = node.get(physical_material::BASE_COLOR);
+    let unit = |value: f32| {
+        if value.is_finite() {
+            value.clamp(0.0, 1.0)
+        } else {
+            1.0
+        }
+    };
+    let metallic = unit(node.get(physical_material::METALLIC));
+    let roughness = unit(node.get(physical_material::ROUGHNESS));
+    let dielectric = dielectric(node);
+    let emissive = match node.get_node(physical_material::EMISSIVE_TEXTURE) {
+        // The factor of a texture that is not drawn says nothing.
+        Some(_) => Vec3::ZERO,
+        None => display_color(node.get(physical_material::EMISSIVE_COLOR)),
+    };
+    let factors = node.get_node(physical_material::METALLIC_ROUGHNESS_TEXTURE);
+    let element = MaterialElement {
+        ambient_intensity: Some(0.2),
+        diffuse: Diffuse::Colors(List::One(base)),
+        emissive,
+        transparency: List::One(node.get(physical_material::TRANSPARENCY)),
+        physical: Some(PhysicalElement {
+            metallic,
+            roughness,
+            dielectric,
+            factors: factors.map(|texture| texture.id),
+        }),
+        is_linear: true,
+        ..MaterialElement::DEFAULT
+    };
+    element.with_factors(1.0, 1.0)
+}
+
+/// Returns the reflectance at normal incidence of the part of a physical material that is no metal:
+/// 0.04 without the extensions for it.
+fn dielectric(node: NodeRef<'_>) -> Vec3 {
+    let (mut reflectance, mut color) = (0.04, Vec3::ONE);
+    for &id in node.get_nodes(physical_material::EXTENSIONS) {
+        let extension = node.document.node(id);
+        match extension.class_id() {
+            Some(class::IOR_MATERIAL_EXTENSION) => {
+                let index = extension.get(ior_material_extension::INDEX_OF_REFRACTION);
+                let root = (index - 1.0) / (index + 1.0);
+                reflectance = root * root;
+            }
+            Some(class::SPECULAR_MATERIAL_EXTENSION) => {
+                let strength = extension.get(specular_material_extension::SPECULAR_STRENGTH);
+                color = strength * extension.get(specular_material_extension::SPECULAR_COLOR);
+            }
+            _ => {}
+        }
+    }
+    let all = (reflectance * color).clamp(Vec3::ZERO, Vec3::ONE);
+    if all.is_finite() {
+        all
+    } else {
+        Vec3::splat(0.04)
     }
 }
 

@@ -117,6 +117,7 @@ fn is_same_material(a: &MaterialElement<'_>, b: &MaterialElement<'_>) -> bool {
     let diffuse = match (&a.diffuse, &b.diffuse) {
         (Diffuse::Colors(a), Diffuse::Colors(b)) => is_same_list(a, b),
         (Diffuse::Packed(a), Diffuse::Packed(b)) => is_one(a, b),
+        (Diffuse::Rgba(a), Diffuse::Rgba(b)) => is_one(a, b),
         _ => false,
     };
     diffuse
@@ -127,6 +128,9 @@ fn is_same_material(a: &MaterialElement<'_>, b: &MaterialElement<'_>) -> bool {
         && a.emissive == b.emissive
         && a.shininess == b.shininess
         && a.refraction == b.refraction
+        && a.physical == b.physical
+        && a.is_linear == b.is_linear
+        && a.alpha == b.alpha
 }
 
 fn is_same_coordinates(a: &Coordinates<'_>, b: &Coordinates<'_>) -> bool {
@@ -185,11 +189,13 @@ fn is_same_texture(a: Option<&TextureElement<'_>>, b: Option<&TextureElement<'_>
         blend_color,
         repeat_s,
         repeat_t,
+        alpha,
     } = a;
     node.id == b.node.id
         && std::ptr::eq(node.document, b.node.document)
         && *model == b.model
         && *blend_color == b.blend_color
         && *quality == b.quality
+        && *alpha == b.alpha
         && [*repeat_s, *repeat_t, *repeat_r] == [b.repeat_s, b.repeat_t, b.repeat_r]
 }

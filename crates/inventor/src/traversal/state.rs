@@ -13,7 +13,7 @@ use super::light_list::LightList;
 use super::steps::Step;
 use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
-use crate::iv::{Document, NodeRef};
+use crate::iv::{Document, NodeRef, display_color};
 use crate::snapshot::BoundNodes;
 
 /// One value for a whole shape, or a list of values for its parts.
@@ -60,6 +60,42 @@ pub enum Diffuse<'a> {
     Colors(List<'a, Vec3>),
     /// At least one color `0xrrggbbaa`, which includes the transparency.
     Packed(&'a [u32]),
+    /// At least one color of X3D's `ColorRGBA`, whose fourth number is the opacity.
+    Rgba(&'a [Vec4]),
+}
+
+/// How a surface reflects light by X3D's `PhysicalMaterial`, which is glTF's model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PhysicalElement {
+    /// How much of a metal the surface is, from 0 to 1.
+    pub metallic: f32,
+    /// The roughness from 0 to 1, whose square is the α of GGX.
+    pub roughness: f32,
+    /// The reflectance at normal incidence of the part that is no metal.
+    pub dielectric: Vec3,
+    /// The texture with factors of both numbers: the roughness in green, the metal in blue.
+    pub factors: Option<NodeId>,
+}
+
+impl PhysicalElement {
+    /// The share of a metal's color that Phong's model shows as diffuse color. A metal has none, and
+    /// would be black in a scene without surroundings to mirror.
+    pub const METAL_IN_PHONG: f32 = 0.5;
+
+    /// The factor of the base color in Phong's diffuse color.
+    pub fn diffuse_share(metallic: f32) -> f32 {
+        1.0 - metallic * (1.0 - Self::METAL_IN_PHONG)
+    }
+
+    /// Returns Phong's specular color, in linear light, and exponent divided by 128, of the highlight
+    /// with the height and width of the lobe: n = 2/α² − 2 and kₛ = F₀/(4α²).
+    pub fn highlight(roughness: f32, reflectance: Vec3) -> (Vec3, f32) {
+        let alpha = (roughness * roughness).clamp(1e-3, 1.0);
+        let squared = alpha * alpha;
+        let exponent = 2.0 / squared - 2.0;
+        let specular = (reflectance / (4.0 * squared)).min(Vec3::ONE);
+        (specular, (exponent / 128.0).clamp(0.0, 1.0))
+    }
 }
 
 /// The material element. Only diffuse color and transparency vary within a shape. Of the other
@@ -83,6 +119,12 @@ pub struct MaterialElement<'a> {
     pub transparency: List<'a, f32>,
     /// The index of refraction, from an extension field that files declare. Default: 1.
     pub refraction: f32,
+    /// X3D's physical material. The diffuse colors are then its base colors.
+    pub physical: Option<PhysicalElement>,
+    /// Whether the diffuse colors are linear light, and not the values of a screen.
+    pub is_linear: bool,
+    /// What the opacity means.
+    pub alpha: AlphaMode,
 }
 
 impl MaterialElement<'_> {
@@ -96,13 +138,56 @@ impl MaterialElement<'_> {
         shininess: 0.2,
         transparency: List::One(0.0),
         refraction: 1.0,
+        physical: None,
+        is_linear: false,
+        alpha: AlphaMode::Blend,
     };
+
+    /// Returns Phong's diffuse color for a color of the material, as a screen shows it.
+    pub fn shown(&self, color: Vec3) -> Vec3 {
+        let share = self
+            .physical
+            .map_or(1.0, |own| PhysicalElement::diffuse_share(own.metallic));
+        match self.is_linear {
+            true => display_color(share * color),
+            false => color,
+        }
+    }
+
+    /// Returns the transparency of a part as the meaning of the opacity has it.
+    pub fn seen_transparency(&self, transparency: f32) -> f32 {
+        match self.alpha {
+            AlphaMode::Blend => transparency,
+            AlphaMode::Opaque => 0.0,
+            AlphaMode::Mask(cutoff) if 1.0 - transparency < cutoff => 1.0,
+            AlphaMode::Mask(_) => 0.0,
+        }
+    }
+
+    /// Returns a physical material whose roughness and metal have factors, with Phong's values of
+    /// its highlight.
+    #[must_use]
+    pub fn with_factors(mut self, roughness: f32, metallic: f32) -> Self {
+        let Some(mut own) = self.physical else {
+            return self;
+        };
+        own.roughness *= roughness;
+        own.metallic *= metallic;
+        let base = self.diffuse_at(0);
+        let reflectance = own.dielectric.lerp(base, own.metallic);
+        let (specular, shininess) = PhysicalElement::highlight(own.roughness, reflectance);
+        self.specular = display_color(specular);
+        self.shininess = shininess;
+        self.physical = Some(own);
+        self
+    }
 
     /// The number of diffuse colors.
     pub fn diffuse_count(&self) -> usize {
         match self.diffuse {
             Diffuse::Colors(c) => c.len(),
             Diffuse::Packed(p) => p.len(),
+            Diffuse::Rgba(c) => c.len(),
         }
     }
 
@@ -111,6 +196,7 @@ impl MaterialElement<'_> {
         match self.diffuse {
             Diffuse::Colors(c) => c.at(index),
             Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).0,
+            Diffuse::Rgba(c) => c[index.min(c.len() - 1)].truncate(),
         }
     }
 
@@ -119,6 +205,7 @@ impl MaterialElement<'_> {
         match self.diffuse {
             Diffuse::Colors(_) => self.transparency.at(index),
             Diffuse::Packed(p) => unpack(p[index.min(p.len() - 1)]).1,
+            Diffuse::Rgba(c) => 1.0 - c[index.min(c.len() - 1)].w,
         }
     }
 }
@@ -451,6 +538,32 @@ pub enum TextureModel {
     /// replace the diffuse color before lighting, gray levels multiply it, and alpha replaces the
     /// transparency.
     Diffuse,
+    /// The texture multiplies the color of the material before lighting, and its opacity, as in X3D
+    /// 4 and glTF.
+    Material,
+}
+
+/// What the opacity of a surface means: X3D 4's field `alphaMode`, which is glTF's.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum AlphaMode {
+    /// Light shines through what is not opaque.
+    #[default]
+    Blend,
+    /// Everything is opaque.
+    Opaque,
+    /// What has less opacity than this is not there, and the rest is opaque.
+    Mask(f32),
+}
+
+impl AlphaMode {
+    /// The opacity below which a surface is not there: infinite for one that is opaque.
+    pub fn least_opacity(self) -> f32 {
+        match self {
+            Self::Blend => f32::NEG_INFINITY,
+            Self::Mask(cutoff) => cutoff,
+            Self::Opaque => f32::INFINITY,
+        }
+    }
 }
 
 /// The current texture. Its image is decoded only if a picture needs it.
@@ -470,6 +583,8 @@ pub struct TextureElement<'a> {
     pub repeat_s: bool,
     /// Whether the texture repeats along its height.
     pub repeat_t: bool,
+    /// What its opacity means.
+    pub alpha: AlphaMode,
 }
 
 /// The texture elements of a `TextureUnit` other than the first (Coin).

@@ -20,7 +20,7 @@ pub struct Point<'a> {
     pub normal: Vec3,
     /// Whether the ray hit the front.
     pub front: bool,
-    /// The diffuse color. It includes a texture of the model [`TextureModel::Diffuse`] only.
+    /// The diffuse color. It includes a texture only if that is part of the material.
     pub diffuse: Vec3,
     /// The fraction of light that is transmitted, including the texture's alpha.
     pub transparency: f32,
@@ -85,7 +85,7 @@ impl Point<'_> {
     /// Whether the texture determines the diffuse color.
     pub(crate) fn has_color_of_texture(&self) -> bool {
         let texture = self.surface.texture.as_ref();
-        texture.is_some_and(|texture| texture.model == TextureModel::Diffuse)
+        texture.is_some_and(|texture| is_part_of_material(texture.model))
     }
 
     /// Returns a ray from the point in a direction. It starts clear of the surface by the rounding
@@ -136,13 +136,13 @@ impl Point<'_> {
         let Some(texture) = &self.surface.texture else {
             return;
         };
-        if texture.model == TextureModel::Diffuse
+        if is_part_of_material(texture.model)
             && let Some(texel) = self.texel.take()
         {
-            self.diffuse = if texture.texture.has_color() {
-                texel.truncate()
-            } else {
-                self.diffuse * texel.truncate()
+            let replaces = texture.model == TextureModel::Diffuse && texture.texture.has_color();
+            self.diffuse = match replaces {
+                true => texel.truncate(),
+                false => self.diffuse * texel.truncate(),
             };
         }
     }
@@ -175,6 +175,11 @@ impl Point<'_> {
             None => color,
         }
     }
+}
+
+/// Whether a texture changes the diffuse color before lighting.
+fn is_part_of_material(model: TextureModel) -> bool {
+    matches!(model, TextureModel::Diffuse | TextureModel::Material)
 }
 
 /// Returns a coordinate of the origin of a ray that leaves a point toward a side, clear of the
@@ -405,7 +410,7 @@ impl TextureUse {
     fn on(&self, color: Vec3, texel: Vec4) -> Vec3 {
         let rgb = texel.truncate();
         match self.model {
-            TextureModel::Modulate | TextureModel::Diffuse => color * rgb,
+            TextureModel::Modulate | TextureModel::Diffuse | TextureModel::Material => color * rgb,
             TextureModel::Decal => color.lerp(rgb, texel.w),
             TextureModel::Blend => color * (Vec3::ONE - rgb) + self.blend_color * rgb,
             TextureModel::Replace => rgb,

@@ -3,6 +3,7 @@
 
 use std::sync::OnceLock;
 
+use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
     CLASSES, Class, class, geo_coordinate, geo_origin, geo_separator, texture_unit,
 };
@@ -11,7 +12,7 @@ use ivcam_inventor::traversal::geo::GeoSystem;
 use ivcam_inventor::traversal::state::UnitTexture;
 
 /// The classes by name, in all dialects, and what the picture lacks.
-const UNAPPLIED: [(&str, &str); 24] = [
+const UNAPPLIED: [(&str, &str); 30] = [
     ("BumpMap", "surfaces are drawn without bumps"),
     ("TextureCubeMap", "its texture is not drawn"),
     ("SceneTexture2", "its texture is not drawn"),
@@ -42,6 +43,15 @@ const UNAPPLIED: [(&str, &str); 24] = [
     ("GeoPositionInterpolator", "it moves nothing"),
     ("GeoViewpoint", "it is no camera"),
     ("NurbsPositionInterpolator", "it moves nothing"),
+    ("CoordinateDouble", "shapes with its points are not drawn"),
+    ("FogCoordinate", "fog depends on distances"),
+    (
+        "TextureCoordinateGenerator",
+        "textures are placed by the box of the shape",
+    ),
+    ("LineProperties", "lines are drawn as without it"),
+    ("PointProperties", "points are drawn as without it"),
+    ("FillProperties", "faces are drawn as without it"),
 ];
 
 /// Returns what the picture lacks because a node is not applied, if it lacks anything.
@@ -81,6 +91,37 @@ fn geo_system(node: NodeRef<'_>) -> Option<&[String]> {
     Some(node.get(field))
 }
 
+/// The fields of nodes of X3D that would change a picture, and what it lacks.
+const UNAPPLIED_FIELDS: [(&str, &str); 9] = [
+    ("normalTexture", "surfaces are drawn without bumps"),
+    ("occlusionTexture", "surfaces are drawn without it"),
+    ("emissiveTexture", "surfaces do not emit light by it"),
+    ("specularTexture", "highlights have one color"),
+    ("shininessTexture", "highlights have one size"),
+    ("ambientTexture", "ambient light has one color"),
+    ("metallicRoughnessTexture", "its means are used"),
+    (
+        "backMaterial",
+        "backs of faces have the material of the front",
+    ),
+    ("shaders", "shapes are shaded as without it"),
+];
+
+/// Returns what the picture lacks because of fields of a node of X3D: the field, and what is lacking.
+pub(super) fn unapplied_fields(
+    node: NodeRef<'_>,
+) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let is_used = move |name: &str| match node.value(name) {
+        Some(Value::Node(held)) => held.is_some(),
+        Some(Value::Nodes(list)) => !list.is_empty(),
+        _ => false,
+    };
+    // The texture of an unlit material is drawn.
+    let is_unlit = node.class_id() == Some(class::UNLIT_MATERIAL);
+    let fields = UNAPPLIED_FIELDS.into_iter();
+    fields.filter(move |(name, _)| is_used(name) && !(is_unlit && *name == "emissiveTexture"))
+}
+
 #[cfg(test)]
 mod tests {
     use ivcam_inventor::grammar::{Role, Treatment};
@@ -91,7 +132,8 @@ mod tests {
     use crate::scene::{CompileOptions, RenderScene};
 
     /// Classes whose nodes are kept and change no picture by themselves.
-    const ALONE: [&str; 22] = [
+    const ALONE: [&str; 23] = [
+        "TextureProperties",
         "AudioClip",
         "Sound",
         "ShadowCulling",
@@ -116,7 +158,8 @@ mod tests {
         "Path",
     ];
     /// Families of such classes: they hold data, move something, or answer to a user.
-    const WITHOUT_EFFECT: [&str; 9] = [
+    const WITHOUT_EFFECT: [&str; 10] = [
+        "X3DMetadata",
         "Engine",
         "Dragger",
         "InteractionKit",

@@ -14,12 +14,13 @@ use super::stated::StatedPlaces;
 use super::tokens::legal_name;
 use super::upgrade;
 use crate::grammar::value::{NodeId, Value};
-use crate::grammar::{self, ClassId, Dialect, FieldType, Treatment, class};
+use crate::grammar::{self, Class, ClassId, Dialect, FieldDecl, FieldType, Treatment, class};
 use crate::iv::declarations::Extension;
 use crate::iv::declared_fields::DeclaredFields;
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 use crate::iv::encoding::text;
 use crate::iv::limits::{Limits, beyond, cut_at};
+use crate::iv::x3d_names::in_vrml97;
 
 /// A field of a node's class, as it was found by name.
 #[derive(Clone, Copy)]
@@ -90,6 +91,9 @@ pub(super) struct Assembler<'d> {
     pub interfaces: HashMap<usize, InterfaceNames>,
     /// The number of open bodies of protos.
     pub in_protos: usize,
+    /// Whether the text that is read was made from the source, which has other offsets. A field of
+    /// nodes may then be stated repeatedly, each time with more nodes.
+    pub is_translated: bool,
     /// The values of fields that later versions do not have, for [`upgrade`].
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
 }
@@ -117,13 +121,14 @@ impl<'d> Assembler<'d> {
             stated: (NodeId(u32::MAX), StatedPlaces::default()),
             interfaces: HashMap::new(),
             in_protos: 0,
+            is_translated: false,
             old: Vec::new(),
         }
     }
 
     /// Finds a class by the name that a file uses. Classes that the file declares come first, then
-    /// those of its dialect, then those of any dialect. The prefix `So` of Inventor's C++ classes
-    /// and Coin's prefix `VRML` for VRML97 classes are accepted.
+    /// those of its dialect, then those of any dialect. The prefix `So` of Inventor's C++ classes,
+    /// Coin's prefix `VRML` for VRML97 classes and `X3D` for those of X3D are accepted.
     pub(super) fn class_named(&self, name: &str) -> Option<ClassRef> {
         if let Some(&extension) = self.declared.get(name) {
             return Some(ClassRef::Extension(extension));
@@ -138,9 +143,13 @@ impl<'d> Assembler<'d> {
                 grammar::by_name(name, self.header.dialect).or_else(|| grammar::any(name))?;
             (class.treatment != Treatment::Abstract).then_some(class.id)
         };
-        let vrml97 = |name: &str| {
-            let class = grammar::by_name(name.strip_prefix("VRML")?, Dialect::VRML97)?;
+        let prefixed = |name: &str, prefix: &str, dialect: u8| {
+            let class = grammar::by_name(name.strip_prefix(prefix)?, dialect)?;
             (class.treatment != Treatment::Abstract).then_some(class.id)
+        };
+        let vrml97 = |name: &str| {
+            let of_x3d = || prefixed(name, "X3D", Dialect::X3D);
+            prefixed(name, "VRML", Dialect::VRML97).or_else(of_x3d)
         };
         let bare = name
             .strip_prefix("So")
@@ -282,7 +291,7 @@ impl<'d> Assembler<'d> {
     /// Finds a field of a node by name.
     pub(super) fn slot(&self, node: NodeId, name: &str) -> Option<FieldSlot> {
         let found = match self.document.nodes[node.0 as usize].class {
-            ClassRef::Known(id) => match id.get().field(name) {
+            ClassRef::Known(id) => match self.field_of(id.get(), name) {
                 Some((i, decl)) => (i, decl.kind),
                 None => return upgrade::old_field(id, name).map(FieldSlot::Old),
             },
@@ -296,6 +305,31 @@ impl<'d> Assembler<'d> {
             index: found.0 as u16,
             kind: found.1,
         })
+    }
+
+    /// Finds a field of a class of the catalogue by the name in the file's dialect.
+    fn field_of(&self, class: &Class, name: &str) -> Option<(usize, &'static FieldDecl)> {
+        let own = match self.header.is_x3d() && class.is_vrml97() {
+            true => in_vrml97(class.name, name),
+            false => None,
+        };
+        let found = class.field(own.as_deref().unwrap_or(name));
+        found.filter(|(_, decl)| !(decl.x3d && self.header.is_vrml97()))
+    }
+
+    /// Returns the name in the catalogue of a field or event of a node.
+    pub(super) fn event_name(&self, node: NodeId, name: &str) -> Box<str> {
+        match self.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) if self.header.is_x3d() => in_vrml97(id.get().name, name),
+            _ => None,
+        }
+        .unwrap_or_else(|| name.into())
+    }
+
+    /// Returns the place of the entry of a field that the node states.
+    pub(super) fn entry_of(&self, node: NodeId, index: u16) -> Option<usize> {
+        let fields = &self.document.nodes[node.0 as usize].fields;
+        fields.iter().position(|field| field.index == index)
     }
 
     /// Returns the names of the values of an enumeration field.
@@ -383,6 +417,9 @@ impl<'d> Assembler<'d> {
 
     /// Returns the place of the first number in the text of a value that is NaN or infinite.
     fn first_not_finite(&self, value: Span) -> Option<Span> {
+        if self.is_translated {
+            return None;
+        }
         let bytes = &self.document.sources[usize::from(self.source)].bytes;
         let text = bytes.get(value.start as usize..value.end as usize)?;
         let ends = |b: &u8| b.is_ascii_whitespace() || b",[]{}".contains(b);

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use ivcam_base::diag::{Result, Source};
 
 use super::assemble::{Assembler, FileRead};
-use super::header::{self, Header};
-use super::{ascii, binary, upgrade};
+use super::header::{self, Encoding, Header};
+use super::{ascii, binary, formats, upgrade};
 use crate::iv::document::Document;
 use crate::iv::limits::Limits;
 
@@ -33,7 +33,7 @@ pub(super) fn read_into(
         document.format = header.words.clone();
     }
     let mut source = Source::new(name, bytes);
-    if header.binary {
+    if header.encoding.is_binary(&source.bytes) {
         source = source.into_binary();
     }
     let source = Arc::new(source);
@@ -43,11 +43,21 @@ pub(super) fn read_into(
     }
     let first_node = document.nodes.len();
     document.sources.push(source.clone());
+    if header.multiplies_textures() {
+        document
+            .multiplying
+            .insert(document.sources.len() as u16 - 1);
+    }
+    let encoding = header.encoding;
     let mut assembler = Assembler::new(document, header, limits, read_into);
-    let roots = if source.binary {
-        binary::read(&mut assembler, &source.bytes)
-    } else {
-        ascii::read(&mut assembler, &source.bytes)
+    let roots = match encoding {
+        Encoding::Text => ascii::read(&mut assembler, &source.bytes),
+        Encoding::Binary => binary::read(&mut assembler, &source.bytes),
+        Encoding::Xml => formats::x3d::read(&mut assembler, &source.bytes),
+        Encoding::Obj => formats::obj::read(&mut assembler, &source.bytes),
+        Encoding::Ply => formats::ply::read(&mut assembler, &source.bytes),
+        Encoding::Stl => formats::stl::read(&mut assembler, &source.bytes),
+        Encoding::Gltf => formats::gltf::read(&mut assembler, &source.bytes),
     };
     let old = std::mem::take(&mut assembler.old);
     let header = assembler.header.clone();

@@ -15,6 +15,38 @@ use super::syntax_error::{Parsed, SyntaxError};
 use crate::grammar::Dialect;
 use crate::iv::limits::Limits;
 
+/// The form in which a file states a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    /// The text of Inventor, VRML, and X3D's classic encoding.
+    Text,
+    /// Inventor's binary form.
+    Binary,
+    /// X3D in XML.
+    Xml,
+    /// Wavefront's OBJ.
+    Obj,
+    /// PLY.
+    Ply,
+    /// STL, as text or binary.
+    Stl,
+    /// glTF 2.0, as JSON or binary.
+    Gltf,
+}
+
+impl Encoding {
+    /// Whether the file is not text, so that messages quote no lines.
+    pub(super) fn is_binary(self, bytes: &[u8]) -> bool {
+        match self {
+            Self::Text | Self::Xml | Self::Obj => false,
+            Self::Binary => true,
+            Self::Ply => !ply_is_text(bytes),
+            Self::Stl => !stl_is_text(bytes),
+            Self::Gltf => bytes.starts_with(b"glTF"),
+        }
+    }
+}
+
 /// The content of the first line of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Header {
@@ -22,8 +54,8 @@ pub(super) struct Header {
     pub dialect: u8,
     /// The major and minor version of the format.
     pub version: (u8, u8),
-    /// Whether the file is binary.
-    pub binary: bool,
+    /// The form of the rest of the file.
+    pub encoding: Encoding,
     /// The format as the header states it, such as `Inventor V2.1 ascii`.
     pub words: String,
     /// The number of bytes up to the end of the line, with the line ending.
@@ -36,7 +68,7 @@ impl Header {
         Self {
             dialect: Dialect::IV2 | Dialect::COIN,
             version: (2, 1),
-            binary: false,
+            encoding: Encoding::Text,
             words: "Inventor V2.1 ascii".into(),
             length: 0,
         }
@@ -47,8 +79,19 @@ impl Header {
         Self {
             dialect: Dialect::VRML97,
             version: (2, 0),
-            binary: false,
+            encoding: Encoding::Text,
             words: "VRML V2.0 utf8".into(),
+            length: 0,
+        }
+    }
+
+    /// Returns the header of a format whose scenes become nodes of X3D.
+    pub(super) fn of_nodes(encoding: Encoding, version: (u8, u8), words: String) -> Self {
+        Self {
+            dialect: Dialect::VRML97 | Dialect::X3D,
+            version,
+            encoding,
+            words,
             length: 0,
         }
     }
@@ -58,22 +101,36 @@ impl Header {
         self.dialect == Dialect::VRML97
     }
 
-    /// Parses the first line.
+    /// Returns whether the file is X3D, or of a format whose scenes become nodes of X3D.
+    pub(super) fn is_x3d(&self) -> bool {
+        self.dialect & Dialect::X3D != 0
+    }
+
+    /// Returns whether a texture multiplies the color of a material, as in X3D 4 and glTF, and does
+    /// not replace it.
+    pub(super) fn multiplies_textures(&self) -> bool {
+        self.is_x3d() && self.version >= (4, 0)
+    }
+
+    /// Finds the format of a file by its first bytes.
     ///
     /// # Errors
-    /// Returns an error if the line is not the header of a supported format. The message quotes the
-    /// beginning of the file.
+    /// Returns an error if the bytes do not begin a file of a supported format. The message quotes
+    /// the beginning of the file.
     pub(super) fn parse(bytes: &[u8], name: &str) -> Result<Self> {
         let start = before(bytes).map_or(bytes, |(start, _)| start);
         match first_line(start) {
             Ok((rest, ((dialect, version), binary, words))) => Ok(Self {
                 dialect,
                 version,
-                binary,
+                encoding: match binary {
+                    true => Encoding::Binary,
+                    false => Encoding::Text,
+                },
                 words,
                 length: bytes.len() - rest.len(),
             }),
-            Err(_) => Err(unknown_header(name, start)),
+            Err(_) => other_format(bytes).ok_or_else(|| unknown_header(name, start)),
         }
     }
 }
@@ -108,8 +165,123 @@ fn language(input: &[u8]) -> Parsed<'_, HeaderLanguage> {
         value((Dialect::IV2, (2, 1)), pair(name("Inventor"), word)),
         value((Dialect::VRML1, (1, 0)), pair(name("VRML"), name("V1.0"))),
         value((Dialect::VRML97, (2, 0)), pair(name("VRML"), name("V2.0"))),
+        preceded(name("X3D"), word).map(|word| {
+            let version = std::str::from_utf8(word).unwrap_or_default();
+            (Dialect::VRML97 | Dialect::X3D, x3d_version(version))
+        }),
     ))
     .parse(input)
+}
+
+/// Returns a version such as `V3.3` or `4.0`, or 3.0 if it is none.
+fn x3d_version(text: &str) -> (u8, u8) {
+    let numbers = text.trim_start_matches('V').split_once('.');
+    let parsed =
+        numbers.and_then(|(major, minor)| Some((major.parse().ok()?, minor.parse().ok()?)));
+    parsed.unwrap_or((3, 0))
+}
+
+/// The number of bytes at the beginning of a file among which its format is searched.
+const HEAD: usize = 8192;
+
+/// The names of lists of glTF, of which the beginning of a file has one.
+const GLTF_LISTS: [&[u8]; 6] = [
+    b"\"asset\"",
+    b"\"accessors\"",
+    b"\"animations\"",
+    b"\"bufferViews\"",
+    b"\"meshes\"",
+    b"\"nodes\"",
+];
+
+/// Returns the header of a file of a format without a first line of its own, by its first bytes.
+fn other_format(bytes: &[u8]) -> Option<Header> {
+    let new = Header::of_nodes;
+    let head = &bytes[..bytes.len().min(HEAD)];
+    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(head);
+    let start = head.trim_ascii_start();
+    let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
+    if bytes.starts_with(b"glTF") {
+        return Some(new(Encoding::Gltf, (4, 0), "glTF 2.0 binary".into()));
+    }
+    if start.starts_with(b"ply") && start.get(3).is_some_and(u8::is_ascii_whitespace) {
+        return Some(new(Encoding::Ply, (4, 0), "PLY 1.0".into()));
+    }
+    if start.starts_with(b"<") && (has(b"<X3D") || has(b"<Scene")) {
+        let version = attribute(head, b"<X3D", b"version")
+            .map(x3d_version)
+            .unwrap_or((3, 0));
+        let words = format!("X3D V{}.{} XML", version.0, version.1);
+        return Some(new(Encoding::Xml, version, words));
+    }
+    if start.starts_with(b"{") && GLTF_LISTS.iter().any(|name| has(name)) {
+        return Some(new(Encoding::Gltf, (4, 0), "glTF 2.0".into()));
+    }
+    if stl_is_text(bytes) || stl_is_binary(bytes) {
+        return Some(new(Encoding::Stl, (4, 0), "STL".into()));
+    }
+    is_obj(head).then(|| new(Encoding::Obj, (4, 0), "OBJ".into()))
+}
+
+/// Returns the value of an attribute of the first element that begins with `tag`.
+fn attribute<'a>(head: &'a [u8], tag: &[u8], name: &[u8]) -> Option<&'a str> {
+    let text = std::str::from_utf8(&head[find(head, tag)?..]).ok()?;
+    let element = text.split('>').next()?;
+    let at = find(element.as_bytes(), name)?;
+    let value = element[at + name.len()..]
+        .trim_start()
+        .strip_prefix('=')?
+        .trim_start();
+    let quote = value.chars().next()?;
+    value[1..].split(quote).next()
+}
+
+fn find(text: &[u8], word: &[u8]) -> Option<usize> {
+    text.windows(word.len()).position(|window| window == word)
+}
+
+/// Returns whether a PLY file states its elements as text.
+fn ply_is_text(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(HEAD)];
+    let mut lines = head.split(|&b| is_line_end(b)).map(<[u8]>::trim_ascii);
+    lines.any(|line| line.starts_with(b"format ascii"))
+}
+
+/// Returns whether an STL file is text. Binary files may begin with `solid` too.
+pub(super) fn stl_is_text(bytes: &[u8]) -> bool {
+    let head = &bytes[..bytes.len().min(HEAD)];
+    let start = head.trim_ascii_start();
+    let is_solid = start.starts_with(b"solid") && !start.contains(&0);
+    is_solid && (find(start, b"facet").is_some() || find(start, b"endsolid").is_some())
+}
+
+/// Returns whether a file has the size that the number of triangles of a binary STL file states.
+fn stl_is_binary(bytes: &[u8]) -> bool {
+    let count = bytes.get(80..84).and_then(|n| n.try_into().ok());
+    let count = count.map(|n| u64::from(u32::from_le_bytes(n)));
+    count.is_some_and(|count| count > 0 && bytes.len() as u64 == 84 + 50 * count)
+}
+
+/// Returns whether the first lines are those of an OBJ file: comments and statements, of which one
+/// has a material library, a material, a name, or a point.
+fn is_obj(head: &[u8]) -> bool {
+    const NAMES: [&[u8]; 5] = [b"mtllib", b"usemtl", b"o", b"g", b"s"];
+    let mut lines = head.split(|&b| is_line_end(b)).map(<[u8]>::trim_ascii);
+    let mut first = lines
+        .by_ref()
+        .filter(|line| !line.is_empty() && line[0] != b'#');
+    let Some(line) = first.next() else {
+        return false;
+    };
+    let mut words = line
+        .split(u8::is_ascii_whitespace)
+        .filter(|word| !word.is_empty());
+    let keyword = words.next().unwrap_or_default();
+    let is_number = |word: &[u8]| std::str::from_utf8(word).is_ok_and(|w| w.parse::<f64>().is_ok());
+    match keyword {
+        b"v" | b"vn" | b"vt" => words.clone().count() >= 2 && words.all(is_number),
+        name => NAMES.contains(&name) && words.next().is_some(),
+    }
 }
 
 /// Parses the encoding, and returns whether it is binary.
@@ -141,8 +313,8 @@ fn is_line_end(byte: u8) -> bool {
 
 /// Returns the error for a file with an unknown header.
 fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
-    let expected =
-        "the first line should be `#Inventor V2.1 ascii`, `#VRML V2.0 utf8` or a similar header";
+    let expected = "Inventor, VRML, X3D, glTF, OBJ, PLY and STL are read; the first line of an Inventor file is \
+         `#Inventor V2.1 ascii` or similar";
     if start.is_empty() {
         return Diagnostic::error(format!("`{name}` is empty"))
             .in_file(name)
@@ -156,10 +328,9 @@ fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
         .take(40)
         .map(|c| if c.is_control() { '?' } else { c })
         .collect();
-    let message =
-        format!("`{name}` is neither an Inventor nor a VRML file: it begins with `{begins}`");
-    let help = if text.starts_with("#X3D") || text.starts_with("<?xml") {
-        "X3D is not supported; most tools that write it can also write VRML97"
+    let message = format!("`{name}` is no scene of a known format: it begins with `{begins}`");
+    let help = if text.starts_with('<') {
+        "of the formats in XML, X3D is read"
     } else {
         expected
     };

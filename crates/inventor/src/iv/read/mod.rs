@@ -11,7 +11,8 @@
 //! * `header`, `upgrade` and `assemble` resolve the names of classes and fields in each version of
 //!   the format, and assemble nodes;
 //! * `expand` and `cycles` complete a document: they expand protos and remove cycles;
-//! * `ascii` and `binary` read the nodes of one file;
+//! * `ascii` and `binary` read the nodes of one file, and `formats` makes nodes from a file of
+//!   another format;
 //! * `file`, `inline` and `open` read whole files.
 
 mod ascii;
@@ -22,6 +23,7 @@ mod cycles;
 mod enum_names;
 mod expand;
 mod file;
+mod formats;
 mod header;
 mod inline;
 mod numbers;

@@ -15,6 +15,7 @@ use crate::grammar::{FieldType, class, path};
 use crate::iv::declarations::{Extension, Interface, Proto, Route};
 use crate::iv::document::{ClassRef, Document, FieldEntry};
 use crate::iv::encoding::text;
+use crate::iv::x3d_names::in_x3d;
 
 /// Writes a document as text.
 pub(super) fn write(document: &Document) -> Vec<u8> {
@@ -50,7 +51,10 @@ enum AsciiTask<'d> {
 /// The state of the text writer.
 struct Ascii<'d> {
     document: &'d Document,
+    /// Whether the classes are those of VRML97 and X3D, without a prefix.
     vrml97: bool,
+    /// Whether fields have the names of X3D.
+    x3d: bool,
     out: String,
     indent: usize,
     /// Whether this is the first of two passes, which only records the order of the nodes.
@@ -75,7 +79,8 @@ impl<'d> Ascii<'d> {
     fn new(document: &'d Document) -> Self {
         Self {
             document,
-            vrml97: document.is_vrml97(),
+            vrml97: document.is_vrml97() || document.is_x3d(),
+            x3d: document.is_x3d(),
             out: String::new(),
             indent: 0,
             dry: false,
@@ -91,16 +96,46 @@ impl<'d> Ascii<'d> {
 
     /// Writes the whole document and returns the file's bytes.
     fn document(mut self) -> Vec<u8> {
-        self.out.push_str(if self.vrml97 {
-            "#VRML V2.0 utf8\n\n"
-        } else {
-            "#Inventor V2.1 ascii\n\n"
-        });
+        match (self.x3d, self.vrml97) {
+            (true, _) => self.x3d_head(),
+            (false, true) => self.out.push_str("#VRML V2.0 utf8\n\n"),
+            (false, false) => self.out.push_str("#Inventor V2.1 ascii\n\n"),
+        }
         self.within = protos_by_body(self.document);
         self.protos_within(None);
         let roots = &self.document.roots;
         self.scope(roots, &self.document.stated_routes);
         self.out.into_bytes()
+    }
+
+    /// Writes the first lines of X3D's classic encoding.
+    fn x3d_head(&mut self) {
+        let version = match self.document.multiplying.contains(&0) {
+            true => "4.0",
+            false => "3.3",
+        };
+        let _ = writeln!(self.out, "#X3D V{version} utf8\nPROFILE Immersive");
+        for (name, content) in &self.document.meta {
+            let _ = writeln!(self.out, "META {} {}", quoted(name), quoted(content));
+        }
+        self.out.push('\n');
+    }
+
+    /// Returns the keyword for the access of an entry of an interface.
+    fn access(&self, interface: &Interface) -> &'static str {
+        match self.x3d {
+            true => interface.access.x3d_name(),
+            false => interface.access.name(),
+        }
+    }
+
+    /// Returns the name of a field or event of a node as the format has it.
+    fn name_of<'n>(&self, id: NodeId, name: &'n str) -> Cow<'n, str> {
+        let class = match self.document.nodes[id.0 as usize].class {
+            ClassRef::Known(class) if self.x3d && class.get().is_vrml97() => class.get().name,
+            _ => return Cow::Borrowed(name),
+        };
+        in_x3d(class, name).map_or(Cow::Borrowed(name), |name| Cow::Owned(name.into()))
     }
 
     /// Writes nodes and routes in a scope of names. It makes two passes, of which the first finds
@@ -149,7 +184,8 @@ impl<'d> Ascii<'d> {
         let _ = writeln!(
             self.out,
             "ROUTE {from}.{} TO {to}.{}",
-            route.output, route.input
+            self.name_of(route.from, &route.output),
+            self.name_of(route.to, &route.input)
         );
     }
 
@@ -248,6 +284,7 @@ impl<'d> Ascii<'d> {
         for (name, of) in self.links.get(&id).cloned().unwrap_or_default() {
             if !interface.iter().any(|i| *i.name == *name) {
                 self.start_line();
+                let name = self.name_of(id, name).into_owned();
                 self.put(&format!("{name} IS {of}\n"));
             }
         }
@@ -351,7 +388,7 @@ impl<'d> Ascii<'d> {
         self.start_line();
         let head = format!(
             "{} {} {}",
-            interface.access.name(),
+            self.access(interface),
             interface.kind.name(),
             interface.name
         );
@@ -388,7 +425,7 @@ impl<'d> Ascii<'d> {
     fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<AsciiTask<'d>>) {
         let node = &self.document.nodes[id.0 as usize];
         let name = described(self.document, node.class, node.fields[field].index).0;
-        self.put(name);
+        self.put(&self.name_of(id, name).into_owned());
         self.put(" ");
         self.value(id, field, tasks);
     }
@@ -508,7 +545,7 @@ impl<'d> Ascii<'d> {
             self.begin(dry);
             for interface in &proto.interface {
                 if proto.external {
-                    let (access, kind) = (interface.access.name(), interface.kind.name());
+                    let (access, kind) = (self.access(interface), interface.kind.name());
                     self.put(&format!("  {access} {kind} {}\n", interface.name));
                 } else {
                     self.run(vec![AsciiTask::Interface(proto.defaults, interface)]);

@@ -9,7 +9,8 @@ use crate::iv::document::Document;
 /// A format that [`Document::write`] can write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// The text format: VRML97 for a document that was read from VRML97, Inventor V2.1 otherwise.
+    /// The text format: VRML97 for a document that was read from VRML97, X3D's classic encoding for
+    /// one that was read as nodes of X3D, Inventor V2.1 otherwise.
     Ascii,
     /// Inventor V2.1 binary. The format has no protos, so they are written expanded. It has no
     /// routes and no script interfaces, so they are left out.
@@ -30,6 +31,8 @@ impl Document {
     pub fn written_endings(&self, format: Format) -> &'static [&'static str] {
         if format == Format::Ascii && self.is_vrml97() {
             &["wrl", "vrml"]
+        } else if format == Format::Ascii && self.is_x3d() {
+            &["x3dv"]
         } else {
             &["iv"]
         }
@@ -83,5 +86,17 @@ impl Document {
     /// Returns whether the file was VRML97.
     pub fn is_vrml97(&self) -> bool {
         self.format.starts_with("VRML V2.0")
+    }
+
+    /// Returns whether textures of the file multiply the color of a material, as in X3D 4 and glTF.
+    pub fn multiplies_textures(&self) -> bool {
+        self.multiplying.contains(&0)
+    }
+
+    /// Returns whether the file was X3D, or of a format that is read as nodes of X3D: glTF, OBJ,
+    /// PLY or STL.
+    pub fn is_x3d(&self) -> bool {
+        let formats = ["X3D", "glTF", "OBJ", "PLY", "STL"];
+        formats.iter().any(|format| self.format.starts_with(format))
     }
 }

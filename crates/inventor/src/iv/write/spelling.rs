@@ -8,11 +8,14 @@ use crate::grammar::{Dialect, FieldType};
 use crate::iv::document::{ClassRef, Document};
 
 /// Returns the name to write for a class. In an Inventor file a VRML97 class has the prefix `VRML`,
-/// as in Coin.
+/// as in Coin, and a class of X3D the prefix `X3D`.
 pub(super) fn class_name(document: &Document, class: ClassRef, vrml97: bool) -> String {
     match class {
         ClassRef::Known(id) if id.get().dialects == Dialect::VRML97 && !vrml97 => {
             format!("VRML{}", id.get().name)
+        }
+        ClassRef::Known(id) if id.get().dialects == Dialect::X3D && !vrml97 => {
+            format!("X3D{}", id.get().name)
         }
         ClassRef::Known(id) => id.get().name.into(),
         ClassRef::Extension(i) => {

@@ -3,8 +3,8 @@
 use glam::{DVec3, Vec3};
 
 use crate::grammar::{
-    Class, Role, class, directional_light, light, point_light, spot_light, vrml97_point_light,
-    vrml97_spot_light,
+    Class, Role, class, directional_light, light, point_light, spot_light, vrml_light,
+    vrml97_point_light, vrml97_spot_light,
 };
 use crate::iv::NodeRef;
 use crate::traversal::state::{LightElement, LightKind, State};
@@ -15,9 +15,10 @@ pub(in crate::traversal) enum LightReach {
     /// On the shapes that follow it, up to the end of the separator: Inventor's lights.
     Following,
     /// On the siblings of the node and all that is below them, also on those before it: VRML97's
-    /// `DirectionalLight` (4.6.6, 6.16).
+    /// `DirectionalLight` (4.6.6, 6.16), and lights of X3D whose field `global` is `FALSE`.
     Group,
-    /// On the whole scene within its radius: VRML97's `PointLight` and `SpotLight` (4.6.6).
+    /// On the whole scene within its radius: VRML97's `PointLight` and `SpotLight` (4.6.6), and
+    /// lights of X3D whose field `global` is `TRUE`.
     Scene,
 }
 
@@ -26,8 +27,8 @@ pub(in crate::traversal) fn reach(node: NodeRef<'_>) -> Option<LightReach> {
     let class = node.known_class().filter(|c| c.role == Role::Light)?;
     Some(match class.id {
         _ if !class.is_vrml97() => LightReach::Following,
-        class::VRML97_DIRECTIONAL_LIGHT => LightReach::Group,
-        _ => LightReach::Scene,
+        _ if node.get(vrml_light::GLOBAL) => LightReach::Scene,
+        _ => LightReach::Group,
     })
 }
 

@@ -10,7 +10,9 @@ use crate::grammar::{
     texture_unit, texture2, texture2_transform, texture3, texture3_transform,
 };
 use crate::iv::NodeRef;
-use crate::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel, Wrapping};
+use crate::traversal::state::{
+    AlphaMode, State, TextureCoordinates, TextureElement, TextureModel, Wrapping,
+};
 
 /// Applies a `TextureUnit`.
 pub(super) fn unit<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
@@ -32,6 +34,7 @@ pub(super) fn texture<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         repeat_s: repeats(texture::WRAP_S),
         repeat_t: repeats(texture::WRAP_T),
         repeat_r: repeats(texture3::WRAP_R),
+        alpha: AlphaMode::Blend,
         quality: state.complexity.texture_quality,
     });
 }

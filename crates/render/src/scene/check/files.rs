@@ -6,7 +6,10 @@ use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::platform::real_path;
 
 /// The file name extensions of scene files.
-const ENDINGS: [&str; 6] = [".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml"];
+const ENDINGS: [&str; 16] = [
+    ".iv", ".wrl", ".iv.gz", ".wrl.gz", ".wrz", ".vrml", ".x3d", ".x3dv", ".x3d.gz", ".x3dz",
+    ".x3dv.gz", ".gltf", ".glb", ".obj", ".ply", ".stl",
+];
 
 /// Returns the name of a scene file without its ending.
 pub fn without_ending(name: &str) -> &str {

@@ -26,6 +26,17 @@ const INCLUDED: [FileField; 2] = [
     FileField::Several(inline::URL),
 ];
 
+/// Returns a name, of which only the beginning if it is a URI with the bytes of a file.
+fn shortened(name: &str) -> String {
+    match name
+        .get(..5)
+        .is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
+    {
+        true => name.chars().take(40).chain(['…']).collect(),
+        false => name.to_owned(),
+    }
+}
+
 /// Returns the files that nodes name and that cannot be read. They are included scenes, which
 /// reading the document has reported, and textures, which it has not opened.
 pub(super) fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing> {
@@ -69,7 +80,7 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<
             if let Err(diagnostic) = files.of_fields(node, fields, &mut memory) {
                 let name = fields.iter().flat_map(|field| field.names(node)).next();
                 missing.push(Missing {
-                    name: name.unwrap_or_default().to_owned(),
+                    name: shortened(name.unwrap_or_default()),
                     outside: diagnostic.kind == ErrorKind::OutsideFolder,
                     diagnostic: Some(diagnostic.at_most(Severity::Warning)),
                 });

@@ -4,17 +4,17 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Mat4, Vec3, Vec4};
-use ivcam_inventor::grammar::class;
+use ivcam_inventor::grammar::{class, image_texture, texture_properties};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::state::{
-    DrawStyle, DrawStyleElement, Language, LightElement, State, TextureCoordinates, TextureElement,
-    TextureModel,
+    AlphaMode, DrawStyle, DrawStyleElement, Language, LightElement, State, TextureCoordinates,
+    TextureElement, TextureModel,
 };
 
 use super::scene_builder::SceneBuilder;
 use crate::scene::looks::{
-    CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, Repeat, Surface,
-    Texture, TextureFiles, TextureUse,
+    CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, PhysicalSurface,
+    Repeat, Surface, Texture, TextureFiles, TextureUse,
 };
 use crate::scene::options::{ColorCoding, TextureFilter};
 
@@ -23,8 +23,9 @@ use crate::scene::options::{ColorCoding, TextureFilter};
 pub(super) struct Shared {
     /// The sets of lights.
     pub lights: LightTree,
-    /// The textures that were decoded, by node; `None` if that failed.
-    pub decoded: HashMap<NodeId, Option<Arc<Texture>>>,
+    /// The textures that were decoded, by node and the bits of the opacity below which they are
+    /// transparent; `None` if that failed.
+    pub decoded: HashMap<(NodeId, u32), Option<Arc<Texture>>>,
     /// The textures by file.
     pub files: TextureFiles,
 }
@@ -35,6 +36,17 @@ const SMALL_PIXEL_TEXTURE: usize = 8;
 impl SceneBuilder {
     /// Returns the surface of a shape that begins.
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
+        let with_factors;
+        let state = match self.factors(node, state) {
+            Some([roughness, metallic]) => {
+                with_factors = State {
+                    material: state.material.with_factors(roughness, metallic),
+                    ..state.clone()
+                };
+                &with_factors
+            }
+            None => state,
+        };
         let m = &state.material;
         let MaterialColors {
             diffuse,
@@ -66,6 +78,7 @@ impl SceneBuilder {
             shininess: m.shininess,
             transparency,
             refraction: m.refraction,
+            physical: PhysicalSurface::of(m),
             base_color: state.base_color,
             local_viewer: state.language == Language::Vrml97,
             two_sided: state.hints.two_sided(),
@@ -124,17 +137,7 @@ impl SceneBuilder {
         if element.quality <= 0.0 {
             return None; // quality 0 turns textures off in Inventor
         }
-        let id = element.node.id;
-        if !self.shared.decoded.contains_key(&id) {
-            let read = self.shared.files.of_node(element.node, &mut self.memory);
-            let decoded = read.unwrap_or_else(|diagnostic| {
-                self.reports.add(*diagnostic);
-                None
-            });
-            self.scene.census.textures += u64::from(decoded.is_some());
-            self.shared.decoded.insert(id, decoded);
-        }
-        let texture = self.shared.decoded.get(&id)?.clone()?;
+        let texture = self.decoded(element.node, element.alpha)?;
         Some(TextureUse {
             model: element.model,
             blend_color: self.options.colors.light(element.blend_color),
@@ -151,11 +154,47 @@ impl SceneBuilder {
         })
     }
 
+    /// Returns the texture of a node, which is decoded at its first use, with one meaning of its
+    /// opacity.
+    fn decoded(&mut self, node: NodeRef<'_>, alpha: AlphaMode) -> Option<Arc<Texture>> {
+        let key = (node.id, alpha.least_opacity().to_bits());
+        if let Some(known) = self.shared.decoded.get(&key) {
+            return known.clone();
+        }
+        let read = self.shared.files.of_node(node, &mut self.memory);
+        let decoded = read.unwrap_or_else(|diagnostic| {
+            self.reports.add(*diagnostic);
+            None
+        });
+        let decoded = match decoded {
+            Some(texture) if alpha != AlphaMode::Blend && texture.has_alpha() => {
+                let taken = self.memory.take("a texture without alpha", texture.bytes());
+                taken.is_ok().then(|| Arc::new(texture.with_alpha(alpha)))
+            }
+            decoded => decoded,
+        };
+        self.scene.census.textures += u64::from(decoded.is_some());
+        self.shared.decoded.insert(key, decoded.clone());
+        decoded
+    }
+
+    /// Returns the factors of roughness and metal of a physical material that a texture states: the
+    /// means of their squares and of their values.
+    fn factors(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Option<[f32; 2]> {
+        let id = state.material.physical?.factors?;
+        if !self.options.needs.textures {
+            return None;
+        }
+        let texture = self.decoded(node.document.node(id), AlphaMode::Opaque)?;
+        Some(texture.metallic_roughness())
+    }
+
     /// Returns the filter of a texture. An author states the texels of a small `PixelTexture` one
     /// by one, as squares of color.
     fn filter(&self, element: &TextureElement<'_>, texture: &Texture) -> TextureFilter {
         let is_small = texture.width.max(texture.height) <= SMALL_PIXEL_TEXTURE;
         let is_drawn = element.node.class_id() == Some(class::PIXEL_TEXTURE) && is_small;
+        let is_drawn = is_drawn || states_nearest(element.node);
         let usual = || match is_drawn {
             true => TextureFilter::Nearest,
             false => TextureFilter::of(element.quality),
@@ -220,6 +259,14 @@ impl SceneBuilder {
         self.shape.uses.coordinates = true;
         self.scene.census.transparent = true;
     }
+}
+
+/// Whether X3D's `TextureProperties` of a texture ask for its nearest texel.
+fn states_nearest(texture: NodeRef<'_>) -> bool {
+    let properties = texture.get_node(image_texture::TEXTURE_PROPERTIES);
+    properties.is_some_and(|properties| {
+        properties.get(texture_properties::MAGNIFICATION_FILTER) == "NEAREST_PIXEL"
+    })
 }
 
 /// Returns the layer of a shape: 0 if a polygon offset moves it back, 2 if it moves it forward,

@@ -61,6 +61,7 @@ impl Compiler<'_> {
             shininess: 0.0,
             transparency: vec![0.0],
             refraction: 1.0,
+            physical: None,
             local_viewer: false,
             base_color: false,
             two_sided: false,

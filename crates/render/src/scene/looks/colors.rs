@@ -19,7 +19,7 @@ impl MaterialColors {
     pub(crate) fn of(state: &State<'_>) -> Self {
         let m = &state.material;
         let (mut diffuse, mut transparency) = match m.diffuse {
-            Diffuse::Packed(_) => {
+            Diffuse::Packed(_) | Diffuse::Rgba(_) => {
                 let n = m.diffuse_count();
                 (
                     (0..n).map(|i| m.diffuse_at(i)).collect::<Vec<_>>(),
@@ -37,9 +37,12 @@ impl MaterialColors {
             diffuse.truncate(1);
             transparency.truncate(1);
         }
+        for color in &mut diffuse {
+            *color = m.shown(*color);
+        }
         for t in &mut transparency {
             *t = if t.is_finite() {
-                t.clamp(0.0, 1.0)
+                m.seen_transparency(t.clamp(0.0, 1.0))
             } else {
                 0.0
             };

@@ -16,7 +16,9 @@ pub use light::{IncidentLight, Light, SHADOW_END};
 pub(crate) use light_sets::LightSets;
 pub(in crate::scene) use light_sets::LightTree;
 pub use surface::Surface;
-pub(crate) use surface::{CornerNormals, FurtherTexture, Mapping, TextureUse, between};
+pub(crate) use surface::{
+    CornerNormals, FurtherTexture, Mapping, PhysicalSurface, TextureUse, between,
+};
 pub(crate) use texture::{Repeat, Texture};
 pub use texture_files::components;
 pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles};

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use ivcam_inventor::traversal::state::{EnvironmentElement, TextureModel};
+use ivcam_inventor::traversal::state::{
+    EnvironmentElement, MaterialElement, PhysicalElement, TextureModel,
+};
 
 use super::texture::{Repeat, Texture};
 use crate::scene::options::TextureFilter;
@@ -147,6 +149,36 @@ impl CornerNormals {
     }
 }
 
+/// The physical material of a surface, whose other values are those of Phong's model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PhysicalSurface {
+    /// How much of a metal it is, from 0 to 1.
+    pub(crate) metallic: f32,
+    /// The α of GGX.
+    pub(crate) alpha: f32,
+    /// The reflectance at normal incidence of the part that is no metal.
+    pub(crate) dielectric: Vec3,
+}
+
+impl PhysicalSurface {
+    /// The physical material of a shape's material.
+    pub(crate) fn of(material: &MaterialElement<'_>) -> Option<Self> {
+        material.physical.map(|own| Self {
+            metallic: own.metallic,
+            alpha: own.roughness * own.roughness,
+            dielectric: own.dielectric,
+        })
+    }
+
+    /// Returns the reflectances of the matte part and of the microfacets, from Phong's diffuse color
+    /// of the surface.
+    pub(crate) fn reflectances(self, diffuse: Vec3) -> (Vec3, Vec3) {
+        let base = (diffuse / PhysicalElement::diffuse_share(self.metallic)).min(Vec3::ONE);
+        let specular = self.dielectric.lerp(base, self.metallic);
+        (base * (1.0 - self.metallic), specular)
+    }
+}
+
 /// The surface of a shape: values that all its primitives share, and lists of values by triangle.
 #[derive(Clone, Debug)]
 pub struct Surface {
@@ -168,6 +200,8 @@ pub struct Surface {
     pub transparency: Vec<f32>,
     /// The index of refraction of the inside relative to the outside.
     pub refraction: f32,
+    /// The physical material, if it is one.
+    pub(crate) physical: Option<PhysicalSurface>,
     /// Whether the surface shows its diffuse color without lighting.
     pub base_color: bool,
     /// Whether a highlight depends on the viewer's position, as in VRML97, and not only on the
@@ -226,6 +260,7 @@ impl Surface {
             && numbers(self) == numbers(other)
             && sides(self) == sides(other)
             && kinds(self) == kinds(other)
+            && self.physical == other.physical
             && lists(self) == lists(other)
     }
 

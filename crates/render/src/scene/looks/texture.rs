@@ -4,6 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_inventor::grammar::value::Image;
+use ivcam_inventor::traversal::state::AlphaMode;
 use ivcam_optics::picture::{Raster, Samples};
 
 use crate::scene::options::TextureFilter;
@@ -138,7 +139,7 @@ impl Texture {
 
     /// The memory in bytes that the texture takes with its smaller versions. An image in the scene
     /// is that of the document.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(in crate::scene) fn bytes(&self) -> u64 {
         let (components, _) = self.stored();
         let texels = (self.width * self.height * components) as u64;
         let own = match self.texels {
@@ -147,6 +148,48 @@ impl Texture {
         };
         let deeper: u64 = self.deeper.iter().map(Self::bytes).sum();
         own + texels / 3 + deeper
+    }
+
+    /// Returns the texture with another meaning of its opacity: without it, or with texels that are
+    /// there or not.
+    pub(in crate::scene) fn with_alpha(&self, mode: AlphaMode) -> Self {
+        let (stored, texels) = self.stored();
+        let components = match mode {
+            AlphaMode::Opaque => self.components - 1,
+            AlphaMode::Blend | AlphaMode::Mask(_) => self.components,
+        };
+        let texels = texels
+            .chunks_exact(stored)
+            .map(rgba)
+            .flat_map(|[r, g, b, a]| {
+                let a = match mode {
+                    AlphaMode::Mask(cutoff) if f32::from(a) < 255.0 * cutoff => 0,
+                    AlphaMode::Mask(_) | AlphaMode::Opaque => 255,
+                    AlphaMode::Blend => a,
+                };
+                let all = match components {
+                    1 | 2 => [r, a, 0, 0],
+                    _ => [r, g, b, a],
+                };
+                all.into_iter().take(components)
+            });
+        Self::new(self.width, self.height, components, texels.collect())
+    }
+
+    /// Returns the factors of roughness and of metal in glTF's texture of both: the root of the mean
+    /// square of green, because the square is GGX's α, and the mean of blue.
+    pub(in crate::scene) fn metallic_roughness(&self) -> [f32; 2] {
+        let (mut squares, mut metals, mut count) = (0u64, 0u64, 0u64);
+        for [_, green, blue, _] in self.rows().flatten() {
+            squares += u64::from(green) * u64::from(green);
+            metals += u64::from(blue);
+            count += 1;
+        }
+        let mean = |sum: u64| sum as f64 / count.max(1) as f64;
+        [
+            (mean(squares).sqrt() / 255.0) as f32,
+            (mean(metals) / 255.0) as f32,
+        ]
     }
 
     /// Whether the texture has an alpha component.

@@ -183,7 +183,10 @@ impl TextureFiles {
             }
         };
         self.read.insert(name, texture.clone());
-        self.named.insert(key, texture.clone());
+        // A URI with the bytes of a picture is as long as the picture.
+        if key.1.len() < 4096 {
+            self.named.insert(key, texture.clone());
+        }
         Ok(texture)
     }
 

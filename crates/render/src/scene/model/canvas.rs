@@ -295,13 +295,13 @@ impl Canvas for MeshCanvas {
         self.ignores_draw_style
     }
 
-    fn begin(&mut self, _node: NodeRef<'_>, state: &State<'_>) {
+    fn begin(&mut self, node: NodeRef<'_>, state: &State<'_>) {
         self.placement = self.placement.moved_to(state.world_from_object);
         self.object = self.placement;
         self.moved = None;
         let reports = &mut self.reports;
         let mut report = |d: Box<Diagnostic>| reports.add(*d);
-        let (surface, mut features) = Surface::of(state, &mut self.images, &mut report);
+        let (surface, mut features) = Surface::of(state, &mut self.images, &mut report, node);
         let drawing = if self.ignores_draw_style {
             DrawStyleElement::DEFAULT
         } else {

@@ -2,6 +2,7 @@
 
 use glam::{Affine2, Vec3};
 
+use ivcam_inventor::traversal::state::PhysicalElement;
 pub use ivcam_inventor::traversal::state::TextureModel;
 
 /// The material of a shape. Colors are those of the file, from 0 to 1, as a screen shows them.
@@ -19,12 +20,32 @@ pub struct Material {
     pub shininess: f32,
     /// The transparency from 0 to 1. A mesh with colors replaces it.
     pub transparency: f32,
+    /// The physical material, if it is one. The other values are then those of Phong's model.
+    pub physical: Option<Physical>,
     /// Whether the diffuse color is shown without lighting.
     pub unlit: bool,
     /// Whether the backs of faces are visible.
     pub double_sided: bool,
     /// The texture, if there is one.
     pub texture: Option<Texture>,
+}
+
+/// How a surface reflects light by X3D's `PhysicalMaterial`, which is glTF's model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Physical {
+    /// How much of a metal the surface is, from 0 to 1.
+    pub metallic: f32,
+    /// The roughness from 0 to 1, whose square is the α of GGX.
+    pub roughness: f32,
+    /// The reflectance at normal incidence of the part that is no metal, in linear light.
+    pub dielectric: Vec3,
+}
+
+impl Physical {
+    /// The factor of the base color in the diffuse color, in linear light.
+    pub fn diffuse_share(&self) -> f32 {
+        PhysicalElement::diffuse_share(self.metallic)
+    }
 }
 
 /// The texture of a material.
@@ -55,6 +76,10 @@ impl Material {
         }
         key.extend([self.shininess, self.transparency].map(f32::to_bits));
         key.extend([self.unlit, self.double_sided].map(u32::from));
+        if let Some(own) = self.physical {
+            key.extend([own.metallic, own.roughness].map(f32::to_bits));
+            key.extend(own.dielectric.to_array().map(f32::to_bits));
+        }
         if let Some(texture) = &self.texture {
             key.push(texture.image as u32);
             key.push(texture.model as u32);

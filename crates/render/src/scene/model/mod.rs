@@ -38,7 +38,7 @@ mod weld;
 pub use feature::{Feature, Occurrence, Place};
 pub use image::Image;
 pub use lights::{Camera, Light, LightShape, Pose};
-pub use material::{Material, Texture, TextureModel};
+pub use material::{Material, Physical, Texture, TextureModel};
 pub use mesh::{Mesh, Primitives};
 pub use motion::{Motion, Sampling};
 pub use options::ModelOptions;

@@ -6,12 +6,14 @@ use std::sync::Arc;
 use glam::{Affine2, Mat4, Vec2, Vec3, Vec4};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryBudget;
-use ivcam_inventor::iv::NodeId;
-use ivcam_inventor::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
+use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::traversal::state::{
+    AlphaMode, State, TextureCoordinates, TextureElement, TextureModel,
+};
 
 use super::feature::Feature;
 use super::image::Image;
-use super::material::{Material, Texture};
+use super::material::{Material, Physical, Texture};
 use crate::scene::looks::{self, MaterialColors, TextureFiles};
 use crate::scene::options::CompileOptions;
 use crate::scene::options::TextureFilter;
@@ -29,8 +31,9 @@ pub(super) enum Mapping {
 #[derive(Debug)]
 pub(super) struct Images {
     pub list: Vec<Image>,
-    /// The texture of each node and the number of its picture; `None` if it cannot be decoded.
-    decoded: HashMap<NodeId, Option<(Arc<looks::Texture>, usize)>>,
+    /// The texture of each node and the number of its picture, with the bits of the opacity below
+    /// which it is transparent; `None` if it cannot be decoded.
+    decoded: HashMap<(NodeId, u32), Option<(Arc<looks::Texture>, usize)>>,
     /// The textures by file.
     files: TextureFiles,
     /// The memory that the model may use, with what is in use.
@@ -54,14 +57,19 @@ impl Images {
         element: &TextureElement<'_>,
         report: &mut dyn FnMut(Box<Diagnostic>),
     ) -> Option<(Arc<looks::Texture>, usize)> {
-        let id = element.node.id;
-        if !self.decoded.contains_key(&id) {
+        let key = (element.node.id, element.alpha.least_opacity().to_bits());
+        if !self.decoded.contains_key(&key) {
             let mut read = || -> Result<Option<(Arc<looks::Texture>, usize)>> {
                 let Some(texture) = self.files.of_node(element.node, &mut self.memory)? else {
                     return Ok(None);
                 };
                 let bytes = 4 * texture.width as u64 * texture.height as u64;
                 self.memory.take("a picture of the model", bytes)?;
+                let texture = match element.alpha {
+                    AlphaMode::Blend => texture,
+                    mode if texture.has_alpha() => Arc::new(texture.with_alpha(mode)),
+                    _ => texture,
+                };
                 let image = Image::of(&texture);
                 Ok(image.map(|image| (texture, self.add(image))))
             };
@@ -72,9 +80,25 @@ impl Images {
             std::mem::take(&mut self.files.notices)
                 .into_iter()
                 .for_each(&mut *report);
-            self.decoded.insert(id, numbered);
+            self.decoded.insert(key, numbered);
         }
-        self.decoded.get(&id)?.clone()
+        self.decoded.get(&key)?.clone()
+    }
+
+    /// Returns the factors of roughness and metal that a texture of a physical material states.
+    fn factors(
+        &mut self,
+        node: NodeRef<'_>,
+        state: &State<'_>,
+        report: &mut dyn FnMut(Box<Diagnostic>),
+    ) -> Option<[f32; 2]> {
+        let id = state.material.physical?.factors?;
+        let read = self.files.of_node(node.document.node(id), &mut self.memory);
+        let texture = read.unwrap_or_else(|diagnostic| {
+            report(diagnostic);
+            None
+        });
+        Some(texture?.metallic_roughness())
     }
 
     /// Returns the number of a picture, which is added unless the list has it.
@@ -103,8 +127,20 @@ impl Surface {
         state: &State<'_>,
         images: &mut Images,
         report: &mut dyn FnMut(Box<Diagnostic>),
+        node: NodeRef<'_>,
     ) -> (Self, Vec<Feature>) {
         let mut features = Vec::new();
+        let with_factors;
+        let state = match images.factors(node, state, report) {
+            Some([roughness, metallic]) => {
+                with_factors = State {
+                    material: state.material.with_factors(roughness, metallic),
+                    ..state.clone()
+                };
+                &with_factors
+            }
+            None => state,
+        };
         let colors = MaterialColors::of(state);
         let m = &state.material;
         let found = state
@@ -142,6 +178,11 @@ impl Surface {
             emissive: colors.emissive,
             shininess: m.shininess,
             transparency: colors.transparency[0],
+            physical: m.physical.map(|own| Physical {
+                metallic: own.metallic,
+                roughness: own.roughness,
+                dielectric: own.dielectric,
+            }),
             unlit: state.base_color,
             double_sided: !state.hints.culls(),
             texture: found.as_ref().map(|(element, (_, image))| Texture {

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use glam::{DMat4, DVec2, DVec3, Vec2, Vec3};
 use ivcam_inventor::grammar::{Field, image};
 use ivcam_inventor::iv::NodeRef;
-use ivcam_inventor::traversal::state::{State, TextureCoordinates, TextureElement, TextureModel};
+use ivcam_inventor::traversal::state::{
+    AlphaMode, State, TextureCoordinates, TextureElement, TextureModel,
+};
 
 use super::quad;
 use crate::geometry::Corner;
@@ -125,6 +127,7 @@ pub(super) fn prepare_image<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         repeat_s: false,
         repeat_t: false,
         repeat_r: false,
+        alpha: AlphaMode::Blend,
         quality: 0.1, // not interpolated, whatever the size in the node
     });
     state.further_textures = Arc::default();

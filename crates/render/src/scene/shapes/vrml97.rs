@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use ivcam_inventor::grammar::{
-    ClassId, Field, box_node, class, color, coordinate, elevation_grid, extrusion,
-    texture_coordinate, trimmed_surface, vrml97_cone, vrml97_cylinder,
+    ClassId, Field, box_node, class, color, color_rgba, coordinate, elevation_grid, extrusion,
+    multi_texture_coordinate, texture_coordinate, trimmed_surface, vrml97_cone, vrml97_cylinder,
     vrml97_indexed_face_set as faces97, vrml97_indexed_line_set, vrml97_normal,
     vrml97_nurbs_surface,
 };
@@ -18,7 +18,7 @@ use ivcam_inventor::traversal::state::{
 };
 
 use super::faces::{Indices, indexed_faces};
-use super::{lines, nurbs, solids, text};
+use super::{lines, nurbs, solids, text, x3d};
 use crate::geometry::{self, ElevationGrid, Extrusion};
 use crate::scene::canvas::{Canvas, MaterialsBy, Sides, indices};
 
@@ -51,16 +51,19 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
     let indexed = indices(node, faces97::NORMAL_INDEX).is_some();
     state.normal_binding = by(node.get(faces97::NORMAL_PER_VERTEX), indexed);
     state.material_binding = Binding::Overall;
-    let colors = node
-        .get_node(faces97::COLOR)
-        .map(|c| c.get(color::COLOR))
-        .filter(|c| !c.is_empty());
+    let colors = node.get_node(faces97::COLOR).and_then(colors);
     let is_line = matches!(
         class,
-        class::VRML97_INDEXED_LINE_SET | class::VRML97_POINT_SET | class::VRML97_NURBS_CURVE
+        class::VRML97_INDEXED_LINE_SET
+            | class::VRML97_POINT_SET
+            | class::VRML97_NURBS_CURVE
+            | class::X3D_LINE_SET
     );
+    if is_line {
+        state.material.physical = None;
+    }
     if let Some(colors) = colors {
-        state.material.diffuse = Diffuse::Colors(List::Many(colors));
+        state.material.diffuse = colors;
         let indexed = indices(node, faces97::COLOR_INDEX).is_some();
         state.material_binding = match class {
             class::VRML97_POINT_SET => Binding::PerVertex,
@@ -69,6 +72,7 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
     } else if is_line && !state.base_color {
         // Lines are not lit and have the emissive color (6.24).
         state.material.diffuse = Diffuse::Colors(List::One(state.material.emissive));
+        state.material.is_linear = false;
     }
     if is_line {
         state.base_color = true;
@@ -77,13 +81,35 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
     }
     let coordinates = node
         .get_node(faces97::TEX_COORD)
-        .map(|t| t.get(texture_coordinate::POINT))
+        .map(|t| first_coordinates(t).get(texture_coordinate::POINT))
         .filter(|t| !t.is_empty());
     state.texture_coordinates = match coordinates {
         Some(list) => TextureCoordinates::Two(list),
         None => TextureCoordinates::Default,
     };
     state.texture_indexed = true;
+    x3d::prepare(class, state, node);
+}
+
+/// Returns the colors of a `Color` or `ColorRGBA`, if it has any.
+fn colors(node: NodeRef<'_>) -> Option<Diffuse<'_>> {
+    if node.class_id() == Some(class::COLOR_RGBA) {
+        let colors = node.get(color_rgba::COLOR);
+        return (!colors.is_empty()).then_some(Diffuse::Rgba(colors));
+    }
+    let colors = node.get(color::COLOR);
+    (!colors.is_empty()).then_some(Diffuse::Colors(List::Many(colors)))
+}
+
+/// Returns texture coordinates, or the first of a `MultiTextureCoordinate`.
+fn first_coordinates(node: NodeRef<'_>) -> NodeRef<'_> {
+    let list = node.get_nodes(multi_texture_coordinate::TEX_COORD);
+    match list.first() {
+        Some(&first) if node.class_id() == Some(class::MULTI_TEXTURE_COORDINATE) => {
+            node.document.node(first)
+        }
+        _ => node,
+    }
 }
 
 /// Draws a geometry node. Returns `false` if its class is not drawn.
@@ -144,7 +170,7 @@ pub(super) fn draw<'a>(
                 nurbs_surface(surface, Some(node), state, out);
             }
         }
-        _ => return false,
+        _ => return x3d::draw(class, node, state, out),
     }
     true
 }

@@ -7,6 +7,10 @@ use super::microfacets::Microfacets;
 use super::options::PathSettings;
 use crate::scene::{Point, sound_color};
 
+/// The α of a physical material below which it is a mirror. A lobe of this α is a thousandth of a
+/// radian wide.
+const MIRROR_ALPHA: f32 = 1e-3;
+
 /// The material at a point.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ScatteringMaterial {
@@ -39,6 +43,21 @@ impl ScatteringMaterial {
                 emission,
                 reflectance: None,
                 is_mirror: false,
+            };
+        }
+        if let Some(physical) = surface.physical {
+            let (diffuse, specular) = physical.reflectances(point.textured(point.diffuse));
+            let (diffuse, specular) = conserving(diffuse, specular);
+            return Self {
+                emission,
+                reflectance: Some(Reflectance {
+                    diffuse,
+                    specular,
+                    facets: Microfacets {
+                        alpha: physical.alpha,
+                    },
+                }),
+                is_mirror: physical.alpha < MIRROR_ALPHA,
             };
         }
         let black = point.textured(Vec3::ZERO);

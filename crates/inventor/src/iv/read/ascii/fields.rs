@@ -127,7 +127,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// node is more likely a child, because children are written among the fields.
     pub(super) fn value_is_node(&mut self, node: NodeId) -> bool {
         self.rest = skip(self.rest);
-        let has_children = !self.asm.header.is_vrml97()
+        let has_children = !(self.asm.header.is_vrml97() || self.asm.header.is_x3d())
             && self
                 .class_of(node)
                 .is_some_and(|id| id.get().treatment == Treatment::Group);
@@ -177,7 +177,12 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 self.statement(AsciiTarget::Field(node, entry))
             }
             FieldType::MFNode => {
-                let entry = self.asm.set(node, index, Value::Nodes(Vec::new()), name);
+                let stated = self
+                    .asm
+                    .entry_of(node, index)
+                    .filter(|_| self.asm.is_translated);
+                let empty = || self.asm.set(node, index, Value::Nodes(Vec::new()), name);
+                let entry = stated.unwrap_or_else(empty);
                 if self.take(b'[') {
                     self.stack.push(AsciiLevel::List { node, entry });
                     return Ok(());

@@ -8,5 +8,6 @@ mod fields;
 mod nodes;
 mod reader;
 mod vrml97;
+mod x3d;
 
 pub(crate) use reader::read;

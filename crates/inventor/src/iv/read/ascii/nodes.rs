@@ -46,6 +46,13 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 self.route();
                 Ok(())
             }
+            _ if matches!(target, AsciiTarget::Root)
+                && self.asm.header.is_x3d()
+                && skip(rest).first() != Some(&b'{')
+                && self.x3d_statement(token, rest) =>
+            {
+                Ok(())
+            }
             _ => self.node(target, None, start),
         }
     }

@@ -151,10 +151,11 @@ impl<'s> AsciiReader<'_, '_, 's> {
             .help(help);
             return Ok(());
         }
+        let name = self.asm.event_name(node, name);
         let proto = &mut self.asm.document.protos.list[proto];
         proto.links.push(Link {
             node,
-            name: name.into(),
+            name,
             interface: interface.into(),
         });
         Ok(())
@@ -467,6 +468,6 @@ impl<'s> AsciiReader<'_, '_, 's> {
             self.warn(span, format!("no earlier node is named `{name}`"));
             return None;
         };
-        Some((node, text(event).into()))
+        Some((node, self.asm.event_name(node, &text(event))))
     }
 }

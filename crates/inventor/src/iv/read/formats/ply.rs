@@ -1,0 +1,550 @@
+//! Reads PLY, as text and as binary of both orders of bytes (Greg Turk, *The PLY Polygon File
+//! Format*, 1994).
+//!
+//! The vertices and faces of a file become one `Shape` with an `IndexedFaceSet`; triangle strips, edges
+//! and points become shapes of their own kinds. Colors are those of a screen, as in VRML97.
+
+use glam::{Vec2, Vec3, Vec4};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Span};
+
+use super::builder::Builder;
+use crate::grammar::value::{NodeId, Value};
+use crate::grammar::{
+    appearance, class, color, color_rgba, coordinate, image_texture, texture_coordinate,
+    vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_normal,
+};
+use crate::iv::encoding::text;
+use crate::iv::read::assemble::Assembler;
+
+/// The angle in radians up to which edges between faces without normals are smoothed: 30°. PLY does
+/// not state it.
+const CREASE_ANGLE: f32 = std::f32::consts::FRAC_PI_6;
+
+/// The number of values after which the account of work is charged.
+const CHUNK: usize = 1 << 14;
+
+/// The type of a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Number {
+    Signed(usize),
+    Unsigned(usize),
+    Float(usize),
+}
+
+impl Number {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::Signed(1),
+            "uchar" | "uint8" => Self::Unsigned(1),
+            "short" | "int16" => Self::Signed(2),
+            "ushort" | "uint16" => Self::Unsigned(2),
+            "int" | "int32" => Self::Signed(4),
+            "uint" | "uint32" => Self::Unsigned(4),
+            "float" | "float32" => Self::Float(4),
+            "double" | "float64" => Self::Float(8),
+            _ => return None,
+        })
+    }
+
+    fn bytes(self) -> usize {
+        match self {
+            Self::Signed(n) | Self::Unsigned(n) | Self::Float(n) => n,
+        }
+    }
+
+    /// The largest value of a color, which is 1: of integers their largest number.
+    fn most(self) -> f32 {
+        match self {
+            Self::Signed(n) => ((1u64 << (8 * n - 1)) - 1) as f32,
+            Self::Unsigned(n) => ((1u64 << (8 * n)) - 1) as f32,
+            Self::Float(_) => 1.0,
+        }
+    }
+}
+
+/// A property of an element. A list has the type of its length.
+struct Property {
+    name: String,
+    kind: Number,
+    length: Option<Number>,
+}
+
+/// An element, such as `vertex`, with the number of its entries.
+struct PlyElement {
+    name: String,
+    count: u64,
+    properties: Vec<Property>,
+}
+
+/// The order of bytes, or text.
+#[derive(Clone, Copy, PartialEq)]
+enum Form {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The header of a file.
+struct PlyHeader {
+    form: Form,
+    elements: Vec<PlyElement>,
+    texture: Option<String>,
+    length: usize,
+}
+
+/// The numbers of a file after its header.
+struct Numbers<'b> {
+    bytes: &'b [u8],
+    at: usize,
+    form: Form,
+}
+
+/// What a file states.
+#[derive(Default)]
+struct PlyMesh {
+    points: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    colors: Vec<Vec4>,
+    has_alpha: bool,
+    coordinates: Vec<Vec2>,
+    /// The corners of faces, with −1 after each.
+    faces: Vec<i32>,
+    /// The ends of edges, with −1 after each.
+    edges: Vec<i32>,
+}
+
+/// Reads the mesh of a file and returns the shape.
+///
+/// # Errors
+/// Returns an error if a limit is exceeded, or if the header is damaged.
+pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
+    let mut builder = Builder { asm };
+    let header = header(&mut builder, bytes)?;
+    let mut numbers = Numbers {
+        bytes,
+        at: header.length,
+        form: header.form,
+    };
+    let mut mesh = PlyMesh::default();
+    for element in &header.elements {
+        if !mesh.element(&mut builder, element, &mut numbers)? {
+            let message = format!("the file ends in the element `{}`", element.name);
+            let help = "the entries before are kept";
+            builder.damage(Span::at(numbers.at), message).help(help);
+            break;
+        }
+    }
+    mesh.shapes(
+        &mut builder,
+        header.texture.as_deref(),
+        Span::new(0, bytes.len()),
+    )
+}
+
+/// Reads the header.
+fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
+    let mut header = PlyHeader {
+        form: Form::Text,
+        elements: Vec::new(),
+        texture: None,
+        length: 0,
+    };
+    let mut at = 0;
+    while at < bytes.len() {
+        let end = bytes[at..].iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let end = end.map_or(bytes.len(), |end| at + end);
+        let line = text(&bytes[at..end]);
+        let span = Span::new(at, end);
+        let is_pair = bytes[end..].starts_with(b"\r\n");
+        at = end + if is_pair { 2 } else { 1 };
+        let words: Vec<&str> = line.split_ascii_whitespace().collect();
+        match words[..] {
+            ["end_header", ..] => {
+                header.length = at.min(bytes.len());
+                return Ok(header);
+            }
+            ["format", form, ..] => {
+                header.form = match form {
+                    "ascii" => Form::Text,
+                    "binary_little_endian" => Form::LittleEndian,
+                    "binary_big_endian" => Form::BigEndian,
+                    _ => return Err(damaged(builder, span, format!("`{form}` is not a format"))),
+                }
+            }
+            ["element", name, count] => header.elements.push(PlyElement {
+                name: name.into(),
+                count: match count.parse() {
+                    Ok(count) => count,
+                    Err(_) => return Err(damaged(builder, span, format!("`{count}` is no count"))),
+                },
+                properties: Vec::new(),
+            }),
+            ["property", ref rest @ ..] => {
+                let property = property(rest);
+                match (property, header.elements.last_mut()) {
+                    (Some(property), Some(element)) => element.properties.push(property),
+                    _ => return Err(damaged(builder, span, format!("`{line}` is no property"))),
+                }
+            }
+            ["comment", "TextureFile", ..] => {
+                let name = line
+                    .split_once("TextureFile")
+                    .map_or("", |(_, name)| name.trim());
+                header.texture = Some(name.to_owned());
+            }
+            ["comment" | "obj_info", ..] if builder.asm.source == 0 => {
+                let content = line
+                    .split_once(char::is_whitespace)
+                    .map_or("", |(_, c)| c.trim());
+                builder
+                    .asm
+                    .document
+                    .meta
+                    .push((words[0].into(), content.into()));
+            }
+            _ => {}
+        }
+    }
+    Err(damaged(
+        builder,
+        Span::at(bytes.len()),
+        "the header has no end".into(),
+    ))
+}
+
+/// Returns the error of a damaged header.
+fn damaged(builder: &Builder<'_, '_>, span: Span, message: String) -> Box<Diagnostic> {
+    builder
+        .asm
+        .document
+        .sink
+        .error(span, message)
+        .of_kind(ErrorKind::Damaged)
+}
+
+/// Reads the words after `property`.
+fn property(words: &[&str]) -> Option<Property> {
+    let (length, kind, name) = match *words {
+        ["list", length, kind, name] => (Some(Number::named(length)?), kind, name),
+        [kind, name] => (None, kind, name),
+        _ => return None,
+    };
+    Some(Property {
+        name: name.to_ascii_lowercase(),
+        kind: Number::named(kind)?,
+        length,
+    })
+}
+
+impl Numbers<'_> {
+    /// Reads the next number, or returns `None` at the end.
+    fn next(&mut self, kind: Number) -> Option<f64> {
+        match self.form {
+            Form::Text => self.word(),
+            form => {
+                let n = kind.bytes();
+                let raw = self.bytes.get(self.at..self.at + n)?;
+                self.at += n;
+                let mut eight = [0u8; 8];
+                eight[..n].copy_from_slice(raw);
+                if form == Form::BigEndian {
+                    eight[..n].reverse();
+                }
+                let bits = u64::from_le_bytes(eight);
+                Some(match kind {
+                    Number::Unsigned(_) => bits as f64,
+                    Number::Signed(1) => f64::from(bits as u8 as i8),
+                    Number::Signed(2) => f64::from(bits as u16 as i16),
+                    Number::Signed(_) => f64::from(bits as u32 as i32),
+                    Number::Float(4) => f64::from(f32::from_bits(bits as u32)),
+                    Number::Float(_) => f64::from_bits(bits),
+                })
+            }
+        }
+    }
+
+    fn word(&mut self) -> Option<f64> {
+        let rest = self.bytes.get(self.at..)?;
+        let start = self.at + rest.iter().position(|b| !b.is_ascii_whitespace())?;
+        let rest = &self.bytes[start..];
+        let length = rest
+            .iter()
+            .position(u8::is_ascii_whitespace)
+            .unwrap_or(rest.len());
+        self.at = start + length;
+        std::str::from_utf8(&rest[..length]).ok()?.parse().ok()
+    }
+
+    /// Whether a whole list of numbers may remain.
+    fn holds(&self, count: f64, kind: Number) -> bool {
+        let least = if self.form == Form::Text {
+            1
+        } else {
+            kind.bytes()
+        };
+        count >= 0.0
+            && count * least as f64 <= (self.bytes.len() - self.at.min(self.bytes.len())) as f64
+    }
+}
+
+impl PlyMesh {
+    /// Reads the entries of an element. Returns `false` if the file ends among them.
+    fn element(
+        &mut self,
+        builder: &mut Builder<'_, '_>,
+        element: &PlyElement,
+        numbers: &mut Numbers<'_>,
+    ) -> Result<bool> {
+        let uses: Vec<Use> = element
+            .properties
+            .iter()
+            .map(|p| Use::of(&element.name, p))
+            .collect();
+        if !matches!(&*element.name, "vertex" | "face" | "tristrips" | "edge") {
+            let message = format!("the element `{}` is not drawn", element.name);
+            builder.warn(Span::at(0), message);
+        }
+        if element.properties.is_empty() {
+            return Ok(true);
+        }
+        let mut values = vec![0.0f64; element.properties.len()];
+        let mut list: Vec<i32> = Vec::new();
+        let mut charged = numbers.at;
+        for entry in 0..element.count {
+            if entry as usize % CHUNK == 0 {
+                builder.asm.spend_read(numbers.at - charged, numbers.at)?;
+                charged = numbers.at;
+            }
+            for (place, property) in element.properties.iter().enumerate() {
+                let Some(length) = property.length else {
+                    match numbers.next(property.kind) {
+                        Some(value) => values[place] = value,
+                        None => return Ok(false),
+                    }
+                    continue;
+                };
+                let Some(length) = numbers.next(length) else {
+                    return Ok(false);
+                };
+                if !numbers.holds(length, property.kind) {
+                    return Ok(false);
+                }
+                let keeps = uses[place] == Use::Corners;
+                if keeps {
+                    list.clear();
+                }
+                for _ in 0..length as u64 {
+                    match numbers.next(property.kind) {
+                        Some(n) if keeps => list.push(n as i32),
+                        Some(_) => {}
+                        None => return Ok(false),
+                    }
+                }
+            }
+            match &*element.name {
+                "vertex" => self.vertex(element, &uses, &values),
+                "face" => self.face(&list),
+                "tristrips" => self.strips(&list),
+                "edge" => self.edge(&uses, &values),
+                _ => {}
+            }
+        }
+        builder.asm.spend_read(numbers.at - charged, numbers.at)?;
+        Ok(true)
+    }
+
+    fn vertex(&mut self, element: &PlyElement, uses: &[Use], values: &[f64]) {
+        let mut point = [0.0f32; 3];
+        let (mut normal, mut color, mut coordinate) =
+            ([0.0f32; 3], [0.0, 0.0, 0.0, 1.0f32], [0.0f32; 2]);
+        let (mut has_normal, mut has_color, mut has_coordinate) = (false, false, false);
+        for ((property, kind), value) in element.properties.iter().zip(uses).zip(values) {
+            let value = *value as f32;
+            match *kind {
+                Use::Point(i) => point[i] = value,
+                Use::Normal(i) => (normal[i], has_normal) = (value, true),
+                Use::Color(i) => {
+                    (color[i], has_color) = (value / property.kind.most(), true);
+                    self.has_alpha |= i == 3;
+                }
+                Use::Texture(i) => (coordinate[i], has_coordinate) = (value, true),
+                _ => {}
+            }
+        }
+        self.points.push(Vec3::from_array(point));
+        if has_normal {
+            self.normals.push(Vec3::from_array(normal));
+        }
+        if has_color {
+            self.colors.push(Vec4::from_array(color));
+        }
+        if has_coordinate {
+            self.coordinates.push(Vec2::from_array(coordinate));
+        }
+    }
+
+    fn face(&mut self, corners: &[i32]) {
+        if corners.len() >= 3 {
+            self.faces.extend_from_slice(corners);
+            self.faces.push(-1);
+        }
+    }
+
+    /// Adds the triangles of strips, which are separated by −1.
+    fn strips(&mut self, corners: &[i32]) {
+        for strip in corners.split(|&corner| corner < 0) {
+            for (number, triangle) in strip.windows(3).enumerate() {
+                let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
+                let triangle = if number % 2 == 0 {
+                    [a, b, c]
+                } else {
+                    [b, a, c]
+                };
+                self.face(&triangle);
+            }
+        }
+    }
+
+    fn edge(&mut self, uses: &[Use], values: &[f64]) {
+        let end = |i| uses.iter().position(|kind| *kind == Use::End(i));
+        if let (Some(first), Some(second)) = (end(0), end(1)) {
+            self.edges
+                .extend([values[first] as i32, values[second] as i32, -1]);
+        }
+    }
+
+    /// Adds the shapes of the mesh.
+    fn shapes(
+        mut self,
+        builder: &mut Builder<'_, '_>,
+        texture: Option<&str>,
+        span: Span,
+    ) -> Result<Vec<NodeId>> {
+        let count = self.points.len();
+        if count == 0 {
+            builder.warn(span, "the file has no vertices");
+            return Ok(Vec::new());
+        }
+        let points = Value::Vec3s(std::mem::take(&mut self.points));
+        let coord = builder.with(class::COORDINATE, coordinate::POINT, points, span)?;
+        let color = (self.colors.len() == count)
+            .then(|| self.color(builder, span))
+            .transpose()?;
+        let appearance = builder.plain_appearance()?;
+        let mut shapes = Vec::new();
+        if !self.faces.is_empty() {
+            let faces = self.face_set(builder, coord, color, count, span)?;
+            if let Some(name) = texture {
+                let urls = Value::Strings(vec![name.into()]);
+                let node = builder.with(class::IMAGE_TEXTURE, image_texture::URL, urls, span)?;
+                builder.set(appearance, appearance::TEXTURE, Value::Node(Some(node)));
+            }
+            shapes.push(builder.shape(appearance, faces, span)?);
+        }
+        if !self.edges.is_empty() {
+            let edges = std::mem::take(&mut self.edges);
+            let lines = builder.node(class::VRML97_INDEXED_LINE_SET, span)?;
+            builder.set(lines, lines97::COORD, Value::Node(Some(coord)));
+            builder.set(lines, lines97::COLOR, Value::Node(color));
+            builder.set(lines, lines97::COORD_INDEX, Value::Ints(edges));
+            shapes.push(builder.unlit_shape(lines, span)?);
+        }
+        if shapes.is_empty() {
+            let set = builder.node(class::VRML97_POINT_SET, span)?;
+            builder.set(set, faces97::COORD, Value::Node(Some(coord)));
+            builder.set(set, faces97::COLOR, Value::Node(color));
+            shapes.push(builder.unlit_shape(set, span)?);
+        }
+        Ok(shapes)
+    }
+
+    fn color(&mut self, builder: &mut Builder<'_, '_>, span: Span) -> Result<NodeId> {
+        let colors = std::mem::take(&mut self.colors);
+        if self.has_alpha {
+            let colors = Value::Vec4s(colors);
+            return builder.with(class::COLOR_RGBA, color_rgba::COLOR, colors, span);
+        }
+        let colors = Value::Vec3s(colors.into_iter().map(Vec4::truncate).collect());
+        builder.with(class::COLOR, color::COLOR, colors, span)
+    }
+
+    fn face_set(
+        &mut self,
+        builder: &mut Builder<'_, '_>,
+        coord: NodeId,
+        color: Option<NodeId>,
+        count: usize,
+        span: Span,
+    ) -> Result<NodeId> {
+        let faces = builder.node(class::VRML97_INDEXED_FACE_SET, span)?;
+        builder.set(faces, faces97::COORD, Value::Node(Some(coord)));
+        let index = std::mem::take(&mut self.faces);
+        builder.set(faces, faces97::COORD_INDEX, Value::Ints(index));
+        builder.set(faces, faces97::SOLID, Value::Bool(false));
+        builder.set(faces, faces97::CONVEX, Value::Bool(false));
+        if color.is_some() {
+            builder.set(faces, faces97::COLOR, Value::Node(color));
+        }
+        if self.normals.len() == count {
+            let normals = Value::Vec3s(std::mem::take(&mut self.normals));
+            let node = builder.with(class::VRML97_NORMAL, vrml97_normal::VECTOR, normals, span)?;
+            builder.set(faces, faces97::NORMAL, Value::Node(Some(node)));
+        } else {
+            builder.set(faces, faces97::CREASE_ANGLE, Value::Float(CREASE_ANGLE));
+        }
+        if self.coordinates.len() == count {
+            let list = Value::Vec2s(std::mem::take(&mut self.coordinates));
+            let node = builder.with(
+                class::TEXTURE_COORDINATE,
+                texture_coordinate::POINT,
+                list,
+                span,
+            )?;
+            builder.set(faces, faces97::TEX_COORD, Value::Node(Some(node)));
+        }
+        Ok(faces)
+    }
+}
+
+/// What a property is used for, with the number of its component.
+#[derive(Clone, Copy, PartialEq)]
+enum Use {
+    Point(usize),
+    Normal(usize),
+    Color(usize),
+    Texture(usize),
+    End(usize),
+    Corners,
+    Nothing,
+}
+
+impl Use {
+    fn of(element: &str, property: &Property) -> Self {
+        if property.length.is_some() {
+            return match (element, &*property.name) {
+                ("face" | "tristrips", "vertex_indices" | "vertex_index") => Self::Corners,
+                _ => Self::Nothing,
+            };
+        }
+        let at = |names: [&str; 4]| names.iter().position(|name| *name == property.name);
+        if element == "edge" {
+            return at(["vertex1", "vertex2", "", ""]).map_or(Self::Nothing, Self::End);
+        }
+        let name = property
+            .name
+            .strip_prefix("diffuse_")
+            .unwrap_or(&property.name);
+        let color = ["red", "green", "blue", "alpha"]
+            .iter()
+            .position(|n| *n == name);
+        let short = at(["r", "g", "b", "a"]).or(color);
+        let texture = at(["s", "t", "", ""])
+            .or_else(|| at(["u", "v", "", ""]))
+            .or_else(|| at(["texture_u", "texture_v", "", ""]));
+        (at(["x", "y", "z", ""]).map(Self::Point))
+            .or_else(|| at(["nx", "ny", "nz", ""]).map(Self::Normal))
+            .or_else(|| short.map(Self::Color))
+            .or_else(|| texture.map(Self::Texture))
+            .unwrap_or(Self::Nothing)
+    }
+}

@@ -1,0 +1,669 @@
+//! Files of other formats than Inventor's and VRML's, read as nodes of X3D.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{Vec2, Vec3, Vec4};
+use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_inventor::grammar::{
+    appearance, class, color, color_rgba, coordinate, indexed_triangle_set, physical_material,
+    texture_coordinate, time_sensor, vrml97_indexed_face_set as faces97, vrml97_material,
+    vrml97_shape, vrml97_transform,
+};
+use ivcam_inventor::iv::{Document, Format, Limits, Loader, NoFiles, NodeRef};
+use ivcam_inventor::snapshot::Snapshot;
+
+/// A loader of files in memory.
+#[derive(Debug)]
+struct Files(BTreeMap<&'static str, Vec<u8>>);
+
+impl Loader for Files {
+    fn load(&self, _: &str, reference: &str) -> Result<(String, Vec<u8>)> {
+        match self.0.get(reference) {
+            Some(bytes) => Ok((reference.into(), bytes.clone())),
+            None => Err(Diagnostic::not_found(format!(
+                "`{reference}` was not found"
+            ))),
+        }
+    }
+}
+
+fn read(bytes: impl Into<Vec<u8>>) -> Document {
+    let bytes = bytes.into();
+    Document::read("a", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads")
+}
+
+/// Reads a document that must have no messages.
+fn read_clean(bytes: impl Into<Vec<u8>>) -> Document {
+    let document = read(bytes);
+    assert_eq!(messages(&document), Vec::<String>::new());
+    document
+}
+
+fn messages(document: &Document) -> Vec<String> {
+    document
+        .sink
+        .items()
+        .iter()
+        .map(ToString::to_string)
+        .collect()
+}
+
+/// The document as X3D's classic encoding.
+fn classic(document: &Document) -> String {
+    String::from_utf8(document.write(Format::Ascii)).expect("text")
+}
+
+/// All nodes of a class, in the order of the file.
+fn nodes<'a>(document: &'a Document, class: &str) -> Vec<NodeRef<'a>> {
+    let all = (0..document.nodes.len()).map(|i| ivcam_inventor::iv::NodeId(i as u32));
+    all.map(|id| NodeRef { document, id })
+        .filter(|node| node.class_name() == class)
+        .collect()
+}
+
+/// The same scene in XML and in the classic encoding, with what VRML97 writes otherwise.
+const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<!DOCTYPE X3D PUBLIC "ISO//Web3D//DTD X3D 3.3//EN" "http://www.web3d.org/specifications/x3d-3.3.dtd">
+<X3D profile='Immersive' version='3.3'>
+  <head><meta name='title' content='a "quoted" title'/></head>
+  <Scene>
+    <ProtoDeclare name='Ball'>
+      <ProtoInterface>
+        <field name='size' type='SFFloat' accessType='initializeOnly' value='2'/>
+        <field name='look' type='SFNode' accessType='inputOutput'/>
+      </ProtoInterface>
+      <ProtoBody>
+        <Shape>
+          <IS><connect nodeField='appearance' protoField='look'/></IS>
+          <Sphere><IS><connect nodeField='radius' protoField='size'/></IS></Sphere>
+        </Shape>
+      </ProtoBody>
+    </ProtoDeclare>
+    <Switch DEF='S' whichChoice='1'>
+      <Group/>
+      <ProtoInstance name='Ball'>
+        <fieldValue name='size' value='3'/>
+        <fieldValue name='look'><Appearance><Material DEF='M' diffuseColor='1 0 0'/></Appearance></fieldValue>
+      </ProtoInstance>
+    </Switch>
+    <Transform DEF='T' translation='1 2 3'>
+      <Shape>
+        <Appearance><Material USE='M'/></Appearance>
+        <IndexedTriangleSet index='0 1 2'><Coordinate point='0 0 0, 1 0 0, 0 1 0'/></IndexedTriangleSet>
+      </Shape>
+      <Shape><Text string='"a" "b &amp; c"'><FontStyle style='BOLD'/></Text></Shape>
+    </Transform>
+    <TimeSensor DEF='C' loop='true'/>
+    <PositionInterpolator DEF='P' key='0 1' keyValue='0 0 0 4 0 0'/>
+    <ROUTE fromNode='C' fromField='fraction_changed' toNode='P' toField='set_fraction'/>
+    <ROUTE fromNode='P' fromField='value_changed' toNode='T' toField='set_translation'/>
+  </Scene>
+</X3D>"#;
+
+const CLASSIC: &str = r#"#X3D V3.3 utf8
+PROFILE Immersive
+META "title" "a \"quoted\" title"
+PROTO Ball [ initializeOnly SFFloat size 2 inputOutput SFNode look NULL ] {
+  Shape { appearance IS look geometry Sphere { radius IS size } }
+}
+DEF S Switch { whichChoice 1 children [ Group { } Ball { size 3 look Appearance { material DEF M Material { diffuseColor 1 0 0 } } } ] }
+DEF T Transform { translation 1 2 3 children [
+  Shape { appearance Appearance { material USE M }
+    geometry IndexedTriangleSet { index [ 0 1 2 ] coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } } }
+  Shape { geometry Text { string [ "a" "b & c" ] fontStyle FontStyle { style "BOLD" } } }
+] }
+DEF C TimeSensor { loop TRUE }
+DEF P PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0 4 0 0 ] }
+ROUTE C.fraction_changed TO P.set_fraction
+ROUTE P.value_changed TO T.set_translation
+"#;
+
+#[test]
+fn x3d_is_the_same_in_xml_and_in_the_classic_encoding() {
+    let (xml, text) = (read_clean(XML), read_clean(CLASSIC));
+    assert_eq!(classic(&xml), classic(&text));
+    assert_eq!(
+        xml.meta,
+        [("title".to_owned(), "a \"quoted\" title".to_owned())]
+    );
+    assert_eq!(xml.stated_routes.len(), 2);
+    let again = read_clean(classic(&text));
+    assert_eq!(text.difference(&again), None);
+}
+
+#[test]
+fn nodes_of_xml_have_the_places_of_their_elements() {
+    let document = read_clean(XML);
+    let material = nodes(&document, "Material")[0];
+    let at = material.span().start as usize;
+    assert!(
+        XML[at..].starts_with("<Material DEF='M'"),
+        "{}",
+        &XML[at..at + 20]
+    );
+    let field = &material.data().fields[0];
+    let at = field.span.start as usize;
+    assert!(
+        XML[at..].starts_with("diffuseColor"),
+        "{}",
+        &XML[at..at + 20]
+    );
+}
+
+#[test]
+fn a_mistake_in_xml_is_reported_with_its_line() {
+    for (wrong, line, says) in [
+        (
+            "<Shape><Sphere radius='big'/></Shape>",
+            2,
+            "`Sphere.radius`",
+        ),
+        (
+            "<Sphere/>\n<Shape colour='1 0 0'/>",
+            3,
+            "`Shape` has no field `colour`",
+        ),
+        (
+            "<Group>\n<Nonsense a='1'/></Group>",
+            3,
+            "`Nonsense` is not a known node class",
+        ),
+        (
+            "<Group USE='nobody'/>",
+            2,
+            "no earlier node is named `nobody`",
+        ),
+        ("<Group></Shape>", 2, "not well-formed"),
+        ("<Group>", 2, "not well-formed"),
+    ] {
+        let document = read(format!(
+            "<X3D version='3.3'><Scene>\n{wrong}\n</Scene></X3D>"
+        ));
+        let items = document.sink.items();
+        let found = items.iter().find(|item| item.message.contains(says));
+        let found = found.unwrap_or_else(|| panic!("{wrong}: {:?}", messages(&document)));
+        let (source, span) = found.place.as_ref().expect("a place");
+        let least = source.line_column(span.start).0;
+        assert!(least >= line, "{wrong}: line {least}");
+    }
+}
+
+#[test]
+fn attributes_cannot_state_nodes_and_entities_are_not_expanded_again() {
+    let text = "<X3D version='3.3'><Scene><Transform translation='0 0 0 } Sphere {'/>\
+                <WorldInfo title='&amp;lt; &#65;'/></Scene></X3D>";
+    let document = read(text);
+    assert!(nodes(&document, "Sphere").is_empty());
+    assert_eq!(
+        nodes(&document, "WorldInfo")[0]
+            .value("title")
+            .map(|v| format!("{v:?}")),
+        Some("String(\"&lt; A\")".to_owned())
+    );
+}
+
+#[test]
+fn vrml97_has_no_fields_of_x3d() {
+    let document = read("#VRML V2.0 utf8\nShape { castShadow FALSE }\n");
+    assert!(messages(&document)[0].contains("no field `castShadow`"));
+    read_clean("#X3D V4.0 utf8\nPROFILE Full\nShape { castShadow FALSE }\n");
+}
+
+const OBJ: &str = "# a comment
+mtllib a.mtl
+v 0 0 0 1 0 0
+v 1 0 0 0 1 0
+v 1 1 0 0 0 1
+v 0 1 0 1 1 1
+v 9 9 9
+vt 0 0
+vt 1 1
+vn 0 0 1
+o square
+usemtl red paint
+f 1/1/1 2/2/1 \\
+  3/1/1 4/2/1
+g rest
+s 1
+usemtl red paint
+f -5 -4 -3
+l 1 2 5
+p 5
+";
+const MTL: &str = "newmtl red paint
+Kd 1 0 0
+Ks 0.5 0.5 0.5
+Ke 0 0 0.25
+Ns 64
+d 0.75
+map_Kd -s 2 2 1 a picture.png
+";
+
+#[test]
+fn obj_becomes_shapes_of_one_material_each() {
+    let files = Files(BTreeMap::from([("a.mtl", MTL.as_bytes().to_vec())]));
+    let bytes = OBJ.as_bytes().to_vec();
+    let document = Document::read("a.obj", bytes, Arc::new(files), &Limits::default());
+    let document = document.expect("reads");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    let sets = nodes(&document, "IndexedFaceSet");
+    assert_eq!(sets.len(), 2);
+    assert_eq!(sets[0].get(faces97::COORD_INDEX), [0, 1, 2, 3, -1]);
+    assert_eq!(sets[0].get(faces97::TEX_COORD_INDEX), [0, 1, 0, 1, -1]);
+    assert_eq!(sets[0].get(faces97::NORMAL_INDEX), [0, 0, 0, 0, -1]);
+    assert_eq!(sets[0].get(faces97::CREASE_ANGLE), 0.0);
+    assert!(sets[1].get(faces97::CREASE_ANGLE) > 3.0);
+    let colors = sets[0]
+        .get_node(faces97::COLOR)
+        .expect("colors")
+        .get(color::COLOR);
+    assert_eq!(colors, [Vec3::X, Vec3::Y, Vec3::Z, Vec3::ONE]);
+    let material = nodes(&document, "Material")[0];
+    assert_eq!(material.get(vrml97_material::DIFFUSE_COLOR), Vec3::X);
+    assert_eq!(material.get(vrml97_material::SHININESS), 0.5);
+    assert_eq!(material.get(vrml97_material::TRANSPARENCY), 0.25);
+    assert_eq!(material.get(vrml97_material::EMISSIVE_COLOR).z, 0.25);
+    let texture = nodes(&document, "ImageTexture")[0];
+    assert_eq!(
+        format!("{:?}", texture.value("url")),
+        "Some(Strings([\"a picture.png\"]))"
+    );
+    assert_eq!(texture.source().expect("a file").name, "a.mtl");
+    assert_eq!(nodes(&document, "IndexedLineSet").len(), 1);
+    assert_eq!(nodes(&document, "PointSet").len(), 1);
+    assert_eq!(
+        document
+            .names
+            .keys()
+            .map(|name| &**name)
+            .collect::<Vec<_>>(),
+        ["square", "rest"]
+    );
+}
+
+#[test]
+fn wrong_lines_of_obj_cost_one_face_each() {
+    let document = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\nf 1 2\nf 1 2 x\ncurv 1 2\nf 1 2 3\n");
+    let said = messages(&document);
+    assert_eq!(said.len(), 4, "{said:?}");
+    let set = nodes(&document, "IndexedFaceSet")[0];
+    assert_eq!(set.get(faces97::COORD_INDEX), [0, 1, 2, -1]);
+    let (source, span) = document.sink.items()[0].place.as_ref().expect("a place");
+    assert_eq!(source.line_column(span.start).0, 4);
+}
+
+/// A square of PLY in one of its forms.
+fn ply(form: &str) -> Vec<u8> {
+    let mut out = format!(
+        "ply\nformat {form} 1.0\ncomment by hand\nelement vertex 4\nproperty float x\n\
+         property float y\nproperty double z\nproperty uchar red\nproperty uchar green\n\
+         property uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    .into_bytes();
+    let points = [[0.0f32, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let faces = [[0i32, 1, 2], [0, 2, 3]];
+    let is_big = form.contains("big");
+    for [x, y] in points {
+        if form == "ascii" {
+            out.extend(format!("{x} {y} 0.5 255 0 51\n").bytes());
+            continue;
+        }
+        for n in [x, y] {
+            out.extend(if is_big {
+                n.to_be_bytes()
+            } else {
+                n.to_le_bytes()
+            });
+        }
+        out.extend(if is_big {
+            0.5f64.to_be_bytes()
+        } else {
+            0.5f64.to_le_bytes()
+        });
+        out.extend([255, 0, 51]);
+    }
+    for face in faces {
+        if form == "ascii" {
+            out.extend(format!("3 {} {} {}\n", face[0], face[1], face[2]).bytes());
+            continue;
+        }
+        out.push(3);
+        for n in face {
+            out.extend(if is_big {
+                n.to_be_bytes()
+            } else {
+                n.to_le_bytes()
+            });
+        }
+    }
+    out
+}
+
+#[test]
+fn ply_is_the_same_in_its_three_forms() {
+    let forms = ["ascii", "binary_little_endian", "binary_big_endian"];
+    let read = forms.map(|form| read_clean(ply(form)));
+    for document in &read {
+        assert_eq!(classic(document), classic(&read[0]));
+    }
+    let set = nodes(&read[0], "IndexedFaceSet")[0];
+    assert_eq!(set.get(faces97::COORD_INDEX), [0, 1, 2, -1, 0, 2, 3, -1]);
+    let points = set
+        .get_node(faces97::COORD)
+        .expect("points")
+        .get(coordinate::POINT);
+    assert_eq!(points[2], Vec3::new(1.0, 1.0, 0.5));
+    let colors = set
+        .get_node(faces97::COLOR)
+        .expect("colors")
+        .get(color::COLOR);
+    assert_eq!(colors[0], Vec3::new(1.0, 0.0, 0.2));
+    assert!(read[0].meta.contains(&("comment".into(), "by hand".into())));
+}
+
+#[test]
+fn cut_ply_keeps_what_is_before_and_huge_counts_take_no_memory() {
+    for form in ["ascii", "binary_little_endian"] {
+        let whole = ply(form);
+        let cut = read(&whole[..whole.len() - 6]);
+        assert!(
+            messages(&cut)[0].contains("ends in the element `face`"),
+            "{:?}",
+            messages(&cut)
+        );
+        assert_eq!(
+            nodes(&cut, "IndexedFaceSet")[0]
+                .get(faces97::COORD_INDEX)
+                .len(),
+            4
+        );
+    }
+    let text = String::from_utf8(ply("ascii")).expect("text");
+    let huge = text.replace("element face 2", "element face 18446744073709551615");
+    assert!(messages(&read(huge))[0].contains("ends in the element `face`"));
+    let long = text.replace("\n3 0 1 2", "\n4000000000 0 1 2");
+    assert!(messages(&read(long))[0].contains("ends in the element `face`"));
+    let error = Document::read(
+        "a",
+        b"ply\nformat ascii 1.0\nelement vertex many\n".to_vec(),
+        Arc::new(NoFiles),
+        &Limits::default(),
+    );
+    assert!(
+        error
+            .expect_err("damaged")
+            .message
+            .contains("`many` is no count")
+    );
+}
+
+const STL: &str = "solid tile\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+                   vertex 0 1 0\nendloop\nendfacet\nendsolid tile\n";
+
+#[test]
+fn stl_is_the_same_as_text_and_binary() {
+    let mut binary = b"solid, but binary".to_vec();
+    binary.resize(80, 0);
+    binary.extend(1u32.to_le_bytes());
+    for n in [
+        0.0f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0,
+    ] {
+        binary.extend(n.to_le_bytes());
+    }
+    binary.extend([0, 0]);
+    let (text, binary) = (read_clean(STL), read_clean(binary));
+    for document in [&text, &binary] {
+        let set = nodes(document, "TriangleSet")[0];
+        let points = set
+            .get_node(faces97::COORD)
+            .expect("points")
+            .get(coordinate::POINT);
+        assert_eq!(points, [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    }
+    assert_eq!(text.names.keys().next().map(|name| &**name), Some("tile"));
+    let cut = read(&STL[..STL.len() - 30]);
+    assert_eq!(nodes(&cut, "TriangleSet").len(), 1);
+    assert!(
+        messages(&cut)
+            .iter()
+            .any(|said| said.contains("ends inside a solid")),
+        "{:?}",
+        messages(&cut)
+    );
+}
+
+/// A GLB file of some JSON and a binary chunk.
+fn glb(json: &str, chunk: &[u8]) -> Vec<u8> {
+    let mut json = json.as_bytes().to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut out = b"glTF\x02\0\0\0".to_vec();
+    out.extend(((28 + json.len() + chunk.len()) as u32).to_le_bytes());
+    out.extend((json.len() as u32).to_le_bytes());
+    out.extend(b"JSON");
+    out.extend(json);
+    out.extend((chunk.len() as u32).to_le_bytes());
+    out.extend(b"BIN\0");
+    out.extend(chunk);
+    out
+}
+
+/// A triangle with everything that a vertex may have: positions, a sparse one of them, texture
+/// coordinates and colors in bytes, an index, and an animation of its node.
+fn triangle() -> (String, Vec<u8>) {
+    let mut chunk = Vec::new();
+    for n in [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0] {
+        chunk.extend(n.to_le_bytes());
+    }
+    chunk.extend([0u8, 0, 255, 0, 0, 255, 0, 0]); // 36: texture coordinates, padded
+    chunk.extend([255u8, 0, 0, 255, 0, 255, 0, 255, 0, 0, 255, 51]); // 44: colors
+    chunk.extend([2u8, 0, 1, 0, 0, 0, 0, 0]); // 56: an index of 16 bits, padded
+    chunk.extend([1u8, 0, 0, 0]); // 64: the place of a sparse value
+    for n in [5.0f32, 0.0, 0.0] {
+        chunk.extend(n.to_le_bytes()); // 68: the sparse value
+    }
+    for n in [0.0f32, 2.0, 0.0, 0.0, 0.0, 4.0, 0.0, 0.0] {
+        chunk.extend(n.to_le_bytes()); // 80: times, 88: translations
+    }
+    let json = r#"{
+      "asset": { "version": "2.0", "generator": "by hand" },
+      "scene": 0, "scenes": [ { "nodes": [ 0 ] } ],
+      "nodes": [ { "name": "top", "mesh": 0, "rotation": [ 0, 0, 0.70710678, 0.70710678 ] } ],
+      "meshes": [ { "primitives": [ { "material": 0, "indices": 3,
+        "attributes": { "POSITION": 0, "TEXCOORD_0": 1, "COLOR_0": 2 } } ] } ],
+      "materials": [ { "doubleSided": true, "emissiveFactor": [ 0, 0.5, 0 ],
+        "extensions": { "KHR_materials_emissive_strength": { "emissiveStrength": 4 } },
+        "pbrMetallicRoughness": { "baseColorFactor": [ 0.5, 1, 1, 1 ], "metallicFactor": 0.25,
+          "baseColorTexture": { "index": 0, "extensions": { "KHR_texture_transform": {
+            "offset": [ 0.25, 0.5 ], "scale": [ 2, 4 ] } } } } } ],
+      "textures": [ { "source": 0 } ], "images": [ { "uri": "a%20b.png" } ],
+      "animations": [ { "channels": [ { "sampler": 0, "target": { "node": 0, "path": "translation" } } ],
+        "samplers": [ { "input": 4, "output": 5 } ] } ],
+      "accessors": [
+        { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "sparse": { "count": 1,
+          "indices": { "bufferView": 4, "componentType": 5121 }, "values": { "bufferView": 5 } } },
+        { "bufferView": 1, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC2" },
+        { "bufferView": 2, "componentType": 5121, "normalized": true, "count": 3, "type": "VEC4" },
+        { "bufferView": 3, "componentType": 5123, "count": 3, "type": "SCALAR" },
+        { "bufferView": 6, "componentType": 5126, "count": 2, "type": "SCALAR" },
+        { "bufferView": 7, "componentType": 5126, "count": 2, "type": "VEC3" } ],
+      "bufferViews": [
+        { "buffer": 0, "byteOffset": 0, "byteLength": 36 }, { "buffer": 0, "byteOffset": 36, "byteLength": 8 },
+        { "buffer": 0, "byteOffset": 44, "byteLength": 12 }, { "buffer": 0, "byteOffset": 56, "byteLength": 8 },
+        { "buffer": 0, "byteOffset": 64, "byteLength": 4 }, { "buffer": 0, "byteOffset": 68, "byteLength": 12 },
+        { "buffer": 0, "byteOffset": 80, "byteLength": 8 }, { "buffer": 0, "byteOffset": 88, "byteLength": 24 } ],
+      "buffers": [ { "byteLength": 112 } ]
+    }"#;
+    (json.to_owned(), chunk)
+}
+
+#[test]
+fn gltf_becomes_transforms_shapes_and_physical_materials() {
+    let (json, chunk) = triangle();
+    let document = read_clean(glb(&json, &chunk));
+    let set = nodes(&document, "IndexedTriangleSet")[0];
+    assert_eq!(set.get(indexed_triangle_set::INDEX), [2, 1, 0]);
+    assert!(
+        !set.get(indexed_triangle_set::SOLID) && !set.get(indexed_triangle_set::NORMAL_PER_VERTEX)
+    );
+    let points = set
+        .get_node(faces97::COORD)
+        .expect("points")
+        .get(coordinate::POINT);
+    assert_eq!(points, [Vec3::ZERO, 5.0 * Vec3::X, Vec3::Y]);
+    let at = set.get_node(faces97::TEX_COORD).expect("coordinates");
+    // u' = 2u + ¼ and v' = 4v + ½, and t runs up.
+    let expected = [
+        Vec2::new(0.25, 0.5),
+        Vec2::new(2.25, 0.5),
+        Vec2::new(0.25, -3.5),
+    ];
+    assert_eq!(at.get(texture_coordinate::POINT), expected);
+    let colors = set
+        .get_node(faces97::COLOR)
+        .expect("colors")
+        .get(color_rgba::COLOR);
+    assert_eq!(colors[0], Vec4::new(0.5, 0.0, 0.0, 1.0));
+    assert!((colors[2] - Vec4::new(0.0, 0.0, 1.0, 0.2)).length() < 1e-6);
+    let shape = nodes(&document, "Shape")[0];
+    let look = shape
+        .get_node(vrml97_shape::APPEARANCE)
+        .expect("an appearance");
+    assert_eq!(look.get(appearance::ALPHA_MODE), "OPAQUE");
+    let material = look.get_node(appearance::MATERIAL).expect("a material");
+    assert_eq!(material.class_id(), Some(class::PHYSICAL_MATERIAL));
+    assert_eq!(material.get(physical_material::METALLIC), 0.25);
+    assert_eq!(
+        material.get(physical_material::EMISSIVE_COLOR),
+        Vec3::new(0.0, 2.0, 0.0)
+    );
+    let texture = material
+        .get_node(physical_material::BASE_TEXTURE)
+        .expect("a texture");
+    assert_eq!(
+        format!("{:?}", texture.value("url")),
+        "Some(Strings([\"a b.png\"]))"
+    );
+    assert_eq!(
+        document.meta,
+        [("generator".to_owned(), "by hand".to_owned())]
+    );
+    let again = read_clean(classic(&document));
+    assert_eq!(classic(&again), classic(&document));
+}
+
+#[test]
+fn animations_of_gltf_move_nodes_at_a_time() {
+    let (json, chunk) = triangle();
+    let document = read_clean(glb(&json, &chunk));
+    let clock = nodes(&document, "TimeSensor")[0];
+    assert_eq!(clock.get(time_sensor::CYCLE_INTERVAL), 2.0);
+    for (time, x) in [(0.0, 0.0), (0.5, 1.0), (1.5, 3.0), (2.5, 1.0)] {
+        let snapshot = Snapshot::at(&document, time);
+        let moved = nodes(snapshot.document(), "Transform")[0];
+        let at = moved.get(vrml97_transform::TRANSLATION);
+        assert!(
+            (at - Vec3::new(x, 0.0, 0.0)).length() < 1e-5,
+            "{time}: {at}"
+        );
+    }
+    let turned = nodes(&document, "Transform")[0].get(vrml97_transform::ROTATION);
+    assert!((turned.angle - std::f32::consts::FRAC_PI_2).abs() < 1e-6);
+}
+
+#[test]
+fn damaged_gltf_loses_only_what_is_damaged() {
+    let (json, chunk) = triangle();
+    for (from, to, says) in [
+        (
+            "\"count\": 3, \"type\": \"VEC3\"",
+            "\"count\": 4000000000, \"type\": \"VEC3\"",
+            "too many elements",
+        ),
+        (
+            "\"count\": 3, \"type\": \"VEC3\"",
+            "\"count\": 300, \"type\": \"VEC3\"",
+            "beyond its buffer view",
+        ),
+        (
+            "\"byteOffset\": 0, \"byteLength\": 36",
+            "\"byteOffset\": 18446744073709551615, \"byteLength\": 36",
+            "beyond its buffer",
+        ),
+        (
+            "\"mesh\": 0,",
+            "\"mesh\": 0, \"children\": [ 0 ],",
+            "child of several nodes, of itself",
+        ),
+        ("\"mesh\": 0,", "\"mesh\": 7,", "the mesh 7 does not exist"),
+        (
+            "\"indices\": 3",
+            "\"indices\": 99",
+            "the accessor 99 does not exist",
+        ),
+        ("\"POSITION\": 0", "\"NORMAL\": 0", "has no positions"),
+        (
+            "\"material\": 0",
+            "\"material\": 5",
+            "the material 5 does not exist",
+        ),
+        (
+            "\"byteLength\": 36 }",
+            "\"byteLength\": 36, \"extensions\": { \"EXT_meshopt_compression\": {} } }",
+            "EXT_meshopt_compression",
+        ),
+        (
+            "\"asset\"",
+            "\"extensionsRequired\": [ \"ACME\" ], \"asset\"",
+            "the extension `ACME` is not read",
+        ),
+    ] {
+        assert!(json.contains(from), "{from}");
+        let document = read(glb(&json.replacen(from, to, 1), &chunk));
+        let said = messages(&document);
+        assert!(
+            said.iter().any(|said| said.contains(says)),
+            "{to}: {said:?}"
+        );
+    }
+    let error = Document::read(
+        "a",
+        glb(&json[..200], &chunk),
+        Arc::new(NoFiles),
+        &Limits::default(),
+    );
+    let error = error.expect_err("damaged JSON");
+    assert!(
+        error.message.contains("JSON of this glTF file"),
+        "{}",
+        error.message
+    );
+    let whole = glb(&json, &chunk);
+    for length in (0..whole.len()).step_by(37) {
+        let _ = Document::read(
+            "a",
+            whole[..length].to_vec(),
+            Arc::new(NoFiles),
+            &Limits::default(),
+        );
+    }
+}
+
+#[test]
+fn an_inline_includes_a_file_of_any_format() {
+    let (json, chunk) = triangle();
+    let files = Files(BTreeMap::from([
+        ("a.glb", glb(&json, &chunk)),
+        ("a.stl", STL.as_bytes().to_vec()),
+        ("a.x3d", XML.as_bytes().to_vec()),
+        ("a.ply", ply("binary_big_endian")),
+    ]));
+    let text = "#VRML V2.0 utf8\nInline { url \"a.glb\" } Inline { url \"a.stl\" }
+                Inline { url \"a.x3d\" } Inline { url \"a.ply\" }\n";
+    let bytes = text.as_bytes().to_vec();
+    let document = Document::read("a.wrl", bytes, Arc::new(files), &Limits::default());
+    let document = document.expect("reads");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    assert_eq!(document.included.len(), 4);
+    assert_eq!(nodes(&document, "Shape").len(), 1 + 1 + 3 + 1 + 1);
+}
