@@ -4,6 +4,7 @@ use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
 
 use image::ImageFormat;
+use ivcam::export::{ExportOptions, Target, convert};
 use ivcam_inventor::iv::{Document, Format};
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
@@ -62,6 +63,51 @@ pub(super) fn scenes() -> Vec<Seed> {
         }
     }
     seeds.extend(more);
+    seeds
+}
+
+/// Scenes of the repository converted to the formats of other programs, and small files of those
+/// that are not written.
+pub(super) fn formats() -> Vec<Seed> {
+    let mut seeds: Vec<Seed> = [
+        (
+            "square.obj",
+            "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nvt 0 0\nvn 0 0 1\ng a\ns 1\n\
+             f 1/1/1 2/1/1 -1/-1/-1\nl 1 2\np 3\nmtllib a.mtl\nusemtl b\n",
+        ),
+        (
+            "tile.stl",
+            "solid tile\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\n\
+             vertex 0 1 0\nendloop\nendfacet\nendsolid tile\n",
+        ),
+        (
+            "square.ply",
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+             property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n\
+             element face 1\nproperty list uchar int vertex_index\nend_header\n\
+             0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n3 0 1 2\n",
+        ),
+        (
+            "scene.x3dv",
+            "#X3D V4.0 utf8\nPROFILE Immersive\nMETA \"a\" \"b\"\nShape { appearance Appearance \
+             { material PhysicalMaterial { metallic 0 } } geometry IndexedTriangleSet { index [ 0 \
+             1 2 ] coord Coordinate { point [ 0 0 0 1 0 0 0 1 0 ] } } }\n",
+        ),
+    ]
+    .map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()))
+    .into();
+    let scenes = below("tests/golden/vrml97", &["wrl"], 1500);
+    let targets = [Target::X3d, Target::Gltf, Target::Glb, Target::Ply];
+    for (number, (name, bytes)) in scenes.into_iter().step_by(4).enumerate() {
+        let loader = std::sync::Arc::new(ivcam_inventor::iv::NoFiles);
+        let Ok(document) = Document::read(&name, bytes, loader, &Default::default()) else {
+            continue;
+        };
+        let target = targets[number % targets.len()];
+        if let Ok(made) = convert(&document, target, &ExportOptions::default()) {
+            seeds.push((format!("{name}.{}", target.name()), made.bytes));
+        }
+    }
     seeds
 }
 

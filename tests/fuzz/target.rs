@@ -16,11 +16,17 @@ pub(crate) struct Target {
 }
 
 /// All targets.
-pub(crate) const TARGETS: [Target; 11] = [
+pub(crate) const TARGETS: [Target; 12] = [
     Target {
         name: "scene",
         run: scenes::scene,
         seeds: seeds::scenes,
+        words: words::catalogue,
+    },
+    Target {
+        name: "format",
+        run: scenes::scene,
+        seeds: seeds::formats,
         words: words::catalogue,
     },
     Target {
