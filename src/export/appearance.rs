@@ -123,6 +123,7 @@ mod tests {
             transparency: 0.25,
             unlit: false,
             double_sided: true,
+            physical: None,
             texture: Some(Texture {
                 image: 0,
                 model,
