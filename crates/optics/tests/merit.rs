@@ -1,7 +1,8 @@
 //! Figures of merit beside the data sheet, and the yield beside a closed form.
 
 use ivcam_optics::lens::{
-    Distribution, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement, Tolerance, yield_of,
+    Distribution, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement, SheetSetting,
+    Tolerance, yield_of,
 };
 use ivcam_optics::prescription::{Change, Quantity};
 

@@ -425,7 +425,7 @@ impl<'d> Ascii<'d> {
     fn field(&mut self, id: NodeId, field: usize, tasks: &mut Vec<AsciiTask<'d>>) {
         let node = &self.document.nodes[id.0 as usize];
         let name = described(self.document, node.class, node.fields[field].index).0;
-        self.put(&self.name_of(id, name).into_owned());
+        self.put(&self.name_of(id, name));
         self.put(" ");
         self.value(id, field, tasks);
     }

@@ -27,13 +27,16 @@ pub(super) enum Mapping {
     Linear { s: Vec4, t: Vec4 },
 }
 
+/// A decoded texture with the number of its picture.
+type DecodedImage = (Arc<looks::Texture>, usize);
+
 /// The pictures of a model, each with the texture that it was made from.
 #[derive(Debug)]
 pub(super) struct Images {
     pub list: Vec<Image>,
     /// The texture of each node and the number of its picture, with the bits of the opacity below
     /// which it is transparent; `None` if it cannot be decoded.
-    decoded: HashMap<(NodeId, u32), Option<(Arc<looks::Texture>, usize)>>,
+    decoded: HashMap<(NodeId, u32), Option<DecodedImage>>,
     /// The textures by file.
     files: TextureFiles,
     /// The memory that the model may use, with what is in use.

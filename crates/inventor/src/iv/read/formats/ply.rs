@@ -311,7 +311,7 @@ impl PlyMesh {
         let mut list: Vec<i32> = Vec::new();
         let mut charged = numbers.at;
         for entry in 0..element.count {
-            if entry as usize % CHUNK == 0 {
+            if (entry as usize).is_multiple_of(CHUNK) {
                 builder.asm.spend_read(numbers.at - charged, numbers.at)?;
                 charged = numbers.at;
             }

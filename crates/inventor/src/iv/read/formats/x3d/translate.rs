@@ -162,6 +162,10 @@ impl<'x> Translator<'x> {
     }
 
     /// Appends a value from the XML at an offset.
+    #[expect(
+        clippy::ptr_arg,
+        reason = "a borrowed text is that of the file, which places need"
+    )]
     fn value(&mut self, kind: FieldType, value: &Cow<'_, str>, at: usize) {
         let start = self.out.text.len();
         put(&mut self.out.text, kind, value);
@@ -467,6 +471,10 @@ impl<'x> Translator<'x> {
     }
 
     /// Writes the field of an attribute.
+    #[expect(
+        clippy::ptr_arg,
+        reason = "a borrowed text is that of the file, which places need"
+    )]
     fn attribute(
         &mut self,
         class: Option<&'static Class>,

@@ -30,7 +30,7 @@ fn is_strings(text: &str) -> bool {
     for c in text.chars() {
         match c {
             '"' if !is_escaped => is_quoted = !is_quoted,
-            _ if !is_quoted && !(c.is_ascii_whitespace() || c == ',') => return false,
+            _ if !(is_quoted || c.is_ascii_whitespace() || c == ',') => return false,
             _ => {}
         }
         is_escaped = is_quoted && c == '\\' && !is_escaped;
