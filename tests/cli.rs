@@ -764,7 +764,7 @@ fn lens_reports_every_invalid_value_in_one_style() {
         ("--frequencies 0", "a list of up to 400 numbers"),
         ("--export ros --size 300x", "a width and a height in pixels"),
         ("--export ros --model other", "brown, rational or fisheye"),
-        ("--export ros --tolerance 0", "a number greater than 0"),
+        ("--export ros --residual 0", "a number greater than 0"),
     ] {
         let given = option.rsplit("--").next().unwrap();
         let message = format!("error: `--{given}` is not {wanted}");

@@ -71,7 +71,7 @@ pub(super) fn arguments() -> impl Iterator<Item = Arg> {
             "with --export: brown (plumb_bob), rational or fisheye (equidistant) [the first that fits]",
         ),
         value(
-            "tolerance",
+            "residual",
             "PIXELS",
             "with --export: the largest residual of a model that counts as a fit [0.25; lensfun: 2]",
         ),
@@ -102,7 +102,7 @@ pub(super) fn export(request: &Request<'_>, name: &str) -> Result<Content> {
             "brown, rational or fisheye",
             CameraModel::named,
         )?,
-        tolerance: parsed(matches, "tolerance", POSITIVE, positive)?,
+        tolerance: parsed(matches, "residual", POSITIVE, positive)?,
         pixels: parsed(matches, "size", size, pixels)?,
     })
 }
