@@ -26,8 +26,8 @@ pub(super) fn roughness(material: &Material) -> f32 {
     libm::powf(2.0 / (exponent(material) + 2.0), 0.25)
 }
 
-/// The reflectance F₀ at normal incidence, at most 1, in linear light; of a physical material that of
-/// its part that is no metal.
+/// The reflectance F₀ at normal incidence, at most 1, in linear light; of a physical material that
+/// of its part that is no metal.
 pub(super) fn reflectance(material: &Material) -> [f32; 3] {
     if let Some(own) = material.physical {
         return own.dielectric.to_array();

@@ -154,8 +154,8 @@ fn the_yield_is_the_share_of_a_uniform_distribution() {
     assert_eq!(uniform.outer, [uniform.trials - uniform.passed]);
 }
 
-/// Over 200 heights in random distances, the light of every shipped lens has no jump above 5% of the
-/// axis's, and is nowhere 0 inside the lit circle.
+/// Over 200 heights in random distances, the light of every shipped lens has no jump above 5% of
+/// the axis's, and is nowhere 0 inside the lit circle.
 #[test]
 fn relative_illumination_has_no_holes_and_no_jumps() {
     let mut tried = 0;

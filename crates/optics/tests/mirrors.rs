@@ -9,8 +9,8 @@ use ivcam_optics::prescription::formats::write::{Target, write};
 use ivcam_optics::prescription::{Medium, Reading};
 use serde_json::Value;
 
-/// The systems of `tests/lenses/reference/mirrors.json`, which `crates/measure/mirrors_reference.py`
-/// makes: the name, the lens and the rays.
+/// The systems of `tests/lenses/reference/mirrors.json`, which
+/// `crates/measure/mirrors_reference.py` makes: the name, the lens and the rays.
 fn reference() -> Vec<(String, Lens, Vec<Vec<f64>>)> {
     let file = concat!(
         env!("CARGO_MANIFEST_DIR"),
@@ -148,7 +148,8 @@ fn a_cassegrain_has_no_spherical_aberration_and_its_first_order_data() {
         "{}",
         sums.sum.s2
     );
-    // The Petzval sum of mirrors of radii R: 2/R2 − 2/R1, for a flat image with S_IV of the sign of a lens.
+    // The Petzval sum of mirrors of radii R: 2/R2 − 2/R1, for a flat image with S_IV of the sign of
+    // a lens.
     let petzval = (2.0 / 180.0 - 2.0 / 400.0) * sums.invariant * sums.invariant;
     assert!(
         (sums.sum.s4 / petzval - 1.0).abs() < 1e-9,

@@ -9,8 +9,8 @@ use crate::export::conversion::{Conversion, ExportOptions};
 use crate::export::losses::Losses;
 use crate::export::target::Target;
 
-/// Converts a document in VRML97 to X3D or VRML97 node by node, and one in X3D to X3D. Returns `None`
-/// for other documents and targets.
+/// Converts a document in VRML97 to X3D or VRML97 node by node, and one in X3D to X3D. Returns
+/// `None` for other documents and targets.
 pub(in crate::export) fn rewritten(
     document: &Document,
     target: Target,

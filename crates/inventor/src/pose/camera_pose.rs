@@ -219,8 +219,8 @@ impl CameraPose {
     }
 }
 
-/// Returns the height of what an `OrthoViewpoint` shows: its field of view has the least x and y and
-/// the largest x and y.
+/// Returns the height of what an `OrthoViewpoint` shows: its field of view has the least x and y
+/// and the largest x and y.
 fn ortho_height(view: &[f32]) -> f64 {
     let height = match *view {
         [_, least, _, most] => f64::from(most) - f64::from(least),

@@ -78,8 +78,8 @@ pub struct PhysicalElement {
 }
 
 impl PhysicalElement {
-    /// The share of a metal's color that Phong's model shows as diffuse color. A metal has none, and
-    /// would be black in a scene without surroundings to mirror.
+    /// The share of a metal's color that Phong's model shows as diffuse color. A metal has none,
+    /// and would be black in a scene without surroundings to mirror.
     pub const METAL_IN_PHONG: f32 = 0.5;
 
     /// The factor of the base color in Phong's diffuse color.
@@ -87,8 +87,8 @@ impl PhysicalElement {
         1.0 - metallic * (1.0 - Self::METAL_IN_PHONG)
     }
 
-    /// Returns Phong's specular color, in linear light, and exponent divided by 128, of the highlight
-    /// with the height and width of the lobe: n = 2/α² − 2 and kₛ = F₀/(4α²).
+    /// Returns Phong's specular color, in linear light, and exponent divided by 128, of the
+    /// highlight with the height and width of the lobe: n = 2/α² − 2 and kₛ = F₀/(4α²).
     pub fn highlight(roughness: f32, reflectance: Vec3) -> (Vec3, f32) {
         let alpha = (roughness * roughness).clamp(1e-3, 1.0);
         let squared = alpha * alpha;
@@ -546,7 +546,7 @@ pub enum TextureModel {
 /// What the opacity of a surface means: X3D 4's field `alphaMode`, which is glTF's.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum AlphaMode {
-    /// Light shines through what is not opaque.
+    /// What is not opaque lets light through.
     #[default]
     Blend,
     /// Everything is opaque.

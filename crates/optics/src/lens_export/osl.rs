@@ -42,8 +42,8 @@ struct PupilBox {
 ///
 /// # Errors
 ///
-/// Returns an error if no light reaches the axis, and for mirrors and obstructions, which the shader
-/// does not trace.
+/// Returns an error if no light reaches the axis, and for mirrors and obstructions, which the
+/// shader does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
     if lens.prescription().has_mirrors() || lens.is_obstructed() {

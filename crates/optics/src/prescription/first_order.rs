@@ -13,8 +13,8 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Plane, Shape, Surface};
 
 /// The first-order data of a lens in one plane. Positions are in millimeters from the front vertex,
-/// with +z toward the film. Behind an odd number of mirrors, z is counted from the last vertex along
-/// the light.
+/// with +z toward the film. Behind an odd number of mirrors, z is counted from the last vertex
+/// along the light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FirstOrder {
     /// The distance from the first vertex to the last along z.

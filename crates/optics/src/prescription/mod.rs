@@ -7,7 +7,8 @@
 //!
 //! The folder's parts, from the ground up: `glass` and `surface`; `prescription` is the table,
 //! `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes another
-//! table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats` reads and writes files.
+//! table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats` reads
+//! and writes files.
 
 pub(crate) mod about;
 mod adjust;

@@ -244,7 +244,8 @@ pub struct Surface {
     /// Whether this is the aperture stop.
     pub is_stop: bool,
     /// Whether the surface reflects light. The medium behind it is then that in front of it, and
-    /// the surfaces behind it are given as [`Prescription`](crate::prescription::Prescription) says.
+    /// the surfaces behind it are given as [`Prescription`](crate::prescription::Prescription)
+    /// says.
     pub is_mirror: bool,
     /// The coating of the surface.
     pub coating: Coating,

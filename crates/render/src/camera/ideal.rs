@@ -276,8 +276,8 @@ mod tests {
     }
 
     /// Merklinger's hinge rule: a lens that is tilted by α turns the plane of sharp focus about a
-    /// line at the distance f/sin α from the lens, in the plane through the lens that is parallel to
-    /// the film.
+    /// line at the distance f/sin α from the lens, in the plane through the lens that is parallel
+    /// to the film.
     #[test]
     fn a_tilted_lens_is_sharp_on_a_plane_through_its_hinge() {
         let (efl, tilt) = (50.0, 0.1);

@@ -19,8 +19,8 @@ use super::rays::METERS_FROM_MM;
 ///
 /// # Errors
 ///
-/// Returns an error if a surface is not a sphere or a plane centered on the axis, or reflects, or if
-/// no surface has a semi-diameter.
+/// Returns an error if a surface is not a sphere or a plane centered on the axis, or reflects, or
+/// if no surface has a semi-diameter.
 pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) -> Result<String> {
     let surfaces = &lens.prescription().surfaces;
     let indices = lens.prescription().indices(lens.wavelength());

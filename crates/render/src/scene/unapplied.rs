@@ -107,7 +107,8 @@ const UNAPPLIED_FIELDS: [(&str, &str); 9] = [
     ("shaders", "shapes are shaded as without it"),
 ];
 
-/// Returns what the picture lacks because of fields of a node of X3D: the field, and what is lacking.
+/// Returns what the picture lacks because of fields of a node of X3D: the field, and what is
+/// lacking.
 pub(super) fn unapplied_fields(
     node: NodeRef<'_>,
 ) -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -152,8 +152,8 @@ impl<'a> Beam<'a> {
         (self.low, self.high)
     }
 
-    /// The outline of the places whose rays get through, as 96 points; empty if none was found. What
-    /// closes the middle of a surface is left out.
+    /// The outline of the places whose rays get through, as 96 points; empty if none was found.
+    /// What closes the middle of a surface is left out.
     pub(crate) fn outline(&self) -> Vec<DVec2> {
         let middle = 0.5 * (self.low + self.high);
         let Some(inside) = self.inside(middle) else {

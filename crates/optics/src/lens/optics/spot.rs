@@ -76,7 +76,8 @@ impl Lens {
     }
 
     /// The greatest height in millimeters whose ray gets through, and the loss of the next higher
-    /// one, without what closes the middle of a surface. Heights are tried in 512 steps up to `reach` times the largest semi-diameter.
+    /// one, without what closes the middle of a surface. Heights are tried in 512 steps up to
+    /// `reach` times the largest semi-diameter.
     fn widest_ray(&self, reach: f64, ray: impl Fn(f64) -> LensRay) -> (f64, Option<Loss>) {
         let lens = self.unobstructed();
         let trace = |height: f64| lens.trace_from_scene(&ray(height));

@@ -9,8 +9,8 @@
 //! the first from the film points of a `film_row`, the second in `polar_cells` and with the help of
 //! `symmetry`. Both consist of `patch`es, from which rays are aimed at a `polygon`, and
 //! `exit_pupil` holds one of the two. `vignetting` measures how much of a polygon lets light
-//! through, `obstruction` what is closed inside it, and `secondary_region` where light comes through other openings. `support` has the
-//! arithmetic of convex outlines.
+//! through, `obstruction` what is closed inside it, and `secondary_region` where light comes
+//! through other openings. `support` has the arithmetic of convex outlines.
 //!
 //! # Glossary
 //!

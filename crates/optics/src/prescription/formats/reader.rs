@@ -175,8 +175,8 @@ impl Draft {
         self.places.push(places);
     }
 
-    /// Turns the signs of the file behind mirrors into those of a [`Prescription`]. Its surfaces and
-    /// zoom positions are all read.
+    /// Turns the signs of the file behind mirrors into those of a [`Prescription`]. Its surfaces
+    /// and zoom positions are all read.
     pub(super) fn fold(&mut self) {
         if self.lens.has_mirrors() {
             self.lens = self.lens.folded();

@@ -170,8 +170,8 @@ impl PhysicalSurface {
         })
     }
 
-    /// Returns the reflectances of the matte part and of the microfacets, from Phong's diffuse color
-    /// of the surface.
+    /// Returns the reflectances of the matte part and of the microfacets, from Phong's diffuse
+    /// color of the surface.
     pub(crate) fn reflectances(self, diffuse: Vec3) -> (Vec3, Vec3) {
         let base = (diffuse / PhysicalElement::diffuse_share(self.metallic)).min(Vec3::ONE);
         let specular = self.dielectric.lerp(base, self.metallic);

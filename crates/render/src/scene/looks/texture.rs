@@ -176,8 +176,8 @@ impl Texture {
         Self::new(self.width, self.height, components, texels.collect())
     }
 
-    /// Returns the factors of roughness and of metal in glTF's texture of both: the root of the mean
-    /// square of green, because the square is GGX's α, and the mean of blue.
+    /// Returns the factors of roughness and of metal in glTF's texture of both: the root of the
+    /// mean square of green, because the square is GGX's α, and the mean of blue.
     pub(in crate::scene) fn metallic_roughness(&self) -> [f32; 2] {
         let (mut squares, mut metals, mut count) = (0u64, 0u64, 0u64);
         for [_, green, blue, _] in self.rows().flatten() {

@@ -1,8 +1,8 @@
 //! Reads Wavefront's OBJ (Wavefront Technologies, *Advanced Visualizer Manual*, appendix B1).
 //!
-//! The faces of one group with one material, one smoothing group and the same kinds of corners become
-//! one `Shape` with an `IndexedFaceSet`. A group with several of them is a `Group`. Colors after the
-//! coordinates of a vertex, which many programs write, are read.
+//! The faces of one group with one material, one smoothing group and the same kinds of corners
+//! become one `Shape` with an `IndexedFaceSet`. A group with several of them is a `Group`. Colors
+//! after the coordinates of a vertex, which many programs write, are read.
 
 use std::collections::HashMap;
 

@@ -1,8 +1,8 @@
 //! Reads PLY, as text and as binary of both orders of bytes (Greg Turk, *The PLY Polygon File
 //! Format*, 1994).
 //!
-//! The vertices and faces of a file become one `Shape` with an `IndexedFaceSet`; triangle strips, edges
-//! and points become shapes of their own kinds. Colors are those of a screen, as in VRML97.
+//! The vertices and faces of a file become one `Shape` with an `IndexedFaceSet`; triangle strips,
+//! edges and points become shapes of their own kinds. Colors are those of a screen, as in VRML97.
 
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Span};

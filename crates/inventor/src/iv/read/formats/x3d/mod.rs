@@ -2,7 +2,8 @@
 //!
 //! The elements state what the classic encoding states, so `translate` writes them in it, and the
 //! reader of that text does the rest: prototypes, scripts, routes and links are read by one code.
-//! `places` leads from the text back to the XML, so that messages and nodes have places in the file.
+//! `places` leads from the text back to the XML, so that messages and nodes have places in the
+//! file.
 
 mod places;
 mod translate;

@@ -1,8 +1,8 @@
 //! Translates X3D from XML to its classic encoding.
 //!
 //! Open elements are on a stack, and what an element states is written at once. A node writes the
-//! name of the field of the node around it that it belongs to; a field of several nodes is therefore
-//! stated once for each.
+//! name of the field of the node around it that it belongs to; a field of several nodes is
+//! therefore stated once for each.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
