@@ -16,12 +16,15 @@ use super::{exit_code, text, value};
 pub(super) fn man_command() -> Command {
     Command::new("man")
         .about("Writes the manual pages, one for each command")
-        .arg(value(
-            "output",
-            "FOLDER",
-            "folder for the pages, such as ~/.local/share/man/man1 [the first page to standard output]",
+        .arg(
+            value(
+                "pages",
+                "FOLDER",
+                "folder for the pages, such as ~/.local/share/man/man1 [the first page to standard output]",
+            )
+            .long("output")
+            .short('o'),
         )
-        .short('o'))
 }
 
 /// Returns the definition of `ivcam completions`.
@@ -51,7 +54,7 @@ pub(super) fn man(m: &ArgMatches, commands: &Command, out: &mut dyn Write) -> Re
             .map(|()| page)
             .map_err(|e| Diagnostic::io("manual page", &e))
     };
-    let Some(folder) = text(m, "output").map(Path::new) else {
+    let Some(folder) = text(m, "pages").map(Path::new) else {
         return exit_code(out.write_all(&page(&commands)?));
     };
     std::fs::create_dir_all(folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
