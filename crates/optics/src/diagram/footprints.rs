@@ -49,7 +49,9 @@ fn grid(page: &mut Drawing, sheet: &LensSheet, [x, y]: [f64; 2], width: f64) -> 
     for (exaggerated, ink) in [(0.0, Ink::Faint), (factor, Ink::Curve(0))] {
         for line in 0..LINES {
             let across = half * (2.0 * f64::from(line) / f64::from(LINES - 1) - 1.0);
-            let along = (0..=48).map(|i| half * (f64::from(i) / 24.0 - 1.0));
+            // Lines without distortion are straight.
+            let steps = if exaggerated == 0.0 { 1 } else { 24 };
+            let along = (0..=steps).map(|i| half * (2.0 * f64::from(i) / f64::from(steps) - 1.0));
             let along: Vec<f64> = along.collect();
             for is_row in [true, false] {
                 let point = |along: &f64| match is_row {
@@ -111,8 +113,8 @@ fn footprints(
         let scale = 0.44 * cell / size.max(1e-9);
         let place = |p: DVec2| [center[0] + scale * p.x, center[1] - scale * p.y];
         for radius in rim.into_iter().chain([surface.obstruction]) {
-            let circle = (0..64).map(|k| {
-                let (sin, cos) = libm::sincos(TAU * f64::from(k) / 64.0);
+            let circle = (0..32).map(|k| {
+                let (sin, cos) = libm::sincos(TAU * f64::from(k) / 32.0);
                 place(radius * DVec2::new(cos, sin))
             });
             if radius > 0.0 {
@@ -124,7 +126,9 @@ fn footprints(
             .enumerate()
             .filter(|(_, print)| print[i].len() > 2)
         {
-            let mut outline: Vec<[f64; 2]> = print[i].iter().map(|p| place(*p)).collect();
+            // An outline of a centimeter shows no more than 24 corners.
+            let corners = print[i].iter().step_by(4);
+            let mut outline: Vec<[f64; 2]> = corners.map(|p| place(*p)).collect();
             outline.extend(outline.first().copied());
             page.path(outline, Ink::Ray(k as u8));
         }
