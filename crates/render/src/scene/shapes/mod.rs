@@ -2,13 +2,14 @@
 //!
 //! A class that draws is added in three places:
 //!
-//! 1. `grammar/shapes.nodes` gets an entry that is marked `rendered`. Reading, writing, defaults   
-//! and the manual follow from it, and the build makes `class::NAME` and a handle for each field. 2.
-//! `draw_class` below, or `vrml97::draw` for a class of VRML97, or `x3d::draw` for one of X3D, gets
-//!    a line with its constant. 3. The file of its kind gets the function. It reads fields through
-//! handles, which have the    defaults (`node.get(cone::HEIGHT)`), reads values of earlier nodes
-//! from the [`State`], and    draws into the [`Canvas`]. Mathematics that needs no node belongs to
-//! a file of the same name    in [`crate::geometry`].
+//! 1. `grammar/shapes.nodes` gets an entry that is marked `rendered`. Reading, writing, defaults
+//!    and the manual follow from it, and the build makes `class::NAME` and a handle for each field.
+//! 2. `draw_class` below, or `vrml97::draw` for a class of VRML97, or `x3d::draw` for one of X3D,
+//!    gets a line with its constant.
+//! 3. The file of its kind gets the function. It reads fields through handles, which have the
+//!    defaults (`node.get(cone::HEIGHT)`), reads values of earlier nodes from the [`State`], and
+//!    draws into the [`Canvas`]. Mathematics that needs no node belongs to a file of the same name
+//!    in [`crate::geometry`].
 //!
 //! The test at the end fails if a `rendered` class has no line in the table. A scene in
 //! `tests/golden/shapes/` shows what the class draws.

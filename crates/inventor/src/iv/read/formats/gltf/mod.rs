@@ -2,7 +2,7 @@
 //!
 //! * `schema` is the JSON, `container` finds it, and `buffers` reads numbers;
 //! * `reader` adds the tree of nodes, with cameras and lights; `skins` places the vertices of
-//! meshes   by their joints at rest;
+//!   meshes by their joints at rest;
 //! * `meshes` and `materials` add shapes and appearances;
 //! * `animation` adds clocks, interpolators and routes.
 //!
