@@ -13,6 +13,8 @@ use ivcam_inventor::grammar::{
 use ivcam_inventor::iv::{Document, Format, Limits, Loader, NoFiles, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 
+use super::iv::messages;
+
 /// A loader of files in memory.
 #[derive(Debug)]
 struct Files(BTreeMap<&'static str, Vec<u8>>);
@@ -38,15 +40,6 @@ fn read_clean(bytes: impl Into<Vec<u8>>) -> Document {
     let document = read(bytes);
     assert_eq!(messages(&document), Vec::<String>::new());
     document
-}
-
-fn messages(document: &Document) -> Vec<String> {
-    document
-        .sink
-        .items()
-        .iter()
-        .map(ToString::to_string)
-        .collect()
 }
 
 /// The document as X3D's classic encoding.

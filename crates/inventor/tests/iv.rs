@@ -18,7 +18,8 @@ fn read(text: &str) -> Document {
     .unwrap_or_else(|e| panic!("{}", e.render(false)))
 }
 
-fn messages(document: &Document) -> Vec<String> {
+/// The messages about a document as text.
+pub(super) fn messages(document: &Document) -> Vec<String> {
     document
         .sink
         .items()
