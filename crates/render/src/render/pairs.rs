@@ -28,7 +28,7 @@ const SURE: f64 = 4.6;
 
 /// How many pairs an estimate has.
 #[derive(Clone, Copy)]
-struct Look {
+struct PairAmount {
     /// The number of the first pair.
     first: u32,
     /// The number of pairs in a small picture with at least as many pixels. It bounds the width of
@@ -40,19 +40,19 @@ struct Look {
 }
 
 /// The first look at a film whose samples go on.
-const GLANCE: Look = Look {
+const GLANCE: PairAmount = PairAmount {
     first: 0,
     fewest: 512.0,
     most_samples: 0.0,
 };
 /// The first look at a final film, of at most about a quarter of a second beside its usual share.
-const FIRST_LOOK: Look = Look {
+const FIRST_LOOK: PairAmount = PairAmount {
     most_samples: 262_144.0,
     ..GLANCE
 };
 /// The look at a final film whose error few pixels carry, if the first look left it unknown. Its
 /// pairs are other ones, because those of the first look are chosen by their outcome.
-const SECOND_LOOK: Look = Look {
+const SECOND_LOOK: PairAmount = PairAmount {
     first: 1 << 24,
     fewest: 4.0 * FIRST_LOOK.fewest,
     most_samples: 4.0 * FIRST_LOOK.most_samples,
@@ -105,7 +105,12 @@ impl Render<'_> {
     }
 
     /// Estimates the squared error of a film by the pairs of one look.
-    fn look(&self, film: &Film, region: Region, look: Look) -> (Option<SquaredError>, Counts) {
+    fn look(
+        &self,
+        film: &Film,
+        region: Region,
+        look: PairAmount,
+    ) -> (Option<SquaredError>, Counts) {
         let (pairs, counts) = self.pairs(&self.draws((film, region), look));
         (SquaredError::of(&pairs, &film.pixels), counts)
     }
@@ -130,7 +135,7 @@ impl Render<'_> {
     }
 
     /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, (film, region): (&Film, Region), look: Look) -> Vec<PairDraw> {
+    fn draws(&self, (film, region): (&Film, Region), look: PairAmount) -> Vec<PairDraw> {
         let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
         let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
         let each = probabilities.samples;
