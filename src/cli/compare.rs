@@ -238,8 +238,8 @@ fn write_text(
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let m = &comparison.measures;
-    if let Some(a) = comparison.alignment {
-        write_alignment(&a, out)?;
+    if let Some(a) = &comparison.alignment {
+        write_alignment(a, out)?;
     }
     let [r, g, b] = comparison.tones;
     let same = r == g && g == b;

@@ -1,43 +1,29 @@
 //! Finds the shift, scale and rotation that align an old picture with a new one.
 //!
-//! A search over all rotations and scales on small pictures correlates the directions of their
-//! gradients, which gain and gamma do not change. A Gauss-Newton refinement from coarse to fine on
-//! the local contrast then reaches a few hundredths of a pixel.
+//! Paper, mats and scanner beds around the old picture are left out. A search on small pictures
+//! finds its place, and a Gauss-Newton refinement from coarse to fine on the local contrast then
+//! reaches a few hundredths of a pixel.
 //!
 //! Positions are in pixels from the center of their picture, x right and y down.
 
 use glam::{DMat2, DVec2};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::math::fourier::FourierSpectrum;
-use rayon::prelude::*;
 use serde::Serialize;
 
-use super::chance::{self, Searched};
+use super::chance;
+use super::frame::{self, Frame};
 use super::plane::{Plane, Plate};
-use super::refine::{Errors, refine};
+use super::refine::{Errors, refine, refine_matched};
+use super::search::{self, Candidate, SEARCHED};
 use super::tone::{self, Matching};
 use super::warp::{Warp, half, is_inside, reduced, resample};
 
-/// The longer side of the small pictures, in pixels.
-const SMALL: f64 = 48.0;
-/// The side of the square that they are correlated in, in pixels.
-const SQUARE: usize = 128;
-/// The standard deviation of the blur before contrast is computed, in pixels, for the search.
-const COARSE: f64 = 0.3;
 /// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
 const FINE: f64 = 1.0;
-/// The number of candidates of the search that are refined. More cost time in proportion. With it
-/// 58 of 60 scans are recognized, and none of 274 unrelated pairs (docs/guide/compare.md).
-const CANDIDATES: usize = 24;
+/// The standard deviation of the blur before tones are matched, in pixels.
+const CALM: f64 = 2.0;
 /// The agreement above which the mirrored picture is not searched: it could hardly agree better.
 const CLEAR_AGREEMENT: f64 = 0.97;
-/// The warps of the search: every 7.5 degrees, and scales from half to double.
-pub(super) const SEARCHED: Searched = Searched {
-    rotations: 48,
-    scales: 4,
-    per_octave: 4.0,
-    shifts: SQUARE as i32,
-};
 /// The displacement of corners, in pixels, that nonlinear tones and resampling cause. It bounds the
 /// errors from below. The largest that the tests of this file find is 0.02.
 const SYSTEMATIC: f64 = 0.02;
@@ -46,7 +32,8 @@ const SYSTEMATIC: f64 = 0.02;
 const WITHIN: f64 = 3.0;
 
 /// The position of the old picture on the new one.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Alignment {
     /// The old picture's center, in pixels of the new one from its center.
     pub shift: [f64; 2],
@@ -66,13 +53,40 @@ pub struct Alignment {
     pub agreement: f64,
     /// An upper bound on the probability that an unrelated picture agrees as well.
     pub chance: f64,
+    /// The pixels of the old picture that are compared, if it has a border of paper, mat or
+    /// scanner bed, which is left out.
+    pub photograph: Option<Frame>,
+    /// Other places where the old picture agrees as well within the error of the agreement. The
+    /// place that changes it least was taken.
+    pub alternatives: Vec<Alternative>,
 }
 
-/// An old picture, mirrored if that aligns it, with its warp.
+/// A place where the old picture agrees nearly as well as at the one that was taken.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct Alternative {
+    /// Pixels of the new picture in one of the old.
+    pub scale: f64,
+    /// The clockwise rotation of the old picture, in degrees.
+    pub rotation: f64,
+    /// Whether the old picture is mirrored, left to right, before it is rotated.
+    pub mirrored: bool,
+}
+
+/// The old picture within its border, mirrored if that aligns it, with its warp.
 pub(crate) struct Aligned {
     pub old: Plate,
     pub warp: Warp,
     pub alignment: Alignment,
+}
+
+/// A frame of the old picture, and the places that were found for it.
+struct Framed {
+    frame: Frame,
+    /// The brightness within the frame, and the same mirrored.
+    sides: [Plane; 2],
+    /// The one that is taken comes first, then those that agree as well.
+    candidates: Vec<Candidate>,
 }
 
 /// Finds the warp from the new picture to the old one.
@@ -96,38 +110,122 @@ pub(crate) fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
 
 /// Finds the best warp from the new picture to the old one, however good it is.
 pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
-    let sides = [old.clone(), old.map(Plane::mirrored)];
     let new = new.luma();
-    let new_ratio = (new.longer_side() / SMALL).max(1.0);
-    let old_ratio = (sides[0].channels[0].longer_side() / SMALL).max(1.0);
-    let small = reduced(&new, new_ratio);
-    let candidate = |mirrored: bool| {
-        let luma = sides[usize::from(mirrored)].luma();
-        let (warp, agreement) = search(&small, &luma, old_ratio)?;
-        let warp = warp.between(1.0 / new_ratio, 1.0 / old_ratio);
-        let chance = SEARCHED.chance(&new, &luma, warp, mirrored);
-        Some((mirrored, warp, agreement, chance))
-    };
-    let direct = candidate(false);
-    let is_clear = direct.is_some_and(|d| d.2 >= CLEAR_AGREEMENT && d.3 <= chance::LIMIT);
-    let reverse = if is_clear { None } else { candidate(true) };
-    let found = direct.into_iter().chain(reverse);
-    let by_chance = |a: &(_, _, f64, f64), b: &(_, _, f64, f64)| {
-        a.3.total_cmp(&b.3).then(b.2.total_cmp(&a.2)) // Both may be too small for a number.
-    };
-    let (mirrored, warp, agreement, _) = found.min_by(by_chance)?;
-    let [same, reverse] = sides;
-    let old = if mirrored { reverse } else { same };
     let luma = old.luma();
-    let (warp, errors) = refine_fully(&new, &luma, warp, new_ratio);
-    let warp = errors.map_or(warp, |errors| rounded(&new, &luma, warp, errors));
-    let chance = SEARCHED.chance(&new, &luma, warp, mirrored);
-    let alignment = describe(warp, errors, mirrored, agreement, chance);
-    Some(Aligned {
-        old,
-        warp,
-        alignment,
-    })
+    let frames = frame::frames(old);
+    let framed: Vec<Framed> = frames
+        .iter()
+        .filter_map(|frame| Framed::search(&new, &luma, *frame))
+        .collect();
+    let likeliest = framed
+        .iter()
+        .min_by(|a, b| a.chosen().evidence.compare(&b.chosen().evidence))?;
+    // A border that lies beside the new picture says nothing about the place of the photograph, and
+    // disturbs it.
+    let same_place = |f: &&Framed| f.covers(&new) && f.is_near(likeliest, &new, &luma);
+    let taken = framed.iter().rev().find(same_place).unwrap_or(likeliest);
+    taken.finish(&new, old, frames.len())
+}
+
+impl Framed {
+    /// Searches for the places of the old picture within a frame.
+    fn search(new: &Plane, old: &Plane, frame: Frame) -> Option<Self> {
+        let same = frame.cut(old);
+        let sides = [same.mirrored(), same];
+        let [reverse, same] = &sides;
+        let mut candidates = search::candidates(new, same, false);
+        let is_clear = |c: &Candidate| {
+            c.agreement >= CLEAR_AGREEMENT && c.evidence.ln_chance <= libm::log(chance::LIMIT)
+        };
+        if !candidates.iter().any(is_clear) {
+            candidates.extend(search::candidates(new, reverse, true));
+        }
+        candidates.sort_by(|a, b| a.evidence.compare(&b.evidence));
+        let best = *candidates.first()?;
+        candidates.retain(|c| c.evidence.is_as_good_as(&best.evidence));
+        candidates.sort_by(|a, b| b.evidence.ln_weight.total_cmp(&a.evidence.ln_weight));
+        let [reverse, same] = sides;
+        Some(Self {
+            frame,
+            sides: [same, reverse],
+            candidates,
+        })
+    }
+
+    fn chosen(&self) -> &Candidate {
+        &self.candidates[0]
+    }
+
+    /// Returns a warp to the photograph as one to the whole old picture, which is mirrored too.
+    fn to_whole(&self, warp: Warp, old: &Plane) -> Warp {
+        let mut offset = self.frame.center() - half(old);
+        if self.chosen().mirrored {
+            offset.x = -offset.x;
+        }
+        Warp {
+            shift: warp.shift + offset,
+            ..warp
+        }
+    }
+
+    /// Returns whether another frame was put at the same place, within 2% of the new picture.
+    fn is_near(&self, other: &Self, new: &Plane, old: &Plane) -> bool {
+        let [a, b] = [self, other].map(|f| f.to_whole(f.chosen().warp, old));
+        self.chosen().mirrored == other.chosen().mirrored
+            && a.distance(b, new) / a.scale() < 0.02 * new.longer_side()
+    }
+
+    /// Returns whether the photograph within the frame covers at least nine tenths of the new
+    /// picture.
+    fn covers(&self, new: &Plane) -> bool {
+        let warp = self.chosen().warp;
+        let place = |i: usize| (f64::from(i as u8) + 0.5) / 10.0 - 0.5;
+        let at = |i: usize| 2.0 * half(new) * DVec2::new(place(i % 10), place(i / 10));
+        let covered = (0..100).filter(|i| is_inside(&self.sides[0], warp.apply(at(*i)), 0.0));
+        covered.count() >= 90
+    }
+
+    /// Refines the chosen place at full size. `tried` is the number of frames that were tried.
+    fn finish(&self, new: &Plane, old: &Plate, tried: usize) -> Option<Aligned> {
+        let Candidate {
+            mirrored,
+            warp,
+            agreement,
+            ..
+        } = *self.chosen();
+        let luma = &self.sides[usize::from(mirrored)];
+        let ratio = (new.longer_side() / search::SMALL).max(1.0);
+        let (warp, errors) = refine_fully(new, luma, warp, ratio);
+        let warp = errors.map_or(warp, |errors| rounded(new, luma, warp, errors));
+        if !SEARCHED.contains(new, luma, warp) {
+            return None;
+        }
+        let evidence = SEARCHED.evidence(new, luma, warp, mirrored);
+        let is_whole = self.frame == Frame::whole(old);
+        let alternative = |c: &Candidate| Alternative {
+            scale: 1.0 / c.warp.scale(),
+            rotation: rotation(c.warp),
+            mirrored: c.mirrored,
+        };
+        let alignment = Alignment {
+            agreement,
+            mirrored,
+            chance: libm::exp((evidence.ln_chance + libm::log(tried as f64)).min(0.0)),
+            photograph: (!is_whole).then_some(self.frame),
+            alternatives: self.candidates[1..].iter().map(alternative).collect(),
+            ..describe(self.to_whole(warp, &old.channels[0]), errors)
+        };
+        let within = old.map(|p| self.frame.cut(p));
+        Some(Aligned {
+            old: if mirrored {
+                within.map(Plane::mirrored)
+            } else {
+                within
+            },
+            warp,
+            alignment,
+        })
+    }
 }
 
 /// Returns whether a picture has the same level everywhere, to half a level of 8 bits.
@@ -136,14 +234,13 @@ fn is_flat(picture: &Plane) -> bool {
     values().fold(f32::MIN, f32::max) - values().fold(f32::MAX, f32::min) < 0.5 / 255.0
 }
 
-/// Describes a warp as seen from the new picture.
-fn describe(
-    warp: Warp,
-    errors: Option<Errors>,
-    mirrored: bool,
-    agreement: f64,
-    chance: f64,
-) -> Alignment {
+/// Returns the clockwise rotation of the old picture that a warp undoes, in degrees.
+fn rotation(warp: Warp) -> f64 {
+    0.0 - libm::atan2(warp.turn.y, warp.turn.x).to_degrees()
+}
+
+/// Describes a warp to the whole old picture as seen from the new one.
+fn describe(warp: Warp, errors: Option<Errors>) -> Alignment {
     let inverse = DMat2::from_cols(warp.turn, warp.turn.perp()).inverse();
     let center = -(inverse * warp.shift);
     let scale = 1.0 / warp.scale();
@@ -151,13 +248,15 @@ fn describe(
     Alignment {
         shift: (center + 0.0).to_array(), // Adding zero turns −0 into 0.
         scale,
-        rotation: 0.0 - libm::atan2(warp.turn.y, warp.turn.x).to_degrees(),
-        mirrored,
+        rotation: rotation(warp),
+        mirrored: false,
         shift_error: scale * error(|e| e.shift),
         scale_error: scale * error(|e| e.scale),
         rotation_error: error(|e| e.rotation).to_degrees(),
-        agreement,
-        chance,
+        agreement: 1.0,
+        chance: 0.0,
+        photograph: None,
+        alternatives: Vec::new(),
     }
 }
 
@@ -168,17 +267,36 @@ fn refine_fully(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> (Warp, Opti
         ratio = (0.5 * ratio).max(1.0);
         (warp, _) = refine_at(new, old, warp, ratio);
     }
-    // A nonlinear tone curve moves the middle of a soft edge, so the warp is refined again with
-    // matched tones.
+    // A nonlinear tone curve moves the middle of a soft edge, so tones are matched: the old
+    // picture's to the new one's, which is right for blur before the curve (a lens), and the new
+    // one's to the old one's, right for blur after it (a scanner). The mean is taken; half of the
+    // difference is an error.
     let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
     let (onto, shared) = resample(&gray(old), warp, new.width, new.height);
-    let [tone, ..] = tone::fit(&gray(new), &onto, &shared, Matching::Channel);
-    let (warp, errors) = refine_at(new, &old.map(|v| tone.apply(v)), warp, 1.0);
+    // Noise of the levels that a curve is fitted to would flatten it.
+    let [calm, calm_onto] = [&gray(new), &onto].map(|p| p.map(|p| p.blurred(CALM)));
+    let curve = |to: &Plate, from: &Plate| tone::fit(to, from, &shared, Matching::Channel)[0];
+    let (to_new, to_old) = (curve(&calm, &calm_onto), curve(&calm_onto, &calm));
+    let (first, errors) = refine_tones(new, &old.map(|v| to_new.apply(v)), warp);
+    let (second, other_errors) = refine_tones(&new.map(|v| to_old.apply(v)), old, warp);
+    let warp = first.middle(second);
+    let off = (first.turn - second.turn) / (2.0 * warp.scale());
+    let along = warp.turn.normalize();
     let corner = half(new).length();
-    let errors = errors.map(|e| Errors {
-        scale: e.scale.hypot(SYSTEMATIC / corner),
-        rotation: e.rotation.hypot(SYSTEMATIC / corner),
-        shift: e.shift.hypot(SYSTEMATIC * warp.scale()),
+    let whole =
+        |own: [f64; 2], between: f64, least: f64| own[0].max(own[1]).hypot(between).hypot(least);
+    let errors = errors.zip(other_errors).map(|(a, b)| Errors {
+        scale: whole([a.scale, b.scale], off.dot(along), SYSTEMATIC / corner),
+        rotation: whole(
+            [a.rotation, b.rotation],
+            off.perp_dot(along),
+            SYSTEMATIC / corner,
+        ),
+        shift: whole(
+            [a.shift, b.shift],
+            0.5 * first.shift.distance(second.shift),
+            SYSTEMATIC * warp.scale(),
+        ),
     });
     (warp, errors)
 }
@@ -213,12 +331,44 @@ fn rounded(new: &Plane, old: &Plane, warp: Warp, errors: Errors) -> Warp {
     Warp { turn, shift }
 }
 
-/// Refines a warp on the new picture reduced by `ratio`, and on the old one reduced to the same
-/// scale.
-fn refine_at(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> (Warp, Option<Errors>) {
-    let old_ratio = (ratio * warp.scale()).max(1.0);
-    let new = contrast(&reduced(new, ratio), FINE);
-    let old = contrast(&reduced(old, old_ratio), FINE);
+/// Refines a warp on the local contrast of the new picture reduced by `ratio`, and of the old one
+/// reduced to the same scale.
+pub(super) fn refine_at(
+    new: &Plane,
+    old: &Plane,
+    warp: Warp,
+    ratio: f64,
+) -> (Warp, Option<Errors>) {
+    let contrast = |p: &Plane| contrast(p, FINE);
+    at_ratio(new, old, warp, ratio, |new, old, warp| {
+        refine(&contrast(new), &contrast(old), warp)
+    })
+}
+
+/// Refines a warp between pictures of matched tones at full size. Differences of detail count by
+/// its standard deviation in the new picture.
+fn refine_tones(new: &Plane, old: &Plane, warp: Warp) -> (Warp, Option<Errors>) {
+    at_ratio(new, old, warp, 1.0, |new, old, warp| {
+        let (off, spread) = detail(new, FINE);
+        let mean = spread.values.iter().sum::<f32>() / spread.values.len() as f32;
+        let scale = spread.map(|s| 1.0 / (s + mean));
+        refine_matched(&off, &detail(old, FINE).0, &scale, warp)
+    })
+}
+
+/// Refines a warp between the pictures reduced to the same scale. Both have pixels of the same size
+/// in the scene, the larger ones of the two: contrast over neighborhoods of different sizes would
+/// bias the scale.
+fn at_ratio(
+    new: &Plane,
+    old: &Plane,
+    warp: Warp,
+    ratio: f64,
+    refine: impl Fn(&Plane, &Plane, Warp) -> (Warp, Option<Errors>),
+) -> (Warp, Option<Errors>) {
+    let ratio = ratio.max(1.0 / warp.scale());
+    let old_ratio = ratio * warp.scale();
+    let (new, old) = (reduced(new, ratio), reduced(old, old_ratio));
     let (warp, errors) = refine(&new, &old, warp.between(ratio, old_ratio));
     let errors = errors.map(|e| Errors {
         shift: e.shift * old_ratio,
@@ -255,75 +405,6 @@ pub(crate) fn probability(value: f64) -> String {
     }
 }
 
-/// Returns the best warp between small pictures with its agreement. `old_ratio` is the ratio that
-/// the old picture is reduced by.
-fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Option<(Warp, f64)> {
-    let new_spectrum = directions(new, 0.0);
-    let per_octave = SEARCHED.per_octave;
-    let scales: Vec<f64> = (-SEARCHED.scales..=SEARCHED.scales)
-        .map(|i| libm::exp2(f64::from(i) / per_octave))
-        .collect();
-    let mut found: Vec<(f64, Warp)> = scales
-        .par_iter()
-        .flat_map_iter(|&scale| {
-            // If the scale is right, this picture's pixels are as large as the new one's.
-            let ratio = (old_ratio * scale).max(1.0);
-            let same = reduced(old, ratio);
-            let new_spectrum = &new_spectrum;
-            (0..SEARCHED.rotations).map(move |i| {
-                let angle = f64::from(i) * std::f64::consts::TAU / f64::from(SEARCHED.rotations);
-                let (shift, peak) = directions(&same, angle).best_shift(new_spectrum);
-                let turn = DVec2::new(libm::cos(angle), libm::sin(angle)) * ratio / old_ratio;
-                let shift = turn.rotate(DVec2::new(shift[0] as f64, shift[1] as f64));
-                (peak, Warp { turn, shift })
-            })
-        })
-        .collect();
-    found.sort_by(|a, b| b.0.total_cmp(&a.0));
-    found.truncate(CANDIDATES);
-    let new = contrast(new, COARSE);
-    let refined: Vec<(Warp, f64)> = found
-        .par_iter()
-        .map(|&(_, warp)| {
-            let ratio = (old_ratio * warp.scale()).max(1.0);
-            let old = contrast(&reduced(old, ratio), COARSE);
-            let (warp, _) = refine(&new, &old, warp.between(1.0, ratio / old_ratio));
-            let agreement = agreement(&new, &old, warp);
-            (warp.between(1.0, old_ratio / ratio), agreement)
-        })
-        .collect();
-    refined.into_iter().max_by(|a, b| a.1.total_cmp(&b.1))
-}
-
-/// Returns the spectrum of the gradient's direction, as a complex number of length up to 1, of a
-/// picture rotated about its center and placed in the middle of a square.
-fn directions(picture: &Plane, angle: f64) -> FourierSpectrum {
-    let turn = DVec2::new(libm::cos(angle), libm::sin(angle));
-    let middle = 0.5 * SQUARE as f64;
-    let turned = Plane::from_fn(SQUARE, SQUARE, |x, y| {
-        let p = DVec2::new(x as f64, y as f64) + 0.5 - middle;
-        let at = turn.rotate(p) + half(picture);
-        picture.sample(at.x, at.y)
-    });
-    let [gx, gy] = turned.blurred(1.0).gradients();
-    let mean: f32 = gx
-        .values
-        .iter()
-        .chain(&gy.values)
-        .map(|g| g.abs())
-        .sum::<f32>()
-        / (2 * SQUARE * SQUARE) as f32;
-    let field = (0..SQUARE * SQUARE).map(|i| {
-        let p = DVec2::new((i % SQUARE) as f64, (i / SQUARE) as f64) + 0.5 - middle;
-        if !is_inside(picture, turn.rotate(p), 0.5) {
-            return DVec2::ZERO;
-        }
-        let g = DVec2::new(f64::from(gx.values[i]), f64::from(gy.values[i]));
-        g / (g.length() + f64::from(mean) + 1e-6)
-    });
-    FourierSpectrum::of(SQUARE, field.collect())
-}
-
 /// Returns the local contrast: the difference of the brightness from its surroundings, over the
 /// standard deviation there. Gain, offset, gamma and slow shading hardly change it.
 pub(super) fn contrast(luma: &Plane, sigma: f64) -> Plane {
@@ -339,32 +420,6 @@ pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
     let off = smooth.zip(&around, |v, a| v - a);
     let squares = off.map(|v| v * v).blurred(6.0);
     (off, squares.map(|s| s.max(0.0).sqrt()))
-}
-
-/// Returns the correlation of two planes of contrast where they overlap, reduced if the overlap is
-/// small.
-fn agreement(new: &Plane, old: &Plane, warp: Warp) -> f64 {
-    let (mut s, mut count) = ([0.0; 5], 0.0);
-    for y in 0..new.height {
-        for x in 0..new.width {
-            let q = warp.apply(DVec2::new(x as f64, y as f64) + 0.5 - half(new));
-            if is_inside(old, q, 0.5) {
-                let at = q + half(old);
-                let (a, b) = (f64::from(new.at(x, y)), f64::from(old.sample(at.x, at.y)));
-                let terms = [a, b, a * a, b * b, a * b];
-                s.iter_mut().zip(terms).for_each(|(s, t)| *s += t);
-                count += 1.0;
-            }
-        }
-    }
-    let [a, b, aa, bb, ab] = s.map(|s| s / count);
-    let correlation = (ab - a * b) / ((aa - a * a) * (bb - b * b)).sqrt();
-    // The correlation is reduced in proportion if less than a third of the smaller picture
-    // overlaps.
-    let old_area = old.values.len() as f64 / (warp.scale() * warp.scale());
-    let common = 3.0 * count / old_area.min(new.values.len() as f64);
-    let score = correlation * common.min(1.0);
-    if score.is_finite() { score } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -470,7 +525,7 @@ mod tests {
 
     #[test]
     fn the_reported_alignment_is_the_position_of_the_old_picture() {
-        let report = |warp| describe(warp, None, false, 1.0, 0.0);
+        let report = |warp| describe(warp, None);
         let turned = report(degrees(30.0, 2.0, (0.0, 0.0)));
         assert!((turned.scale - 0.5).abs() < 1e-12);
         assert!((turned.rotation + 30.0).abs() < 1e-12);

@@ -12,6 +12,8 @@
 //! were searched add up to one. Warps that leave the picture where it is have larger weights than
 //! turned, scaled and shifted ones, so a picture that needs no alignment has to show less detail.
 
+use std::cmp::Ordering;
+
 use glam::DVec2;
 use ivcam_base::math::fourier::{times, transform_square};
 
@@ -24,10 +26,12 @@ pub(crate) const LIMIT: f64 = 1e-3;
 
 /// The longer sides of the new picture, in pixels, at which the test is made. The search uses the
 /// first; noise of a scan favors it, and small detail favors the second.
-const LEVELS: [f64; 2] = [48.0, 96.0];
+pub(super) const LEVELS: [f64; 2] = [48.0, 96.0];
 /// The side of the square for autocorrelations. Lags up to half a picture of the second level need
 /// 144 pixels.
 const SIDE: usize = 256;
+/// The number of standard errors of a difference within which two agreements are equal.
+const AS_GOOD: f64 = 2.0;
 /// The share of the weight that mirrored pictures have. They are rarer.
 const MIRRORED_SHARE: f64 = 0.01;
 
@@ -43,6 +47,35 @@ pub(super) struct Searched {
     pub shifts: i32,
 }
 
+/// How strongly two aligned pictures agree.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Evidence {
+    /// The logarithm of a bound on the probability that an unrelated picture agrees as well.
+    pub ln_chance: f64,
+    /// Fisher's transform of the correlation. Its variance is one over `independent`.
+    pub fisher: f64,
+    /// The number of independent observations.
+    pub independent: f64,
+    /// The logarithm of the warp's weight, which is larger the less the warp changes the picture.
+    pub ln_weight: f64,
+}
+
+impl Evidence {
+    /// Orders by the chance, the least likely first.
+    pub(super) fn compare(&self, other: &Self) -> Ordering {
+        self.ln_chance.total_cmp(&other.ln_chance)
+    }
+
+    /// Returns whether this is beyond chance, and its correlation within [`AS_GOOD`] standard
+    /// errors of a better one.
+    pub(super) fn is_as_good_as(&self, best: &Self) -> bool {
+        let error = (1.0 / self.independent + 1.0 / best.independent).sqrt();
+        let is_best = self.ln_chance <= best.ln_chance;
+        let is_beyond_chance = self.ln_chance <= libm::log(LIMIT);
+        is_best || is_beyond_chance && best.fisher - self.fisher <= AS_GOOD * error
+    }
+}
+
 /// A field of two-dimensional vectors over the pixels of a picture.
 struct NoiseField {
     width: usize,
@@ -51,25 +84,65 @@ struct NoiseField {
 }
 
 impl Searched {
-    /// Returns a bound on the probability that an unrelated picture agrees as well as `old` does.
-    /// `warp` maps the new picture to the old one.
-    pub(super) fn chance(&self, new: &Plane, old: &Plane, warp: Warp, mirrored: bool) -> f64 {
-        let tail = LEVELS.map(|level| {
+    /// Returns whether a warp's scale is one of those that are searched, or within half a step of
+    /// one.
+    pub(super) fn contains(&self, new: &Plane, old: &Plane, warp: Warp) -> bool {
+        self.steps_of_scale(new, old, warp).abs() <= f64::from(self.scales) + 0.5
+    }
+
+    /// Returns how strongly `old` agrees with `new`. `warp` maps the new picture to the old one.
+    pub(super) fn evidence(
+        &self,
+        new: &Plane,
+        old: &Plane,
+        warp: Warp,
+        mirrored: bool,
+    ) -> Evidence {
+        let levels = LEVELS.map(|level| {
             let ratio = (new.longer_side() / level).max(1.0);
             let (r, independent) = correlation(&directions(new, old, warp, ratio));
-            ln_tail(r, independent)
+            (ln_tail(r, independent), r, independent)
         });
-        let best = tail[0].min(tail[1]) + libm::log(LEVELS.len() as f64);
-        let bound = best - libm::log(self.weight(new, old, warp, mirrored));
-        libm::exp(bound.min(0.0))
+        let [first, second] = levels;
+        let (tail, r, independent) = if first.0 < second.0 { first } else { second };
+        let ln_weight = libm::log(self.weight(new, old, warp, mirrored));
+        Evidence {
+            ln_chance: tail + libm::log(LEVELS.len() as f64) - ln_weight,
+            fisher: libm::atanh(r.clamp(-1.0 + 1e-9, 1.0 - 1e-9)),
+            independent,
+            ln_weight,
+        }
+    }
+
+    /// Returns a bound on the probability that an unrelated picture agrees as well with a rendering
+    /// that lies on it. `moves` are the distances that the fit moved each parameter, in those that
+    /// move a picture of the first level by a pixel; the farther, the more was tried.
+    pub(super) fn chance_of_fit(&self, new: &Plane, old: &Plane, moves: &[f64]) -> f64 {
+        let still = Warp {
+            turn: DVec2::X * old.longer_side() / new.longer_side(),
+            shift: DVec2::ZERO,
+        };
+        let evidence = self.evidence(new, old, still, false);
+        let share = |steps: &f64| {
+            let one = |steps: f64| 1.0 / (1.0 + 2.0 * steps);
+            let reach = self.shifts / 2;
+            let whole: f64 = (-reach..=reach).map(|i| one(f64::from(i.abs()))).sum();
+            libm::log(one(steps.abs().round()) / whole)
+        };
+        let tried: f64 = moves.iter().map(share).sum();
+        libm::exp((evidence.ln_chance + evidence.ln_weight - tried).min(0.0))
+    }
+
+    /// Returns the steps of scale from the one at which both pictures are equally large.
+    fn steps_of_scale(&self, new: &Plane, old: &Plane, warp: Warp) -> f64 {
+        self.per_octave * libm::log2(warp.scale() * new.longer_side() / old.longer_side())
     }
 
     /// Returns the weight of a warp: smaller the farther the warp is from leaving the old picture
     /// on the new one's frame. The weights of all warps add up to one.
     fn weight(&self, new: &Plane, old: &Plane, warp: Warp, mirrored: bool) -> f64 {
         let turns = libm::atan2(warp.turn.y, warp.turn.x) / std::f64::consts::TAU;
-        let scale = warp.scale() * new.longer_side() / old.longer_side();
-        let steps = self.per_octave * libm::log2(scale);
+        let steps = self.steps_of_scale(new, old, warp);
         let small = LEVELS[0] / old.longer_side().max(LEVELS[0]);
         let off = (warp.shift * small).round();
         let one = |i: f64| 1.0 / (1.0 + 2.0 * i.abs().round());
@@ -202,7 +275,7 @@ fn ln_tail(r: f64, n: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::align::SEARCHED;
+    use super::super::search::SEARCHED;
     use super::*;
 
     /// Returns reproducible numbers of mean 0 and variance 1, nearly normally distributed.

@@ -12,8 +12,12 @@ use super::warp::{Warp, half, is_inside};
 /// The width of the border, in pixels, where contrast depends on what lies outside the picture.
 const MARGIN: f64 = 12.0;
 /// The side in pixels of the blocks whose residuals are taken to be independent of each other. It
-/// is twice the standard deviation of the blur in local contrast.
-const BLOCK: usize = 12;
+/// is four times the standard deviation of the blur in local contrast.
+const BLOCK: usize = 24;
+/// The largest bias of least squares, in pixels at a corner, that is removed.
+const MOST_BIAS: f64 = 3.0;
+/// The number of unknowns of the fit: turn.x, turn.y, shift.x, shift.y, gain, offset.
+const UNKNOWNS: usize = 6;
 
 /// The standard errors of a warp.
 #[derive(Clone, Copy, Debug)]
@@ -25,25 +29,25 @@ pub(super) struct Errors {
     /// The error of the shift along the worse axis, in pixels of the old picture.
     pub shift: f64,
 }
-/// The normal equations of one Gauss-Newton step in (turn.x, turn.y, shift.x, shift.y, gain,
-/// offset).
+
+/// The normal equations of one Gauss-Newton step.
 struct Normal {
-    matrix: [[f64; 6]; 6],
-    right: [f64; 6],
+    matrix: [[f64; UNKNOWNS]; UNKNOWNS],
+    right: [f64; UNKNOWNS],
     cost: f64,
     count: f64,
 }
 
 impl Normal {
     const ZERO: Self = Self {
-        matrix: [[0.0; 6]; 6],
-        right: [0.0; 6],
+        matrix: [[0.0; UNKNOWNS]; UNKNOWNS],
+        right: [0.0; UNKNOWNS],
         cost: 0.0,
         count: 0.0,
     };
 
-    fn add(&mut self, row: &[f64; 6], off: f64, weight: f64) {
-        for i in 0..6 {
+    fn add(&mut self, row: &[f64; UNKNOWNS], off: f64, weight: f64) {
+        for i in 0..UNKNOWNS {
             for j in 0..=i {
                 self.matrix[i][j] += weight * row[i] * row[j];
             }
@@ -51,8 +55,18 @@ impl Normal {
         }
     }
 
+    /// Returns the step of the unknowns if a part of the sum is left out, at their optimum; none if
+    /// the rest does not determine them.
+    fn move_without(&self, part: &Self) -> Option<Vec<f64>> {
+        let mut matrix = self.matrix;
+        for (row, less) in matrix.iter_mut().zip(&part.matrix) {
+            row.iter_mut().zip(less).for_each(|(a, b)| *a -= b);
+        }
+        solve(matrix.as_flattened(), &part.right, 0.0)
+    }
+
     fn join(mut self, other: &Self) -> Self {
-        for i in 0..6 {
+        for i in 0..UNKNOWNS {
             for j in 0..=i {
                 self.matrix[i][j] += other.matrix[i][j];
             }
@@ -70,45 +84,52 @@ pub(super) fn refine(new: &Plane, old: &Plane, start: Warp) -> (Warp, Option<Err
     let pair = PicturePair {
         new,
         old,
-        gradients: old.gradients(),
+        gradients: Gradients::Old(old.gradients()),
+        scale: None,
     };
-    let mut state = [
-        start.turn.x,
-        start.turn.y,
-        start.shift.x,
-        start.shift.y,
-        1.0,
-        0.0,
-    ];
-    let mut width = 1.0; // Huber's threshold, updated from the residuals.
-    let mut damping = 1e-3;
-    let mut sums = pair.normal(&state, width);
-    for _ in 0..40 {
-        let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, damping) else {
+    let (state, width) = pair.descend(start);
+    (warp_of(&state), pair.errors(&state, width))
+}
+
+/// Refines a warp between planes of detail with the same tones. Differences are multiplied by
+/// `scale` at the pixels of the new picture.
+///
+/// The least squares of the difference would move the noise of the old picture to where it counts
+/// least, which biases the scale if noise differs across the picture, as where white is clipped.
+/// Therefore the differences are then made uncorrelated with the derivatives of the new picture, in
+/// place of the old one's (the method of instrumental variables).
+pub(super) fn refine_matched(
+    new: &Plane,
+    old: &Plane,
+    scale: &Plane,
+    start: Warp,
+) -> (Warp, Option<Errors>) {
+    let mut pair = PicturePair {
+        new,
+        old,
+        gradients: Gradients::Old(old.gradients()),
+        scale: Some(scale),
+    };
+    let (mut state, width) = pair.descend(start);
+    pair.gradients = Gradients::New(new.gradients());
+    let least = warp_of(&state);
+    for _ in 0..20 {
+        let sums = pair.normal(&state, width, warp_of(&state));
+        let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, 0.0) else {
             break;
         };
-        let next: [f64; 6] = std::array::from_fn(|i| state[i] + step[i]);
-        let after = pair.normal(&next, width);
-        let enough = after.count >= 0.25 * sums.count.max(0.2 * new.values.len() as f64);
-        if enough && after.cost / after.count < sums.cost / sums.count {
-            let moved = move_of(&step, new);
-            (state, sums, damping) = (next, after, (0.3 * damping).max(1e-9));
-            if moved < 1e-4 {
-                break;
-            }
-            width = 1.345 * (sums.cost / sums.count).sqrt().clamp(0.02, 1.0);
-            sums = pair.normal(&state, width);
-        } else {
-            damping *= 8.0;
-            if damping > 1e6 {
-                break;
-            }
+        (0..UNKNOWNS).for_each(|i| state[i] += step[i]);
+        if move_of(&step, new) < 1e-4 {
+            break;
         }
+    }
+    if warp_of(&state).distance(least, new) > MOST_BIAS {
+        return (least, None);
     }
     (warp_of(&state), pair.errors(&state, width))
 }
 
-fn warp_of(state: &[f64; 6]) -> Warp {
+fn warp_of(state: &[f64; UNKNOWNS]) -> Warp {
     Warp {
         turn: DVec2::new(state[0], state[1]),
         shift: DVec2::new(state[2], state[3]),
@@ -121,20 +142,73 @@ fn move_of(step: &[f64], new: &Plane) -> f64 {
         + DVec2::new(step[2], step[3]).length()
 }
 
-/// Two planes of contrast whose difference is minimized, with the gradients of the old one.
+/// The gradients along x and y of one of two planes, from which the derivatives of the difference
+/// are computed.
+enum Gradients {
+    Old([Plane; 2]),
+    New([Plane; 2]),
+}
+
+/// Two planes of contrast whose difference is minimized.
 struct PicturePair<'a> {
     new: &'a Plane,
     old: &'a Plane,
-    gradients: [Plane; 2],
+    gradients: Gradients,
+    /// The factors of the difference at the pixels of the new one; none is 1.
+    scale: Option<&'a Plane>,
 }
 
 impl PicturePair<'_> {
-    /// Sums the normal equations over all pixels, with Huber's weights of threshold `width`.
-    fn normal(&self, state: &[f64; 6], width: f64) -> Normal {
+    /// Minimizes the robust difference. Returns the unknowns and Huber's threshold.
+    fn descend(&self, start: Warp) -> ([f64; UNKNOWNS], f64) {
+        let mut state = [
+            start.turn.x,
+            start.turn.y,
+            start.shift.x,
+            start.shift.y,
+            1.0,
+            0.0,
+        ];
+        let mut width = 1.0; // Huber's threshold, updated from the residuals.
+        let mut damping = 1e-3;
+        let mut sums = self.normal(&state, width, start);
+        let fewest = 0.25 * sums.count.max(0.2 * self.new.values.len() as f64);
+        for _ in 0..40 {
+            let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, damping) else {
+                break;
+            };
+            let next: [f64; UNKNOWNS] = std::array::from_fn(|i| state[i] + step[i]);
+            // Both costs are of the same pixels: a step that only leaves out bad ones is no better.
+            let after = self.normal(&next, width, warp_of(&state));
+            if after.cost < sums.cost {
+                let spread = (after.cost / after.count).sqrt();
+                width = 1.345 * spread.clamp(0.02, 1.0);
+                let joined = self.normal(&next, width, warp_of(&next));
+                if joined.count < fewest {
+                    break;
+                }
+                let moved = move_of(&step, self.new);
+                (state, sums, damping) = (next, joined, (0.3 * damping).max(1e-9));
+                if moved < 1e-4 {
+                    break;
+                }
+            } else {
+                damping *= 8.0;
+                if damping > 1e6 {
+                    break;
+                }
+            }
+        }
+        (state, width)
+    }
+
+    /// Sums the normal equations over all pixels that `anchor` puts on the old picture, with Huber's
+    /// weights of threshold `width`.
+    fn normal(&self, state: &[f64; UNKNOWNS], width: f64, anchor: Warp) -> Normal {
         let columns = 0..self.new.width;
         let rows: Vec<Normal> = (0..self.new.height)
             .into_par_iter()
-            .map(|y| self.part(columns.clone(), y..y + 1, state, width))
+            .map(|y| self.part(columns.clone(), y..y + 1, state, width, anchor))
             .collect();
         rows.iter().fold(Normal::ZERO, Normal::join)
     }
@@ -144,12 +218,14 @@ impl PicturePair<'_> {
         &self,
         columns: Range<usize>,
         rows: Range<usize>,
-        state: &[f64; 6],
+        state: &[f64; UNKNOWNS],
         width: f64,
+        anchor: Warp,
     ) -> Normal {
         let Self {
             new,
             old,
+            scale,
             gradients,
         } = self;
         let warp = warp_of(state);
@@ -158,17 +234,27 @@ impl PicturePair<'_> {
         for (x, y) in rows.flat_map(|y| columns.clone().map(move |x| (x, y))) {
             let p = DVec2::new(x as f64, y as f64) + 0.5 - half(new);
             let q = warp.apply(p);
-            if !is_inside(new, p, margin) || !is_inside(old, q, margin) {
+            if !is_inside(new, p, margin) || !is_inside(old, anchor.apply(p), margin) {
                 continue;
             }
             let at = q + half(old);
+            let scale = scale.map_or(1.0, |s| f64::from(s.at(x, y)));
             let value = f64::from(old.sample(at.x, at.y));
-            let off = state[4] * value + state[5] - f64::from(new.at(x, y));
-            let g = DVec2::new(
-                f64::from(gradients[0].sample(at.x, at.y)),
-                f64::from(gradients[1].sample(at.x, at.y)),
-            ) * state[4];
-            let row = [g.dot(p), g.dot(p.perp()), g.x, g.y, value, 1.0];
+            let own = f64::from(new.at(x, y));
+            let off = scale * (state[4] * value + state[5] - own);
+            let (g, value) = match gradients {
+                Gradients::Old([along_x, along_y]) => {
+                    let g = [along_x, along_y].map(|p| f64::from(p.sample(at.x, at.y)));
+                    (state[4] * DVec2::from(g), value)
+                }
+                // As functions of the place in the old picture.
+                Gradients::New([along_x, along_y]) => {
+                    let g = [along_x, along_y].map(|p| f64::from(p.at(x, y)));
+                    let g = warp.turn.rotate(DVec2::from(g)) / warp.turn.length_squared();
+                    (g, own / state[4])
+                }
+            };
+            let row = [g.dot(p), g.dot(p.perp()), g.x, g.y, value, 1.0].map(|v| scale * v);
             let size = off.abs();
             let weight = if size <= width { 1.0 } else { width / size };
             sums.add(&row, off, weight);
@@ -182,38 +268,37 @@ impl PicturePair<'_> {
         sums
     }
 
-    /// Returns the standard errors of the state's warp: the sandwich estimate H⁻¹ S H⁻¹, where S
-    /// sums the squared gradients of blocks whose residuals are taken to be independent.
-    fn errors(&self, state: &[f64; 6], width: f64) -> Option<Errors> {
+    /// Returns the standard errors of the state's warp by the jackknife: how far it moves without
+    /// each of the blocks, whose residuals are taken to be independent. Blocks with most of the
+    /// detail pull the warp onto themselves, so that their residuals alone would say too little.
+    fn errors(&self, state: &[f64; UNKNOWNS], width: f64) -> Option<Errors> {
         let across = self.new.width.div_ceil(BLOCK);
         let blocks: Vec<Normal> = (0..across * self.new.height.div_ceil(BLOCK))
             .into_par_iter()
             .map(|i| {
                 let side = |i: usize, most: usize| i * BLOCK..((i + 1) * BLOCK).min(most);
                 let columns = side(i % across, self.new.width);
-                self.part(columns, side(i / across, self.new.height), state, width)
+                let rows = side(i / across, self.new.height);
+                self.part(columns, rows, state, width, warp_of(state))
             })
+            .filter(|b| b.count > 0.0)
             .collect();
         let all = blocks.iter().fold(Normal::ZERO, Normal::join);
+        let moves: Option<Vec<Vec<f64>>> = blocks.iter().map(|b| all.move_without(b)).collect();
+        let moves = moves?;
+        let share = (blocks.len() as f64 - 1.0) / blocks.len() as f64;
         let turn = DVec2::new(state[0], state[1]);
         let unit = turn.normalize();
         let (along, around) = (unit / turn.length(), unit.perp() / turn.length());
-        let error = |factors: [f64; 6]| {
-            let response = solve(all.matrix.as_flattened(), &factors, 0.0)?;
-            let pull = |b: &Normal| -> f64 {
-                let terms = b.right.iter().zip(&response);
-                terms.map(|(a, b)| a * b).sum()
-            };
-            let sum: f64 = blocks.iter().map(|b| pull(b) * pull(b)).sum();
-            let filled = blocks.iter().filter(|b| b.count > 0.0).count() as f64;
-            Some((sum * filled / (filled - 6.0).max(1.0)).sqrt())
+        let error = |factors: DVec2, first: usize| {
+            let moved = |m: &Vec<f64>| factors.dot(DVec2::new(m[first], m[first + 1]));
+            let squares = moves.iter().map(|m| moved(m) * moved(m));
+            (share * squares.sum::<f64>()).sqrt()
         };
-        let x = error([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])?;
-        let y = error([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])?;
         Some(Errors {
-            scale: error([along.x, along.y, 0.0, 0.0, 0.0, 0.0])?,
-            rotation: error([around.x, around.y, 0.0, 0.0, 0.0, 0.0])?,
-            shift: x.max(y),
+            scale: error(along, 0),
+            rotation: error(around, 0),
+            shift: error(DVec2::X, 2).max(error(DVec2::Y, 2)),
         })
     }
 }

@@ -231,7 +231,7 @@ pub(crate) fn measure_lines(comparison: &Comparison) -> Vec<String> {
         ),
         None => "edges: none to compare".into(),
     });
-    if let Some(a) = comparison.alignment {
+    if let Some(a) = &comparison.alignment {
         lines.push(format!(
             "old: {}shift {:+.2} {:+.2} px, scale {:.4}, rotation {:+.3} deg",
             if a.mirrored { "mirrored, " } else { "" },

@@ -28,6 +28,26 @@ impl Warp {
         self.turn.length()
     }
 
+    /// Returns the largest distance, in pixels of the old picture, between where two warps put a
+    /// corner of the new one.
+    pub(super) fn distance(self, other: Self, new: &Plane) -> f64 {
+        let half = half(new);
+        let across = DVec2::new(half.x, -half.y);
+        let off = |p: DVec2| self.apply(p).distance(other.apply(p));
+        [half, -half, across, -across]
+            .map(off)
+            .into_iter()
+            .fold(0.0, f64::max)
+    }
+
+    /// Returns the warp in the middle between two similar ones.
+    pub(super) fn middle(self, other: Self) -> Self {
+        Self {
+            turn: 0.5 * (self.turn + other.turn),
+            shift: 0.5 * (self.shift + other.shift),
+        }
+    }
+
     /// Returns the same warp for the pictures reduced by these ratios.
     pub(crate) fn between(self, new_ratio: f64, old_ratio: f64) -> Self {
         Self {
