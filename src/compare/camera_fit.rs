@@ -17,8 +17,10 @@ use ivcam_render::render::Exposure;
 use serde::Serialize;
 
 use super::align;
+use super::chance;
 use super::fit::{Fit, FitStep, Fitted, Half};
 use super::plane::{Plane, Plate};
+use super::search::SEARCHED;
 use crate::photo::{Optics, Plan, Session};
 
 /// The start of a camera fit.
@@ -100,7 +102,7 @@ pub(crate) struct FoundCamera {
 }
 
 /// The camera that a fit found. Each error is a standard error, and infinite (`null` in JSON) if
-/// the picture does not determine the value or the fit ended early.
+/// the picture does not determine the value. If the fit ended early it includes what was left to go.
 #[derive(Clone, Debug, Serialize)]
 pub struct FittedCamera {
     /// The position in meters.
@@ -132,6 +134,8 @@ pub struct FittedCamera {
     /// The robust root mean square of the residuals of local contrast; NaN (`null` in JSON) if no
     /// rendering was possible.
     pub residual: f64,
+    /// An upper bound on the probability that a picture of something else agrees as well.
+    pub chance: f64,
     /// The number of renderings.
     pub renders: usize,
     /// Whether the time ended before the fit had converged at every size.
@@ -146,8 +150,8 @@ pub struct FittedCamera {
 ///
 /// # Errors
 /// Fails for `--solids`, a region, an ideal lens, an orthographic camera and a lens without a
-/// positive focal length, if the target's aspect differs from the rendering's, and if the start
-/// cannot be rendered.
+/// positive focal length, if the target's aspect differs from the rendering's, if the start cannot
+/// be rendered, and if a picture of something else may agree as well.
 pub fn fit_camera(
     session: &mut Session,
     target: &Plate,
@@ -409,8 +413,27 @@ impl CameraFit {
         let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
-        let camera = self.camera(&fitted);
+        let mut camera = self.camera(&fitted);
+        camera.chance = self.chance(&fitted.values, &rendering, target);
+        if camera.chance > chance::LIMIT {
+            return Err(unlike(camera.chance));
+        }
         Ok(FoundCamera { camera, rendering })
+    }
+
+    /// Returns a bound on the probability that a picture of something else agrees as well with the
+    /// rendering of fitted values.
+    fn chance(&self, values: &[f64], rendering: &Plate, target: &Plate) -> f64 {
+        // A step moves the largest rendering by half a pixel.
+        let longer = rendering.width.max(rendering.height) as f64;
+        let pixel = 2.0 * (longer / chance::LEVELS[0]).max(1.0);
+        let steps = self.steps();
+        let moves: Vec<f64> = values
+            .iter()
+            .zip(steps)
+            .map(|(v, s)| v / (s * pixel))
+            .collect();
+        SEARCHED.chance_of_fit(&rendering.luma(), &target.luma(), &moves)
     }
 
     /// Checks that the target has the rendering's aspect.
@@ -479,6 +502,7 @@ impl CameraFit {
             turned: length(v[3], v[4], v[5]),
             turned_error: length(error(3), error(4), error(5)),
             residual: fitted.cost.max(0.0).sqrt(),
+            chance: 1.0,
             renders: fitted.renders,
             ended_early: fitted.ended_early,
             file: self.camera_text(v),
@@ -526,11 +550,30 @@ impl FittedCamera {
         if self.ended_early {
             writeln!(
                 out,
-                "ended      by `--time`; this is the best camera so far, without errors"
+                "ended      by `--time`; this is the best camera so far, and the errors include what was left to go"
             )?;
         }
+        writeln!(
+            out,
+            "agreement  a picture of something else agrees as well with a probability of at most {}",
+            align::probability(self.chance)
+        )?;
         writeln!(out, "renders    {}", self.renders)
     }
+}
+
+/// Returns the error of a fit whose picture shows something else, as far as can be told.
+fn unlike(chance: f64) -> Box<Diagnostic> {
+    Diagnostic::error(format!(
+        "the picture is not one of this scene, as far as can be told: a picture of something else \
+         agrees as well with a probability of up to {}, and the limit is {}",
+        align::probability(chance),
+        chance::LIMIT
+    ))
+    .with_help(
+        "check the picture and the start: a camera that is far off finds no way, and \
+         `ivcam render` shows where it stands",
+    )
 }
 
 /// Returns a standard error in brackets, or nothing if it is unknown.
