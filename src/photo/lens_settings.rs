@@ -51,9 +51,13 @@ fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
                 .with_help("give a lens, or leave `--shutter` and `--iso` out"),
         );
     }
-    let pinhole = Pinhole::new(pose, plan.resolution.aspect());
-    let settings = [("lens", "none (pinhole)".into())];
-    Ok((Camera::Pinhole(pinhole), to_map(settings)))
+    let pinhole = Pinhole::new(pose, plan.resolution.aspect()).distorted(plan.distortion);
+    let mut settings = to_map([("lens", "none (pinhole)".into())]);
+    if plan.distortion != [0.0; 2] {
+        let [k1, k2] = plan.distortion;
+        settings.insert("distortion".into(), format!("{k1}, {k2}"));
+    }
+    Ok((Camera::Pinhole(pinhole), settings))
 }
 
 fn ideal(choice: &IdealChoice, plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {

@@ -275,6 +275,8 @@ pub struct Plan {
     pub dispersion: bool,
     /// The size of the film.
     pub film: FilmFormat,
+    /// The radial distortion of a pinhole: k₁ and k₂ of OpenCV's camera model. Lenses ignore it.
+    pub distortion: [f64; 2],
     /// The movements of the lens against the film. A pinhole ignores them.
     pub movements: Movements,
     /// The size of the picture in pixels.
@@ -390,6 +392,7 @@ impl Plan {
             aim,
             dispersion: era == Era::Modern,
             film: FilmFormat::STANDARD,
+            distortion: [0.0; 2],
             movements: Movements::default(),
             resolution: Resolution::VINTAGE,
             region: None,

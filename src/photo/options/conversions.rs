@@ -35,12 +35,14 @@ impl Plan {
         }
         let idle = match plan.optics {
             Optics::Lens(_) if plan.solids => {
-                idle_options(words, &[OptionNeeds::Traced], "with the lens as solids")
+                let lacking = [OptionNeeds::Traced, OptionNeeds::Pinhole];
+                idle_options(words, &lacking, "with the lens as solids")
             }
-            Optics::Lens(_) => None,
+            Optics::Lens(_) => idle_options(words, &[OptionNeeds::Pinhole], "with a lens"),
             Optics::Ideal(_) => idle_options(
                 words,
                 &[
+                    OptionNeeds::Pinhole,
                     OptionNeeds::Prescription,
                     OptionNeeds::Traced,
                     OptionNeeds::Pupil,

@@ -20,7 +20,7 @@ const METHODS: [FocusMethod; 4] = [
     FocusMethod::Best,
 ];
 
-pub(super) static OPTIONS: [Opt; 15] = [
+pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "lens",
         Takes::One("LENS"),
@@ -96,6 +96,26 @@ pub(super) static OPTIONS: [Opt; 15] = [
         Optics::Pinhole => Vec::new(),
     })
     .examples(&["--efl 20mm", "--focal-length 20mm --zoom 2", "--lens ideal --efl 3cm"]),
+    Opt::new(
+        "distortion",
+        Takes::One("K1[,K2]"),
+        "radial distortion of the pinhole, OpenCV's k1 and k2: r(1 + k1 r^2 + k2 r^4), r the tangent of the field angle [0]",
+    )
+    .needs(OptionNeeds::Pinhole)
+    .plan(
+        |plan, words, _| {
+            let expects = "one or two numbers, such as -0.28 or -0.28,0.07";
+            set(&mut plan.distortion, words.parsed("distortion", expects, distortion)?);
+            Ok(())
+        },
+        |plan, _| {
+            unless_default(plan.distortion, [0.0; 2], |[k1, k2]| match k2 {
+                0.0 => k1.to_string(),
+                _ => format!("{k1},{k2}"),
+            })
+        },
+    )
+    .examples(&["--lens none --distortion -0.28", "--lens none --distortion -0.28,0.07"]),
     Opt::new(
         "aperture",
         Takes::One("F-NUMBER"),
@@ -336,6 +356,13 @@ fn focal_length(plan: &mut Plan, words: &GivenOptions, sink: &mut Sink) -> Resul
         Optics::Pinhole => {}
     }
     Ok(())
+}
+
+/// Parses one or two coefficients of radial distortion.
+fn distortion(word: &str) -> Option<[f64; 2]> {
+    let (first, second) = word.split_once(',').unwrap_or((word, "0"));
+    let number = |word: &str| finite(word.trim());
+    Some([number(first)?, number(second)?])
 }
 
 /// Parses an f-number: `f/8`, `F8` or `8`.

@@ -36,6 +36,8 @@ pub(crate) enum OptionNeeds {
     Nothing,
     /// The lens belongs to the camera and is not part of the scene as solids.
     Camera,
+    /// The camera is the scene's own pinhole.
+    Pinhole,
     /// The camera has a lens, which may be the ideal one.
     Lens,
     /// The camera has a lens with a prescription.

@@ -20,8 +20,15 @@ pub struct Pinhole {
     frame: DVec2,
     /// The distance in meters at which the rays of an orthographic camera start.
     near: f64,
+    /// The image of a point at the tangent r of its field angle lies at r·(1 + k₁r² + k₂r⁴): OpenCV's
+    /// radial distortion.
+    distortion: [f64; 2],
     pub(super) eye: DVec3,
 }
+
+/// The number of Newton's steps that invert the distortion. Five reach 1e-12 where the picture of a
+/// straight line does not fold back.
+const INVERSION_STEPS: usize = 8;
 
 impl Pinhole {
     /// The camera of a pose at the scene's origin, for a picture of an aspect ratio.
@@ -38,8 +45,35 @@ impl Pinhole {
             half,
             frame,
             near,
+            distortion: [0.0; 2],
             eye: DVec3::ZERO,
         }
+    }
+
+    /// Returns the camera with radial distortion: the image of a point at the tangent r of its field
+    /// angle lies at r·(1 + k₁r² + k₂r⁴), as in OpenCV's camera model, whose focal length is the
+    /// pinhole's. An orthographic camera has none.
+    pub fn distorted(self, distortion: [f64; 2]) -> Self {
+        Self { distortion, ..self }
+    }
+
+    /// Returns the point without distortion, at distance 1, whose image is at `image`; none where
+    /// the distortion folds the picture back.
+    #[inline(always)]
+    fn undistorted(&self, image: DVec2) -> Option<DVec2> {
+        let [k1, k2] = self.distortion;
+        let distance = image.length();
+        let slope = |r2: f64| 1.0 + r2 * (3.0 * k1 + 5.0 * k2 * r2);
+        let mut r = distance;
+        for _ in 0..INVERSION_STEPS {
+            let r2 = r * r;
+            let off = r * (1.0 + r2 * (k1 + k2 * r2)) - distance;
+            r -= off / slope(r2).max(0.1);
+        }
+        let r2 = r * r;
+        let scale = 1.0 + r2 * (k1 + k2 * r2);
+        let is_found = (r * scale - distance).abs() <= 1e-9 * (1.0 + distance) && slope(r2) > 0.0;
+        is_found.then(|| image / scale)
     }
 
     /// The ray of a point of the picture from 0 to 1; none outside the view.
@@ -58,7 +92,14 @@ impl Pinhole {
     fn any_ray(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
         let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
         let is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
-        let at = view * self.half;
+        let mut at = view * self.half;
+        let mut is_inside = is_inside;
+        if self.distortion != [0.0; 2] {
+            match self.undistorted(at) {
+                Some(point) => at = point,
+                None => is_inside = false,
+            }
+        }
         let (origin, direction) = match self.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, DVec3::new(at.x, at.y, -1.0)),
             Projection::Orthographic { .. } => (at.extend(-self.near), DVec3::NEG_Z),
@@ -119,6 +160,29 @@ impl SimdKernel for Projected<'_> {
 mod tests {
     use super::*;
     use ivcam_base::math::lanes::bits;
+
+    #[test]
+    fn the_image_of_a_ray_is_where_the_distortion_puts_it() {
+        let pose = CameraPose {
+            projection: Projection::Perspective { height_angle: 1.0 },
+            ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+        };
+        let [k1, k2] = [-0.28, 0.07];
+        let plain = Pinhole::new(&pose, 1.5);
+        let bent = plain.distorted([k1, k2]);
+        for (x, y) in [(0.5, 0.5), (0.1, 0.8), (0.95, 0.3), (0.0, 0.0)] {
+            let direction = bent.ray(x, y).unwrap().direction;
+            let seen = bent.world_from_camera.inverse() * direction;
+            let at = DVec2::new(seen.x, seen.y) / -seen.z;
+            let r2 = at.length_squared();
+            let image = at * (1.0 + k1 * r2 + k2 * r2 * r2) / plain.half;
+            assert!((image.x - (2.0 * x - 1.0)).abs() < 1e-9, "{x} {y}");
+            assert!((image.y - (1.0 - 2.0 * y)).abs() < 1e-9, "{x} {y}");
+        }
+        // With k₁ = −1 no point has its image farther than 2/3·√(1/3) from the center.
+        let folded = plain.distorted([-1.0, 0.0]);
+        assert!(folded.ray(0.5, 0.45).is_some() && folded.ray(0.0, 0.0).is_none());
+    }
 
     #[test]
     fn rays_in_lanes_have_the_bits_of_single_rays() {
