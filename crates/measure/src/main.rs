@@ -3,6 +3,7 @@
 //! Their external inputs (oracle tables, scene folders, other programs) are arguments.
 
 mod against;
+mod align;
 mod corpus;
 mod coverage;
 mod damage;
@@ -37,6 +38,11 @@ const TOOLS: &[Tool] = &[
         "against",
         "PROGRAM FOLDER [--least BYTES] [--rows]",
         against::run,
+    ),
+    (
+        "align",
+        "PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] [--rows]",
+        align::run,
     ),
     (
         "corpus",
