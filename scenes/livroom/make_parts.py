@@ -832,15 +832,17 @@ def make_textures():
 
 
 def book_cover():
-    """Gilt lettering on red cloth, drawn 448 x 325 for the cover and 448 x 92 for the spine."""
+    """The textbook that the 1999 paper names, as gilt lettering on red cloth: drawn 448 x 325 for the cover and
+    448 x 92 for the spine. The design is ours."""
     gold = (0.93, 0.77, 0.40)
     wide, high = 448, 325
 
     def cloth(x, y, seed):
         k = 0.90 + 0.10 * hashed(x // 2, y, seed) + 0.06 * hashed(x, y // 2, seed + 1)
         return (0.46 * k, 0.065 * k, 0.060 * k)
-    ink = letters("GEOMETRICAL", wide / 2, 98, 36, 6.5) + letters("OPTICS", wide / 2, 158, 44, 8.0)
-    ink += letters("LENSES  -  LIGHT  -  IMAGES", wide / 2, 289, 12, 2.6, 0.7, serif=0.6)
+    ink = letters("MODERN", wide / 2, 68, 32, 6.0) + letters("OPTICAL", wide / 2, 112, 32, 6.0)
+    ink += letters("ENGINEERING", wide / 2, 156, 32, 6.0)
+    ink += letters("WARREN J. SMITH", wide / 2, 290, 15, 3.0, 0.7, serif=0.6)
     for m, w in ((12, 2.5), (18, 1.2)):
         corners = [(m, m), (wide - m, m), (wide - m, high - m), (m, high - m), (m, m)]
         ink += [(*a, *b, w) for a, b in zip(corners, corners[1:])]
@@ -853,8 +855,8 @@ def book_cover():
     ink.append((wide / 2 - 140, middle, wide / 2 + 140, middle, 1.0))
     cover = Ink(ink)
     paint("book-cover.png", 512, 512, fitted(lambda x, y: mix(cloth(x, y, 1), gold, cover.at(x, y)), wide, high, 512, 512), 16)
-    ink = letters("GEOMETRICAL", 201, 28, 13, 3.0, 0.6, spacing=3.2) + letters("OPTICS", 201, 78, 40, 8.0, spacing=3.0)
-    ink += letters("I", 411, 57, 20, 4.0)
+    ink = letters("MODERN OPTICAL", 201, 36, 22, 5.0, 0.5) + letters("ENGINEERING", 201, 78, 32, 7.0, 0.5)
+    ink += letters("SMITH", 411, 51, 8.5, 1.8, 0.7, serif=0.3)
     for x, w in ((12, 3.0), (18, 1.2), (384, 1.2), (390, 3.0), (432, 3.0), (438, 1.2)):
         ink.append((x, 0, x, 92, w))
     spine = Ink(ink)
