@@ -13,6 +13,7 @@ mod language;
 mod layers;
 mod movements;
 mod options;
+mod paper;
 mod photograph;
 mod render;
 mod second_approach;

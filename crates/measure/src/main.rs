@@ -15,6 +15,8 @@ mod left_out;
 mod optics;
 mod optics_aberrations;
 mod paper_claims;
+mod paper_numbers;
+mod paper_page;
 mod profiles;
 mod pupils;
 mod readall;
