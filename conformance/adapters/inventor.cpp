@@ -24,6 +24,7 @@
 #include <Inventor/nodes/SoPerspectiveCamera.h>
 #include <Inventor/nodes/SoSeparator.h>
 #include <Inventor/nodes/SoShape.h>
+#include <Inventor/nodes/SoWWWInline.h>
 #include <Inventor/sensors/SoSensorManager.h>
 #ifdef __COIN__
 #include <Inventor/VRMLnodes/SoVRMLViewpoint.h>
@@ -59,6 +60,14 @@ static void onError(const SoError *error, void *) {
 static void onTriangle(void *, SoCallbackAction *, const SoPrimitiveVertex *, const SoPrimitiveVertex *,
                        const SoPrimitiveVertex *) {
   triangles++;
+}
+
+// Reads the file of a WWWInline, which the libraries leave to the application.
+static void fetch(const SbString &url, void *, SoWWWInline *node) {
+  SoInput in;
+  SoSeparator *read = in.openFile(url.getString()) ? SoDB::readAll(&in) : 0;
+  if (read) node->setChildData(read);
+  else messages.push_back(url.getString());
 }
 
 static void vector(const char *name, SbVec3f v) { printf(", \"%s\": [%.9g, %.9g, %.9g]", name, v[0], v[1], v[2]); }
@@ -180,6 +189,7 @@ int main(int count, char **words) {
   SoInteraction::init();
   SoReadError::setHandlerCallback(onError, 0);
   SoDebugError::setHandlerCallback(onError, 0);
+  SoWWWInline::setFetchURLCallBack(fetch, 0);
   SoDB::setRealTimeInterval(SbTime::zero());
   SbViewportRegion view((short)(width ? width : 100), (short)(height ? height : 100));
   setTime(0);
