@@ -27,7 +27,9 @@
 #include <Inventor/nodes/SoWWWInline.h>
 #include <Inventor/sensors/SoSensorManager.h>
 #ifdef __COIN__
+#include <Inventor/VRMLnodes/SoVRMLNavigationInfo.h>
 #include <Inventor/VRMLnodes/SoVRMLViewpoint.h>
+#include <Inventor/nodes/SoDirectionalLight.h>
 #endif
 #include <EGL/egl.h>
 #include <EGL/eglext.h>
@@ -87,7 +89,7 @@ static SbMatrix matrixOf(SoPath *path, const SbViewportRegion &view) {
   return action.getMatrix();
 }
 
-// Prints a camera in world space, and puts one at a Viewpoint of VRML97 in front of the scene.
+// Prints a camera in world space. For a Viewpoint of VRML97 it puts a camera, and the headlight, before the scene.
 static void camera(SoSeparator *root, SoNode *scene, const SbViewportRegion &view) {
   if (SoPath *path = first(scene, SoCamera::getClassTypeId())) {
     SoCamera *c = (SoCamera *)((SoFullPath *)path)->getTail();
@@ -127,6 +129,12 @@ static void camera(SoSeparator *root, SoNode *scene, const SbViewportRegion &vie
     vector("position", position);
     vector("direction", direction);
     printf(", \"angle\": %.9g}", v->fieldOfView.getValue());
+    SoPath *info = first(scene, SoVRMLNavigationInfo::getClassTypeId());
+    if (!info || ((SoVRMLNavigationInfo *)((SoFullPath *)info)->getTail())->headlight.getValue()) {
+      SoDirectionalLight *headlight = new SoDirectionalLight;
+      headlight->direction = direction;
+      root->insertChild(headlight, 1);
+    }
   }
 #endif
 }
@@ -203,9 +211,11 @@ int main(int count, char **words) {
   if (scene) {
     scene->ref();
     setTime(atof(words[2]));
+    size_t said = messages.size();
     SoWriteAction write;
     if (write.getOutput()->openFile(words[6])) write.apply(scene);
     write.getOutput()->closeFile();
+    messages.resize(said);  // those of writing do not count
     SoSeparator *root = new SoSeparator;
     root->ref();
     root->addChild(scene);

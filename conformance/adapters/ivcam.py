@@ -27,7 +27,8 @@ def read(path, kinds, size, time, folder):
     if "tree" in kinds:
         answer["tree"] = roots(run(PROGRAM, "convert", path, "--to", "ascii", "--scene-time", time).stdout)
     if "picture" in kinds:
-        run(PROGRAM, "render", path, "--lens", "none", "-s", "g", "--headlight=off", "--size", "{}x{}".format(*size),
+        headlight = [] if "vrml97" in path.parts else ["--headlight=off"]  # in VRML97 the file decides
+        run(PROGRAM, "render", path, "--lens", "none", "-s", "g", *headlight, "--size", "{}x{}".format(*size),
             "--samples", 1, "--scene-time", time, "-o", folder / "ivcam.ppm")
         answer["picture"] = ppm(folder / "ivcam.ppm")
     return answer
