@@ -19,6 +19,7 @@
 #include <Inventor/errors/SoDebugError.h>
 #include <Inventor/errors/SoReadError.h>
 #include <Inventor/fields/SoSFTime.h>
+#include <Inventor/nodekits/SoBaseKit.h>
 #include <Inventor/nodekits/SoNodeKit.h>
 #include <Inventor/nodes/SoOrthographicCamera.h>
 #include <Inventor/nodes/SoPerspectiveCamera.h>
@@ -195,6 +196,7 @@ int main(int count, char **words) {
   SoDB::init();
   SoNodeKit::init();
   SoInteraction::init();
+  SoBaseKit::setSearchingChildren(TRUE);
   SoReadError::setHandlerCallback(onError, 0);
   SoDebugError::setHandlerCallback(onError, 0);
   SoWWWInline::setFetchURLCallBack(fetch, 0);

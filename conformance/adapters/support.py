@@ -2,6 +2,7 @@
 
 import math
 import subprocess
+import zlib
 
 
 def run(*words, seconds=30):
@@ -41,3 +42,36 @@ def direction(axis, angle):
     x, y, z = (a / length for a in axis)
     c, s = math.cos(angle), math.sin(angle)
     return [-x * z * (1 - c) - y * s, -y * z * (1 - c) + x * s, -z * z * (1 - c) - c]
+
+
+def png(path):
+    """Returns a function that gives the color of a pixel of a PNG file of 8 bits a component, or None; removes it."""
+    if not path.exists():
+        return None
+    data, at, packed = path.read_bytes(), 8, b""
+    path.unlink()
+    while data[at + 4:at + 8] != b"IEND":
+        length = int.from_bytes(data[at:at + 4], "big")
+        if data[at + 4:at + 8] == b"IDAT":
+            packed += data[at + 8:at + 8 + length]
+        at += length + 12
+    width, height = (int.from_bytes(data[i:i + 4], "big") for i in (16, 20))
+    size = {0: 1, 2: 3, 4: 2, 6: 4}[data[25]]
+    raw, rows, above = zlib.decompress(packed), [], bytes(width * size)
+    for y in range(height):
+        start = y * (width * size + 1)
+        above = unfiltered(raw[start], raw[start + 1:start + 1 + width * size], above, size)
+        rows.append(above)
+    shown = (0, 1, 2) if size > 2 else (0, 0, 0)
+    return lambda x, y: tuple(rows[y][size * x + i] for i in shown)
+
+
+def unfiltered(kind, row, above, size):
+    """Returns a row of a PNG file without its filter."""
+    out = bytearray(row)
+    for i in range(len(out)):
+        left, up = (out[i - size], above[i - size]) if i >= size else (0, 0)
+        guess = left + above[i] - up
+        near = min((left, above[i], up), key=lambda value: abs(guess - value))
+        out[i] = (out[i] + (0, left, above[i], (left + above[i]) // 2, near)[kind]) & 255
+    return bytes(out)
