@@ -25,7 +25,11 @@ SIZE = [100, 100]
 
 
 class Refused(Exception):
-    """The reader does not read the file at all."""
+    """The reader does not read the file at all, and says so."""
+
+
+class Failed(Exception):
+    """The reader crashes, or does not end."""
 
 
 def cases(only):
@@ -168,6 +172,8 @@ def run_case(reader, name, path, case, folder):
         if case.get("may be refused"):
             return "pass", ""
         return "refused", str(refusal)[:200]
+    except Failed as failure:
+        return "fail", str(failure)[:200]
     problems = [f"{kind}: {problem}" for kind in kinds for problem in [check(kind, case, answer)] if problem]
     return ("fail", "; ".join(problems)) if problems else ("pass", "")
 

@@ -4,14 +4,19 @@ import math
 import subprocess
 import zlib
 
+from run import Failed
+
 
 def run(*words, seconds=30):
-    """Runs a program; a time limit ends as a failure without output."""
+    """Runs a program. One that a signal ends, or that does not end, fails."""
     try:
-        return subprocess.run([str(w) for w in words], capture_output=True, text=True, errors="replace",
+        done = subprocess.run([str(w) for w in words], capture_output=True, text=True, errors="replace",
                               timeout=seconds)
     except subprocess.TimeoutExpired:
-        return subprocess.CompletedProcess(words, 1, "", f"not done after {seconds} s")
+        raise Failed(f"not done after {seconds} s") from None
+    if done.returncode < 0:
+        raise Failed(f"signal {-done.returncode} ends the program")
+    return done
 
 
 def ppm(path):

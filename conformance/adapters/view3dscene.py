@@ -17,7 +17,7 @@ def version():
 
 def read(path, kinds, size, time, folder):
     done = run("tovrmlx3d", path)
-    if "Exception" in done.stdout + done.stderr or not done.stdout:
+    if "Exception" in done.stdout or not done.stdout:
         raise Refused(done.stderr.strip() or "nothing is written")
     said = [line for line in done.stderr.splitlines() if line.strip()]
     answer = {"messages": said, "tree": roots(done.stdout)}
@@ -29,11 +29,13 @@ def read(path, kinds, size, time, folder):
 
 
 def copy(path, folder):
-    """Returns a copy of a file that says that there is no headlight, where its language has no word for that."""
-    if "vrml97" in path.parts:
-        return path
+    """Returns a copy of a file on black ground, and without a headlight where its language has no word for that."""
+    text, added = path.read_text(encoding="utf-8"), ""
+    if "vrml97" not in path.parts:
+        added += "NavigationInfo { headlight FALSE }\n"
+    if "Background" not in text and "environment" not in path.parts:
+        added += "Background { skyColor 0 0 0 }\n"
     for helper in path.parent.glob("_*"):
         shutil.copy(helper, folder)
-    made = folder / path.name
-    made.write_text(path.read_text(encoding="utf-8") + "\nNavigationInfo { headlight FALSE }\n", encoding="utf-8")
-    return made
+    (folder / path.name).write_text(f"{text}\n{added}", encoding="utf-8")
+    return folder / path.name

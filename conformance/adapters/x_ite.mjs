@@ -32,17 +32,22 @@ const browser = await chromium.launch({
     "--disable-component-update", "--disable-sync", "--no-first-run"],
 });
 
-const tab = await browser.newPage();
-let messages = [];
-tab.on("console", (m) => ["error", "warning"].includes(m.type()) && !m.text().includes("GL Driver") && messages.push(m.text()));
-await tab.goto(address);
-await tab.waitForFunction(() => document.querySelector("x3d-canvas").browser);
+const SECONDS = 20;
+let tab, messages = [];
+
+async function open() {
+  tab = await browser.newPage();
+  const counts = (m) => ["error", "warning"].includes(m.type()) && !m.text().includes("GL Driver");
+  tab.on("console", (m) => counts(m) && messages.push(m.text()));
+  await tab.goto(address);
+  await tab.waitForFunction(() => document.querySelector("x3d-canvas").browser);
+}
 
 async function answer({ file, size: [width, height] }) {
   messages = [];
   try {
     await tab.setViewportSize({ width, height });
-    const tree = await tab.evaluate(async ([url, width, height]) => {
+    const loaded = tab.evaluate(async ([url, width, height]) => {
       const canvas = document.querySelector("x3d-canvas");
       canvas.style.width = `${width}px`;
       canvas.style.height = `${height}px`;
@@ -52,15 +57,23 @@ async function answer({ file, size: [width, height] }) {
       for (let i = 0; i < 5; i++) await world.nextFrame();
       return world.currentScene.toVRMLString();
     }, ["/" + file, width, height]);
+    const late = new Promise((_, fail) => setTimeout(() => fail(new Error(`not done after ${SECONDS} s`)), 1000 * SECONDS));
+    late.catch(() => {});
+    const tree = await Promise.race([loaded, late]);
     const picture = await tab.screenshot({ timeout: 10000 });
     return { tree, messages, picture: picture.toString("base64") };
   } catch (error) {
+    if (String(error).includes("not done")) {
+      tab.close().catch(() => {});
+      await open();
+    }
     return { refused: [String(error).split("\n")[0], ...messages].join("; ") };
   }
 }
 
+await open();
 for await (const line of createInterface({ input: process.stdin })) {
   process.stdout.write(JSON.stringify(await answer(JSON.parse(line))) + "\n");
 }
-await browser.close();
-server.close();
+await Promise.race([browser.close(), new Promise((done) => setTimeout(done, 5000))]);
+process.exit();

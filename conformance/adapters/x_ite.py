@@ -6,7 +6,7 @@ import os
 import subprocess
 
 from adapters.support import png
-from run import Refused
+from run import Failed, Refused
 from scene_text import roots
 
 HERE = os.path.dirname(__file__)
@@ -30,6 +30,8 @@ def read(path, kinds, size, time, folder):
     browser.stdin.write(json.dumps({"file": name, "size": size}) + "\n")
     browser.stdin.flush()
     answer = json.loads(browser.stdout.readline())
+    if "not done" in answer.get("refused", ""):
+        raise Failed(answer["refused"])
     if "refused" in answer:
         raise Refused(answer["refused"])
     (folder / "x_ite.png").write_bytes(base64.b64decode(answer["picture"]))
