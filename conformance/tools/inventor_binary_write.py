@@ -5,9 +5,8 @@
     python3 inventor_binary_write.py --all             # makes all files of conformance/inventor-binary again
 
 `--all` follows inventor-binary/twins.json: for each file its twin, its version, and what is done to its bytes: `gzip`,
-`unpadded` (without the padding of the last string), `cut N` (the last N bytes are
-missing), `default` (each field is flagged as default too), `wide name` (blanks in the header). It takes the ASCII of
-the suite's own files, not all that Inventor allows. Needs Python 3.9 and nothing else.
+`cut N` (the last N bytes are missing), `default` (each field is flagged as default), `wide name` (more blanks in the
+header). It takes the ASCII of the suite's own files, not all that Inventor allows. Needs Python 3.9 and nothing else.
 """
 
 import argparse
@@ -192,10 +191,6 @@ def made(entry):
     data = Writer(text, version, 4 if how == "default" else 0).write(header)
     if how == "gzip":
         return gzip.compress(data, 9, mtime=0)
-    if how == "zeros":
-        return data + bytes(8)
-    if how == "unpadded":
-        return data.rstrip(b"\0")
     return data[:-int(how[4:])] if how.startswith("cut ") else data
 
 
