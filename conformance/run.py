@@ -227,7 +227,7 @@ def main():
     parser.add_argument("readers", nargs="*", help="names of files in adapters/")
     parser.add_argument("--only", action="append", default=[], help="only cases with this in their name")
     parser.add_argument("--list", action="store_true", help="print each case that fails or is refused, with the reason")
-    parser.add_argument("--json", type=pathlib.Path, help="write the results to this file; readers in it are replaced")
+    parser.add_argument("--json", type=pathlib.Path, help="write the results to this file; with --only those of other cases in it stay")
     parser.add_argument("--table", type=pathlib.Path, help="print the table of the results in this file")
     options = parser.parse_args()
     answers = {}
@@ -239,7 +239,9 @@ def main():
     if not options.readers:
         parser.error("name a reader, such as ivcam")
     for name in options.readers:
+        earlier = answers.get(name, {}).get("results", {}) if options.only else {}
         answers[name] = run_reader(name, options.only, options.list)
+        answers[name]["results"] = {**earlier, **answers[name]["results"]}
     if options.json:
         options.json.write_text(json.dumps(answers, indent=1) + "\n")
     chosen = {name: answers[name] for name in options.readers}

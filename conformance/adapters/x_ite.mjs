@@ -9,7 +9,7 @@ import { pathToFileURL } from "node:url";
 const [folder, suite] = process.argv.slice(2);
 const { chromium } = (await import(pathToFileURL(resolve(folder, "node_modules/playwright-core/index.js")))).default;
 const page = `<!doctype html><link rel="icon" href="data:,"><style>body { margin: 0 } x3d-canvas { display: block; border: 0 }</style>
-<script src="/x_ite/x_ite.min.js"></script><x3d-canvas id="view" contentScale="1" splashScreen="false"></x3d-canvas>`;
+<script src="/x_ite/x_ite.min.js"></script><x3d-canvas id="view" contentScale="1" splashScreen="false" notifications="false"></x3d-canvas>`;
 
 const server = createServer(async (request, response) => {
   const path = decodeURIComponent(new URL(request.url, "http://localhost").pathname);
