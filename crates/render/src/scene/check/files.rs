@@ -22,10 +22,8 @@ pub fn without_ending(name: &str) -> &str {
 }
 
 /// Returns the given files, and the scene files in the given folders and their subfolders, sorted.
-///
-/// Below a folder, only regular files of that folder count: a pipe may wait for ever, a device may
-/// have no end, and a link may lead to a file that does not belong to the archive. `skipped`
-/// receives a warning for each other entry with the name of a scene file.
+/// `skipped` receives a warning for each other entry with the name of a scene file, as in
+/// [`files_below`].
 ///
 /// # Errors
 /// Returns a diagnostic if a folder cannot be read or contains no scene file.
@@ -36,36 +34,55 @@ pub fn scene_files(named: &[&PathBuf], skipped: &mut Sink) -> Result<Vec<PathBuf
             files.push((*path).clone());
             continue;
         }
-        let real = real_path(path).map_err(|e| Diagnostic::io(path.display(), &e))?;
-        let mut folders = vec![(*path).clone()];
-        let before = files.len();
-        while let Some(folder) = folders.pop() {
-            let entries =
-                std::fs::read_dir(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
-            for path in entries.filter_map(|e| e.ok().map(|e| e.path())) {
-                let name = path.to_string_lossy().to_lowercase();
-                if path.is_dir() && !path.is_symlink() {
-                    folders.push(path);
-                } else if ENDINGS.iter().any(|e| name.ends_with(e)) {
-                    if let Some(why) = reason_to_skip(&path, &real) {
-                        let text = format!("`{}` is skipped: {why}", path.display());
-                        let warning = Diagnostic::warning(text);
-                        skipped.add(*warning.with_help("name the file itself to check it"));
-                    } else {
-                        files.push(path);
-                    }
-                }
-            }
-        }
-        files[before..].sort();
-        if files.len() == before {
+        let is_scene = |name: &str| ENDINGS.iter().any(|e| name.ends_with(e));
+        let found = files_below(path, &is_scene, skipped)?;
+        if found.is_empty() {
             return Err(Diagnostic::not_found(format!(
                 "no scene files below `{}`",
                 path.display()
             ))
             .with_help(format!("looked for {}", ENDINGS.join(", "))));
         }
+        files.extend(found);
     }
+    Ok(files)
+}
+
+/// Returns the files in a folder and its subfolders that `is_wanted` accepts, sorted. It receives
+/// the path in lower case.
+///
+/// Only regular files of that folder count: a pipe may wait for ever, a device may have no end, and
+/// a link may lead to a file that does not belong to the archive. `skipped` receives a warning for
+/// each other entry that is wanted.
+///
+/// # Errors
+/// Returns a diagnostic if a folder cannot be read.
+pub fn files_below(
+    folder: &Path,
+    is_wanted: &dyn Fn(&str) -> bool,
+    skipped: &mut Sink,
+) -> Result<Vec<PathBuf>> {
+    let real = real_path(folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_path_buf()];
+    while let Some(folder) = folders.pop() {
+        let entries =
+            std::fs::read_dir(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
+        for path in entries.filter_map(|e| e.ok().map(|e| e.path())) {
+            if path.is_dir() && !path.is_symlink() {
+                folders.push(path);
+            } else if is_wanted(&path.to_string_lossy().to_lowercase()) {
+                if let Some(why) = reason_to_skip(&path, &real) {
+                    let text = format!("`{}` is skipped: {why}", path.display());
+                    let warning = Diagnostic::warning(text);
+                    skipped.add(*warning.with_help("name the file itself to check it"));
+                } else {
+                    files.push(path);
+                }
+            }
+        }
+    }
+    files.sort();
     Ok(files)
 }
 

@@ -10,4 +10,4 @@ mod missing;
 
 pub use checked::{Checked, FileState};
 pub use classes::classes;
-pub use files::{scene_files, without_ending};
+pub use files::{files_below, scene_files, without_ending};
