@@ -10,7 +10,7 @@ const CONVERTED: [&str; 9] = [
 ];
 
 /// Returns the address of a file as seen from a folder. Both paths are canonical.
-pub(super) fn link(from: &Path, to: &Path) -> String {
+pub(crate) fn link(from: &Path, to: &Path) -> String {
     let (from, to): (Vec<_>, Vec<_>) = (from.components().collect(), to.components().collect());
     let same = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
     let up = std::iter::repeat_n("..".to_owned(), from.len() - same);
@@ -22,7 +22,7 @@ pub(super) fn link(from: &Path, to: &Path) -> String {
 
 /// Returns the address of a file below a folder. `folder` is an address and may be empty, `file` a
 /// path with `/` between its parts.
-pub(super) fn joined(folder: &str, file: &str) -> String {
+pub(crate) fn joined(folder: &str, file: &str) -> String {
     let above = (!folder.is_empty()).then(|| folder.to_owned());
     let below = file.split('/').map(|part| encoded(part.as_bytes()));
     above.into_iter().chain(below).collect::<Vec<_>>().join("/")

@@ -2,8 +2,8 @@
 //!
 //! `survey` reads a scene and makes its [`Entry`] and its thumbnail, `notes` finds what a file says
 //! about itself, `links` finds the ways from the page to other files, `page` writes the entries as
-//! HTML, and `make` puts them together and skips what is up to date. All text of a page comes
-//! from strangers, so `page` escapes every string.
+//! HTML by what `template` has for all pages, and `make` puts them together and skips what is up to
+//! date. All text of a page comes from strangers, so `template` escapes every string.
 
 mod entry;
 mod links;
@@ -12,6 +12,9 @@ mod notes;
 mod options;
 mod page;
 mod survey;
+mod template;
 
+pub(crate) use links::{joined, link};
 pub(crate) use make::Catalog;
 pub(crate) use options::CatalogOptions;
+pub(crate) use template::{SCRIPT, STYLE, environment};

@@ -26,8 +26,11 @@
   const sort = (column, down) => {
     const numeric = heads[column].classList.contains("number");
     const value = (row) => row.cells[column].dataset.value;
+    // A row without a value is first in either direction.
+    const number = (text) => (text === "" ? (down ? 1 : -1) * Infinity : Number(text));
+    const ranked = (a, b) => (a < b ? -1 : a > b ? 1 : 0);
     const compare = numeric
-      ? (a, b) => Number(value(a)) - Number(value(b))
+      ? (a, b) => ranked(number(value(a)), number(value(b)))
       : (a, b) => value(a).localeCompare(value(b), undefined, { numeric: true });
     rows.sort((a, b) => (down ? compare(b, a) : compare(a, b)));
     body.append(...rows);
@@ -41,15 +44,20 @@
   heads.forEach((head, column) => {
     if (column === 0) return;
     const numeric = head.classList.contains("number");
+    // Of a measure, the worst values are first at first.
+    const worst = head.dataset.worst;
+    const initial = worst ? worst === "largest" : numeric;
     const button = document.createElement("button");
     button.type = "button";
     button.textContent = head.textContent;
     button.addEventListener("click", () => {
       const before = head.getAttribute("aria-sort");
-      sort(column, before ? before === "ascending" : numeric);
+      sort(column, before ? before === "ascending" : initial);
     });
-    for (const down of [numeric, !numeric]) {
-      const way = numeric ? (down ? "largest first" : "smallest first") : (down ? "Z to A" : "A to Z");
+    for (const down of [initial, !initial]) {
+      const way = worst
+        ? (down === initial ? "worst first" : "best first")
+        : numeric ? (down ? "largest first" : "smallest first") : (down ? "Z to A" : "A to Z");
       const name = head.textContent === "Modified" ? (down ? "latest first" : "earliest first") : way;
       order.append(new Option(`${head.textContent}, ${name}`, `${column} ${down}`));
     }
@@ -77,6 +85,7 @@
   }
   filter.addEventListener("input", show);
   document.getElementById("controls").hidden = false;
-  sort(1, false);
+  const [column, down] = (table.dataset.sort ?? "1 false").split(" ");
+  sort(Number(column), down === "true");
   show();
 })();

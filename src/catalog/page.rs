@@ -1,42 +1,16 @@
 //! Writes a catalog as one HTML page, which needs neither a network nor scripts.
 //!
 //! The template is `page.html`. Its script filters and sorts the table, and shows the controls for
-//! that, which are hidden without it. Every text from a file goes through [`EscapedText`].
-
-use std::fmt::{self, Display, Write};
+//! that, which are hidden without it. Every text from a file is escaped by the template.
 
 use ivcam_base::diag::counted;
 use ivcam_base::memory::size_text;
-use minijinja::Environment;
 use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
 use super::entry::Entry;
 use super::links::joined;
-
-/// A text that displays escaped for HTML, between tags and in quoted attributes.
-///
-/// Control characters are left out, and so are the characters that change the direction of text,
-/// with which a name could disguise what follows it.
-struct EscapedText<'t>(&'t str);
-
-impl Display for EscapedText<'_> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for c in self.0.chars() {
-            match c {
-                '&' => f.write_str("&amp;")?,
-                '<' => f.write_str("&lt;")?,
-                '>' => f.write_str("&gt;")?,
-                '"' => f.write_str("&quot;")?,
-                '\'' => f.write_str("&#39;")?,
-                '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{200e}' | '\u{200f}' => {}
-                c if c.is_control() => f.write_char(' ')?,
-                c => f.write_char(c)?,
-            }
-        }
-        Ok(())
-    }
-}
+use super::template::{SCRIPT, STYLE, environment};
 
 /// The content of the page, as the template names it.
 #[derive(Serialize)]
@@ -76,18 +50,13 @@ struct SceneLabel {
 pub(super) fn page(title: &str, folder: &str, scenes: &[Entry]) -> String {
     let page = CatalogPage {
         title: if title.is_empty() { "scenes" } else { title },
-        style: include_str!("page.css"),
-        script: include_str!("page.js"),
+        style: STYLE,
+        script: SCRIPT,
         version: env!("CARGO_PKG_VERSION"),
         labels: summary(scenes),
         rows: scenes.iter().map(|entry| row(folder, entry)).collect(),
     };
-    let mut templates = Environment::new();
-    templates.set_formatter(|out, _, value| match value.as_str() {
-        Some(text) if !value.is_safe() => Ok(write!(out, "{}", EscapedText(text))?),
-        _ => Ok(write!(out, "{value}")?),
-    });
-    templates.add_filter("address", |path: &str| joined("", path));
+    let mut templates = environment();
     templates.add_filter("date", date);
     templates.add_filter("size_text", size_text);
     templates.add_filter("thousands", thousands);
