@@ -109,6 +109,7 @@ mod archive;
 mod catalog;
 pub mod cli;
 pub mod compare;
+mod compare_folder;
 pub mod export;
 mod farm;
 pub mod movie;

@@ -153,7 +153,7 @@ fn with_ending(path: &Path, ending: &str, naming: Naming) -> PathBuf {
 }
 
 /// Returns whether a path lies below a folder, or is that folder. The path need not exist.
-fn is_below(path: &Path, folder: &Path) -> bool {
+pub(crate) fn is_below(path: &Path, folder: &Path) -> bool {
     match real_path(folder) {
         Ok(folder) => real(path).starts_with(folder),
         Err(_) => false,

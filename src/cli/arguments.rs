@@ -36,6 +36,13 @@ pub(crate) fn folder_of_scenes(m: &ArgMatches) -> Option<PathBuf> {
     Some(PathBuf::from(scene)).filter(|path| path.is_dir())
 }
 
+/// Returns whether the new side of a comparison is a folder.
+pub(crate) fn compares_folder(m: &ArgMatches) -> bool {
+    let new = m.try_get_raw("new").ok().flatten();
+    new.and_then(|mut words| words.next())
+        .is_some_and(|new| Path::new(new).is_dir())
+}
+
 /// Returns the limits on scenes that `--scene-limit` sets.
 ///
 /// # Errors

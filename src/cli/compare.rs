@@ -1,18 +1,24 @@
 //! `ivcam compare`: compares a new picture with an old one.
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result, nearest};
+use ivcam_base::diag::Result;
 use ivcam_base::files::write_whole;
-use ivcam_optics::picture::Raster;
+use ivcam_optics::film::Response;
+use ivcam_optics::picture::{Depth, Picture};
 use serde::Serialize;
 
-use super::{exit_code, fit, flags, parsed, switch, text, value};
-use crate::compare::{
-    self, Alignment, Comparison, METRICS, Mask, Matching, Metric, Options, Plate, Registration,
+use super::compare_options::{
+    Compared, check_outputs, limits, matching, pixels_per_degree, registration, selection,
 };
+use super::{compare_folder, exit_code, fit, flags, render, render_folder, switch, text, value};
+use crate::compare::{
+    self, Alignment, Comparison, ExceededLimit, Options, Plate, Registration, difference,
+};
+use crate::photo::options::command_line;
 
 /// The exit code if a limit is exceeded.
 const DIFFERENT: i32 = 1;
@@ -23,16 +29,18 @@ pub(crate) fn command() -> Command {
         Arg::new(name).value_name(value).required(true).help(help)
     };
     Command::new("compare")
-        .about("Compares a new picture with an old one: MSE, PSNR, SSIM, FLIP, edges")
+        .about(
+            "Compares a new picture with an old one, or two folders of pictures: MSE, PSNR, SSIM, FLIP, edges",
+        )
         .arg(picture(
             "new",
             "NEW",
-            "new picture, on whose pixels the measures are computed",
+            "new picture, on whose pixels the measures are computed; or a folder of pictures or scenes",
         ))
         .arg(picture(
             "old",
             "OLD",
-            "archival picture: png, jpeg, tiff, gif, bmp, pnm, tga, sgi, exr or hdr",
+            "archival picture: png, jpeg, tiff, gif, bmp, pnm, tga, sgi, exr or hdr; or a folder of them",
         ))
         .arg(switch(
             "align",
@@ -71,13 +79,25 @@ pub(crate) fn command() -> Command {
             "FILE",
             "writes new, old and difference side by side: .png, .jpg, .tiff or .bmp",
         ))
+        .arg(value(
+            "difference",
+            "FILE",
+            "writes the new picture minus the old one: numbers to .exr, levels around gray to .png",
+        ))
         .arg(switch("json", "prints JSON"))
+        .args(of_folders())
         .arg(value(
             "fit",
             "FILE.dat",
             "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it",
         ))
         .args(flags::photograph())
+        .mut_arg("output", |arg| {
+            arg.value_name("OUT").help(
+                "folder of the report of two folders, which gets index.html, report.json and report.csv; \
+                 with --fit, the picture of the found camera",
+            )
+        })
         .arg(Arg::new("scene").long("scene").hide(true))
         .arg(
             value(
@@ -89,58 +109,52 @@ pub(crate) fn command() -> Command {
         )
 }
 
-/// Runs the command and returns the exit code.
-pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
-    let name = |which: &str| text(matches, which).unwrap_or_default();
+/// Returns the arguments for two folders.
+fn of_folders() -> [Arg; 4] {
+    [
+        value(
+            "pair",
+            "FILE.csv",
+            "two folders: states pairs in columns new and old, with paths below the folders",
+        ),
+        switch(
+            "by-name",
+            "two folders: pairs pictures by their names only, and not by what they show",
+        ),
+        value(
+            "sort",
+            "METRIC",
+            "two folders: the measure whose worst values are first on the page [ssim]",
+        ),
+        render_folder::remake().help("two folders: compares and renders what is up to date too"),
+    ]
+}
+
+/// Runs the command and returns the exit code. `words` are the arguments in today's spelling.
+///
+/// # Errors
+/// Returns an error if an option is invalid or has no effect, if a file cannot be read or written,
+/// or if the pictures cannot be compared.
+pub(crate) fn run(matches: &ArgMatches, words: &[OsString], out: &mut dyn Write) -> Result<i32> {
+    let compared = Compared::of(matches)?;
+    compared.check(matches)?;
+    match compared {
+        Compared::Folders | Compared::Scenes => compare_folder::run(matches, out),
+        Compared::Pictures | Compared::Fit => compare_pictures(matches, &command_line(words), out),
+    }
+}
+
+/// Compares two pictures, of which the new one may be the rendering at a fitted camera.
+fn compare_pictures(matches: &ArgMatches, command: &str, out: &mut dyn Write) -> Result<i32> {
     let limits = limits(matches)?;
-    if let Some(sheet) = text(matches, "sheet") {
-        compare::sheet::format_of(Path::new(sheet))?;
-    }
-    let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
-    let open = |path: &str| Raster::open(Path::new(path)).map(|r| Plate::from_raster(&r));
-    let old = open(name("old"))?;
-    let fitted = text(matches, "fit").map(Path::new);
-    let new = match fitted {
-        Some(file) if matches.get_flag("json") => {
-            fit::run(matches, &old, file, &mut std::io::stderr())?
-        }
-        Some(file) => fit::run(matches, &old, file, out)?,
-        None => open(name("new"))?,
-    };
-    let options = Options {
-        registration: if fitted.is_some() {
-            Registration::Resize
-        } else if matches.get_flag("align") {
-            Registration::Align
-        } else if matches.get_flag("resize") {
-            Registration::Resize
-        } else {
-            Registration::None
-        },
-        matching: match text(matches, "match") {
-            Some("none") => Matching::None,
-            Some("channel") => Matching::Channel,
-            _ => Matching::Picture,
-        },
-        mask: mask(matches, &new)?,
-        pixels_per_degree: parsed(matches, "ppd", "a number from 1 to 1000", ppd)?
-            .unwrap_or(compare::flip::PIXELS_PER_DEGREE),
-    };
-    let comparison = compare::compare(&new, &old, &options)?;
-    if let Some(path) = text(matches, "sheet") {
-        let sheet = compare::sheet::ComparisonSheet::draw(&comparison, name("new"), name("old"));
-        let bytes = sheet.encode(Path::new(path))?;
-        write_whole(Path::new(path), |file| file.write_all(&bytes))?;
-    }
-    let exceeded: Vec<Exceeded> = limits
-        .iter()
-        .filter(|(metric, limit)| !metric.holds(&comparison.measures, *limit))
-        .map(|&(metric, limit)| Exceeded {
-            metric: metric.name,
-            limit,
-            value: (metric.get)(&comparison.measures),
-        })
-        .collect();
+    check_outputs(matches)?;
+    render::set_arithmetic(matches)?;
+    let mut said = Vec::new();
+    let threads = render::threads(matches)?;
+    let comparison = render::on_threads(threads, || comparison(matches, &mut said))??;
+    exit_code(out.write_all(&said))?;
+    write_files(matches, &comparison, command)?;
+    let exceeded = compare::exceeded(&limits, |metric| (metric.get)(&comparison.measures));
     let result = if matches.get_flag("json") {
         write_json(&comparison, &exceeded, out)
     } else {
@@ -150,91 +164,69 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     exit_code(result).map(|_| code)
 }
 
-/// A limit that is exceeded.
-#[derive(Serialize)]
-struct Exceeded {
-    metric: &'static str,
-    limit: f64,
-    value: f64,
-}
-
-fn limits(matches: &ArgMatches) -> Result<Vec<(&'static Metric, f64)>> {
-    let words = matches.get_many::<String>("limit").unwrap_or_default();
-    words.map(|word| limit(word)).collect()
-}
-
-fn limit(word: &str) -> Result<(&'static Metric, f64)> {
-    let names = || METRICS.map(|m| m.name);
-    let (name, value) = word.split_once('=').unwrap_or((word, ""));
-    let Some(metric) = Metric::named(name) else {
-        let help = nearest(name, names()).map_or_else(
-            || format!("there is {}", names().join(", ")),
-            |near| format!("did you mean `{near}`?"),
-        );
-        return Err(
-            Diagnostic::error(format!("`--limit {word}`: there is no measure `{name}`"))
-                .with_help(help),
-        );
-    };
-    match value.parse() {
-        Ok(value) if !f64::is_nan(value) => Ok((metric, value)),
-        _ => Err(
-            Diagnostic::error(format!("the value of `--limit {word}` is not a number"))
-                .with_help(format!("write it as `--limit {name}=0.01`")),
-        ),
-    }
-}
-
-/// Returns the pixels that `--crop` and `--mask` select.
-fn mask(matches: &ArgMatches, new: &Plate) -> Result<Option<Mask>> {
-    let (width, height) = (new.width, new.height);
-    let mut mask = None;
-    if let Some(path) = text(matches, "mask") {
-        let raster = Raster::open(Path::new(path))?;
-        let white = |i: usize| raster.color(i).iter().sum::<f32>() > 1.5 && raster.alpha(i) > 0.5;
-        mask = Some(Mask {
-            width: raster.width as usize,
-            height: raster.height as usize,
-            counts: (0..raster.pixels()).map(white).collect(),
-        });
-    }
-    let crop = parsed(matches, "crop", "four integers x,y,w,h", |word| {
-        let numbers: Option<Vec<usize>> = word.split(',').map(|n| n.trim().parse().ok()).collect();
-        <[usize; 4]>::try_from(numbers?).ok()
-    })?;
-    if let Some([left, top, w, h]) = crop {
-        let fits = |from: usize, size: usize, all: usize| {
-            size > 0 && from.checked_add(size).is_some_and(|end| end <= all)
-        };
-        if !fits(left, w, width) || !fits(top, h, height) {
-            return Err(Diagnostic::error(format!(
-                "`--crop {left},{top},{w},{h}` is not inside the new picture"
-            ))
-            .with_help(format!(
-                "{} is {width}x{height}",
-                text(matches, "new").unwrap_or("it")
-            )));
+/// Reads the two pictures, or fits the camera of the old one, and compares them. `said` gets the
+/// lines about the camera.
+fn comparison(matches: &ArgMatches, said: &mut Vec<u8>) -> Result<Comparison> {
+    let name = |which: &str| text(matches, which).unwrap_or_default();
+    let selection = selection(matches)?;
+    let old = Plate::open(name("old"))?;
+    let fitted = text(matches, "fit").map(Path::new);
+    let new = match fitted {
+        Some(file) if matches.get_flag("json") => {
+            fit::run(matches, &old, file, &mut std::io::stderr())?
         }
-        let inside = |i: usize| {
-            (left..left + w).contains(&(i % width)) && (top..top + h).contains(&(i / width))
-        };
-        let crop = Mask {
-            width,
-            height,
-            counts: (0..width * height).map(inside).collect(),
-        };
-        mask = Some(match mask {
-            Some(m) if (m.width, m.height) == (width, height) => m.and(&crop),
-            Some(m) => m, // The mask has the wrong size, which `compare` reports.
-            None => crop,
-        });
+        Some(file) => fit::run(matches, &old, file, said)?,
+        None => Plate::open(name("new"))?,
+    };
+    let options = Options {
+        registration: match fitted {
+            Some(_) => Registration::Resize,
+            None => registration(matches).unwrap_or(Registration::None),
+        },
+        matching: matching(matches),
+        mask: selection.of(&new, name("new"))?,
+        pixels_per_degree: pixels_per_degree(matches)?,
+    };
+    compare::compare(&new, &old, &options)
+}
+
+/// Writes the pictures that were asked for.
+fn write_files(matches: &ArgMatches, comparison: &Comparison, command: &str) -> Result<()> {
+    let name = |which: &str| text(matches, which).unwrap_or_default();
+    if let Some(path) = text(matches, "sheet") {
+        let sheet = compare::sheet::ComparisonSheet::draw(comparison, name("new"), name("old"));
+        let bytes = sheet.encode(Path::new(path))?;
+        write_whole(Path::new(path), |file| file.write_all(&bytes))?;
     }
-    Ok(mask)
+    if let Some(path) = text(matches, "difference") {
+        difference::write(comparison, command, Path::new(path))?;
+    }
+    let Some(path) = text(matches, "output") else {
+        return Ok(());
+    };
+    let (width, height) = (comparison.width, comparison.height);
+    let picture = Picture {
+        width: width as u32,
+        height: height as u32,
+        pixels: (0..width * height)
+            .map(|i| comparison.new.color(i))
+            .collect(),
+        // The plate has levels, to which the plan's response is applied already.
+        response: Response::Linear,
+        provenance: difference::provenance(command),
+    };
+    picture.save(
+        path,
+        match text(matches, "depth") {
+            Some("16") => Depth::Sixteen,
+            _ => Depth::Eight,
+        },
+    )
 }
 
 fn write_text(
     comparison: &Comparison,
-    exceeded: &[Exceeded],
+    exceeded: &[ExceededLimit],
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     let m = &comparison.measures;
@@ -316,14 +308,14 @@ fn write_alignment(a: &Alignment, out: &mut dyn Write) -> std::io::Result<()> {
 
 fn write_json(
     comparison: &Comparison,
-    exceeded: &[Exceeded],
+    exceeded: &[ExceededLimit],
     out: &mut dyn Write,
 ) -> std::io::Result<()> {
     #[derive(Serialize)]
     struct CompareAnswer<'a> {
         #[serde(flatten)]
         comparison: &'a Comparison,
-        limits_exceeded: &'a [Exceeded],
+        limits_exceeded: &'a [ExceededLimit],
     }
     let answer = CompareAnswer {
         comparison,

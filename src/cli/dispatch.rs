@@ -182,7 +182,7 @@ fn run_command(
         },
         Some(("catalog", m)) => catalog::run(m),
         Some(("check", m)) => check::run(m, out),
-        Some(("compare", m)) => compare::run(m, out),
+        Some(("compare", m)) => compare::run(m, words, out),
         Some(("completions", m)) => shell::complete(m, commands(), out),
         Some(("expose", m)) => expose::run(m, out),
         Some(("farm", m)) => farm::run(m),

@@ -94,16 +94,27 @@ impl FileProgress {
     /// Removes the bar and prints the sum, as in `3 scenes: 2 pictures made, 1 failed`. Counts of 0
     /// are left out.
     pub(crate) fn finish(&self, files: usize, counts: &[(usize, &str)]) {
+        self.finish_counting("scene", files, counts);
+    }
+
+    /// Removes the bar.
+    pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
+    }
+
+    /// Removes the bar and prints the sum as [`finish`](Self::finish) does, over items of another
+    /// name.
+    pub(crate) fn finish_counting(&self, item: &str, items: usize, counts: &[(usize, &str)]) {
+        self.clear();
         if self.quiet {
             return;
         }
         let present = counts.iter().filter(|(n, _)| *n > 0);
         let parts: Vec<String> = present.map(|(n, what)| format!("{n} {what}")).collect();
-        let scenes = counted(files, "scene");
+        let items = counted(items, item);
         let line = match parts.is_empty() {
-            true => scenes,
-            false => format!("{scenes}: {}", parts.join(", ")),
+            true => items,
+            false => format!("{items}: {}", parts.join(", ")),
         };
         super::print_wrapped(&line);
     }

@@ -7,6 +7,8 @@ mod arguments;
 mod catalog;
 pub(crate) mod check;
 pub(crate) mod compare;
+mod compare_folder;
+mod compare_options;
 pub(crate) mod converge;
 pub(crate) mod convert;
 pub(crate) mod convert_folder;
@@ -50,8 +52,8 @@ mod vintage_help;
 mod wrong_file;
 
 pub(crate) use arguments::{
-    allowance, folder_of_scenes, fonts, limits, memory, parsed, readable_folders, scene_argument,
-    switch, text, time_for_each, value,
+    allowance, compares_folder, folder_of_scenes, fonts, limits, memory, parsed, readable_folders,
+    scene_argument, switch, text, time_for_each, value,
 };
 pub use dispatch::{open, plan, run};
 pub use lens::{LensOutput, lens_output};

@@ -12,17 +12,18 @@ use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
 };
 
-use super::{folder_of_scenes, print_diagnostic};
+use super::{compares_folder, folder_of_scenes, print_diagnostic};
 use crate::photo::free_name;
 
 /// The arguments that name a file to write, in whichever command has them.
-const OUTPUTS: [&str; 14] = [
+const OUTPUTS: [&str; 15] = [
     "output",
     "checkpoint",
     "report",
     "aov",
     "write-camera",
     "sheet",
+    "difference",
     "fit",
     "csv",
     "json",
@@ -50,8 +51,8 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .get_arguments()
         .filter(takes_values)
         .partition(|arg| OUTPUTS.contains(&arg.get_id().as_str()));
-    // The output of a folder of scenes is a folder, which need not exist.
-    let is_folder = folder_of_scenes(matches).is_some();
+    // The output of a folder of scenes or pictures is a folder, which need not exist.
+    let is_folder = folder_of_scenes(matches).is_some() || compares_folder(matches);
     let outputs: Vec<(String, PathBuf)> = outputs
         .into_iter()
         .filter(|arg| !is_folder || arg.get_id() != "output")

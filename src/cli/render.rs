@@ -131,18 +131,23 @@ impl OutputOptions {
     /// # Errors
     /// Returns an error if the threads cannot be started.
     pub(crate) fn on_threads<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T> {
-        if cfg!(target_family = "wasm") {
-            return Ok(work()); // Rayon works on the only thread.
-        }
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads)
-            .build();
-        let pool = pool.map_err(|e| {
-            Diagnostic::error(format!("cannot start {} threads: {e}", self.threads))
-        })?;
-        let context = ThreadContext::current();
-        Ok(pool.install(|| context.during(work)))
+        on_threads(self.threads, work)
     }
+}
+
+/// Runs `work` on a pool with a number of threads.
+///
+/// # Errors
+/// Returns an error if the threads cannot be started.
+pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Send) -> Result<T> {
+    if cfg!(target_family = "wasm") {
+        return Ok(work()); // Rayon works on the only thread.
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool =
+        pool.map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))?;
+    let context = ThreadContext::current();
+    Ok(pool.install(|| context.during(work)))
 }
 
 /// Returns the picture's file: what `-o` names, else the scene's name with `.png`, with a number

@@ -29,6 +29,26 @@ pub(crate) fn remake() -> Arg {
     switch(REMAKE, help).long("force")
 }
 
+/// Returns whether `--force` was given.
+pub(crate) fn is_remade(m: &ArgMatches) -> bool {
+    m.get_flag(REMAKE)
+}
+
+/// Returns the plan of the pictures of a folder of scenes: where a scene states neither a camera
+/// nor a background, it is seen from the right and above, on gray.
+///
+/// # Errors
+/// Returns an error if an option is invalid.
+pub(crate) fn plan(m: &ArgMatches) -> Result<Plan> {
+    render::set_arithmetic(m)?;
+    let mut plan = render::plan(m, Era::Modern)?;
+    plan.view = plan.view.or(Some(Override::IfUnstated(WholeView::Side(
+        ViewDirection::THREE_QUARTER,
+    ))));
+    plan.background = plan.background.or(Some(Override::IfUnstated(NEUTRAL)));
+    Ok(plan)
+}
+
 /// The results of all scenes.
 #[derive(Default)]
 struct Sum {
@@ -62,17 +82,12 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
                 .with_help("name one scene; `--report` lists the scenes of a folder"));
         }
     }
-    render::set_arithmetic(m)?;
-    let mut plan = render::plan(m, Era::Modern)?;
-    plan.view = plan.view.or(Some(Override::IfUnstated(WholeView::Side(
-        ViewDirection::THREE_QUARTER,
-    ))));
-    plan.background = plan.background.or(Some(Override::IfUnstated(NEUTRAL)));
+    let mut plan = plan(m)?;
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;
     print_warnings(&jobs.sink);
     let record = Record::open(&out, "render", options_given(m));
-    let remake = m.get_flag(REMAKE);
+    let remake = is_remade(m);
     if !remake {
         keep_files_of_others(&jobs, &record, "render")?;
     }
@@ -185,7 +200,7 @@ impl Sum {
 }
 
 /// Returns the options that pictures depend on.
-fn options_given(m: &ArgMatches) -> Json {
+pub(crate) fn options_given(m: &ArgMatches) -> Json {
     let given = flags::given_options(m);
     let counts = given
         .list()
@@ -198,7 +213,7 @@ fn options_given(m: &ArgMatches) -> Json {
 }
 
 /// Returns the files that the options name, such as a lens or a camera.
-fn files_named(m: &ArgMatches) -> Vec<PathBuf> {
+pub(crate) fn files_named(m: &ArgMatches) -> Vec<PathBuf> {
     let given = flags::given_options(m);
     let values = given
         .list()

@@ -134,15 +134,49 @@ impl Metric {
         METRICS.iter().find(|m| m.name.eq_ignore_ascii_case(name))
     }
 
-    /// Returns whether a measure is within a limit. A measure that does not exist is not.
-    pub(crate) fn holds(&self, measures: &Measures, limit: f64) -> bool {
-        let value = (self.get)(measures);
+    /// Returns whether a value of the measure is within a limit. NaN, the value of a measure that
+    /// does not exist, is not.
+    pub(crate) fn holds(&self, value: f64, limit: f64) -> bool {
         if self.more_is_better {
             value >= limit
         } else {
             value <= limit
         }
     }
+}
+
+/// A limit on a measure.
+#[derive(Clone, Copy)]
+pub(crate) struct MetricLimit {
+    /// The measure.
+    pub metric: &'static Metric,
+    /// The worst value that is accepted.
+    pub value: f64,
+}
+
+/// A limit that is exceeded, and by which value.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(crate) struct ExceededLimit {
+    pub metric: &'static str,
+    pub limit: f64,
+    /// The value, NaN (`null` in JSON) if the measure does not exist.
+    pub value: f64,
+}
+
+/// Returns the limits that the values of the measures exceed.
+pub(crate) fn exceeded(
+    limits: &[MetricLimit],
+    value: impl Fn(&Metric) -> f64,
+) -> Vec<ExceededLimit> {
+    let checked = limits.iter().map(|limit| (limit, value(limit.metric)));
+    checked
+        .filter(|(limit, value)| !limit.metric.holds(*value, limit.value))
+        .map(|(limit, value)| ExceededLimit {
+            metric: limit.metric.name,
+            limit: limit.value,
+            value,
+        })
+        .collect()
 }
 
 /// Compares two pictures on the new one's pixels.
@@ -348,7 +382,7 @@ mod tests {
         assert_eq!(m.edges.unwrap().mean, 0.0);
         for metric in &METRICS {
             let perfect = (metric.get)(&m);
-            assert!(metric.holds(&m, perfect), "{}", metric.name);
+            assert!(metric.holds(perfect, perfect), "{}", metric.name);
         }
     }
 

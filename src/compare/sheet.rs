@@ -36,7 +36,8 @@ const RAMP: [[f64; 3]; 6] = [
 ];
 const GROUND: [u8; 3] = [32, 32, 34];
 const INK: [u8; 3] = [230, 230, 225];
-const FAINT: [u8; 3] = [64, 64, 68];
+/// The color of pixels that do not count.
+pub(crate) const FAINT: [u8; 3] = [64, 64, 68];
 
 impl ComparisonSheet {
     /// Draws the sheet of a comparison, with the names as the panels' titles.
@@ -161,18 +162,24 @@ pub(crate) fn format_of(name: &Path) -> Result<ImageFormat> {
                 "cannot tell the sheet's format from `{}`",
                 name.display()
             ))
-            .with_help("end its name in .png, .jpg, .tiff or .bmp")
+            .with_help(match name.extension().is_some_and(|e| e == "html" || e == "htm") {
+                true => {
+                    "a page is made of two folders: `ivcam compare NEW/ OLD/ -o REPORT/`; a sheet's \
+                     name ends in .png, .jpg, .tiff or .bmp"
+                }
+                false => "end its name in .png, .jpg, .tiff or .bmp",
+            })
         })
 }
 
 /// Returns the largest difference of the three channels at a pixel.
-fn difference(comparison: &Comparison, i: usize) -> f32 {
+pub(crate) fn difference(comparison: &Comparison, i: usize) -> f32 {
     let (a, b) = (comparison.new.color(i), comparison.old.color(i));
     (0..3).map(|c| (a[c] - b[c]).abs()).fold(0.0, f32::max)
 }
 
 /// Returns the end of the scale: a round number that 99.5% of the pixels are below.
-fn scale_of(comparison: &Comparison) -> f64 {
+pub(crate) fn scale_of(comparison: &Comparison) -> f64 {
     let counted = (0..comparison.mask.counts.len()).filter(|&i| comparison.mask.counts[i]);
     let mut all: Vec<f32> = counted.map(|i| difference(comparison, i)).collect();
     all.sort_by(f32::total_cmp);
@@ -185,12 +192,12 @@ fn scale_of(comparison: &Comparison) -> f64 {
 }
 
 /// Converts to 8 bits.
-fn level(value: f32) -> u8 {
+pub(crate) fn level(value: f32) -> u8 {
     (255.0 * value.clamp(0.0, 1.0)).round() as u8
 }
 
 /// Returns the color of a difference, 1 being the end of the scale.
-fn ramp(far: f64) -> [u8; 3] {
+pub(crate) fn ramp(far: f64) -> [u8; 3] {
     let at = far.clamp(0.0, 1.0) * (RAMP.len() - 1) as f64;
     let i = (at as usize).min(RAMP.len() - 2);
     let t = at - i as f64;
@@ -209,7 +216,7 @@ fn fitting(name: &str, wide: usize) -> String {
 }
 
 /// Formats a number with up to four decimals, without an exponent.
-fn number(value: f64) -> String {
+pub(crate) fn number(value: f64) -> String {
     let text = format!("{value:.4}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
     short.to_owned()

@@ -53,6 +53,7 @@ const ORDER: [(&str, &[&str]); 6] = [
             "compare",
             "export",
             "catalog",
+            "compare_folder",
             "stability",
             "viewer",
             "cli",
