@@ -1,4 +1,4 @@
-//! The commands that work through folders of scenes: `render FOLDER` and `catalog`.
+//! The commands that work through folders: `render FOLDER`, `catalog` and `compare` of two folders.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -331,4 +331,268 @@ fn the_report_of_a_conversion_does_not_replace_a_texture() {
     let (code, said) = archive.run("convert in/a.iv -o a.glb --report in/a.png");
     assert_eq!(code, Some(2), "{said}");
     assert_eq!(archive.read("in/a.png"), before);
+}
+
+/// Returns a picture of boxes that depend on `seed`, with its levels raised to a power.
+fn boxes(seed: u64, gamma: f32) -> image::RgbImage {
+    let mut state = seed;
+    let mut next = |n: u64| {
+        state = state
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((state >> 33) % n) as u32
+    };
+    let boxes: Vec<[u32; 5]> = (0..40)
+        .map(|_| [next(120), next(80), 6 + next(30), 6 + next(20), next(256)])
+        .collect();
+    image::RgbImage::from_fn(120, 80, |x, y| {
+        let inside =
+            |b: &&[u32; 5]| (b[0]..b[0] + b[2]).contains(&x) && (b[1]..b[1] + b[3]).contains(&y);
+        let level = boxes.iter().rev().find(inside).map_or(128, |b| b[4]);
+        image::Rgb([(255.0 * (level as f32 / 255.0).powf(gamma)).round() as u8; 3])
+    })
+}
+
+impl Archive {
+    /// Writes a picture in the format of its name.
+    fn picture(&self, file: &str, picture: &image::RgbImage) {
+        let path = self.0.join(file);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        picture.save(path).unwrap();
+    }
+
+    /// Runs the program and returns its exit code and what it writes to standard output.
+    fn output(&self, line: &str) -> (Option<i32>, String) {
+        let run = Command::new(env!("CARGO_BIN_EXE_ivcam"))
+            .current_dir(&self.0)
+            .args(line.split_whitespace())
+            .output()
+            .unwrap();
+        let written = String::from_utf8_lossy(&run.stdout).into_owned();
+        (run.status.code(), written)
+    }
+}
+
+/// Returns two folders: a picture that is equal, one with another ending and folder, one that
+/// differs, one with another name, a damaged one, and one in each folder that only that has, of
+/// which the old one is damaged too.
+fn two_folders(name: &str) -> Archive {
+    let archive = Archive::new(name, &[]);
+    for (new, old, seed, gamma) in [
+        ("equal.png", "equal.png", 1, 1.0),
+        ("deep/ending.png", "deep/ending.jpg", 2, 1.0),
+        ("moved.png", "scan-7.png", 3, 1.4),
+        ("damaged.png", "damaged.png", 4, 1.0),
+    ] {
+        archive.picture(&format!("new/{new}"), &boxes(seed, 1.0));
+        archive.picture(&format!("old/{old}"), &boxes(seed, gamma));
+    }
+    archive.picture("new/differs.png", &boxes(5, 1.0));
+    archive.picture("old/differs.png", &boxes(6, 1.0));
+    archive.picture("new/only.png", &boxes(7, 1.0));
+    std::fs::write(archive.0.join("old/other.bmp"), "BM").unwrap();
+    let bytes = archive.read("old/damaged.png");
+    std::fs::write(archive.0.join("old/damaged.png"), &bytes[..bytes.len() / 2]).unwrap();
+    archive
+}
+
+/// Returns the names of the new pictures of a report with their verdicts.
+fn verdicts(report: &serde_json::Value) -> Vec<String> {
+    let text = |value: &serde_json::Value| value.as_str().unwrap().to_owned();
+    let pairs = report["pairs"].as_array().unwrap();
+    pairs
+        .iter()
+        .map(|pair| format!("{} {}", text(&pair["new"]), text(&pair["verdict"])))
+        .collect()
+}
+
+#[test]
+fn two_folders_are_paired_by_name_and_by_picture_and_reported() {
+    let archive = two_folders("compare");
+    let (code, said) = archive.run("compare new old -o report --limit ssim=0.9");
+    let said = said.replace("\n  ", " "); // A long line is broken.
+    assert_eq!(code, Some(2), "{said}");
+    for part in [
+        "2 new and 2 old without a partner by name: up to 4 pairs",
+        "other.bmp: ",
+        "5 pairs: 3 within the limits, 1 beyond a limit, 1 not compared",
+        "1 paired by picture, 1 new without a partner, 1 old without a partner",
+        "1 of these not readable",
+        "differs.png: ssim is 0.",
+    ] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+    let report = archive.json("report/report.json");
+    let expected = [
+        "damaged.png failed",
+        "deep/ending.png within",
+        "differs.png exceeded",
+        "equal.png within",
+        "moved.png within",
+    ];
+    assert_eq!(verdicts(&report), expected);
+    let pairs = report["pairs"].as_array().unwrap();
+    assert!(pairs[0]["error"].as_str().unwrap().contains("damaged.png"));
+    assert_eq!(pairs[1]["old"], "deep/ending.jpg");
+    assert_eq!(
+        (&pairs[3]["measures"]["mse"], &pairs[3]["measures"]["psnr"]),
+        (&0.0.into(), &serde_json::Value::Null)
+    );
+    assert_eq!(
+        (&pairs[4]["old"], &pairs[4]["paired_by"]),
+        (&"scan-7.png".into(), &"picture".into())
+    );
+    assert!(pairs[4]["pairing_chance"].as_f64().unwrap() < 1e-3);
+    assert_eq!(report["tried"], 2, "the damaged one is not tried");
+    assert_eq!(report["unpaired_new"][0]["file"], "only.png");
+    assert_eq!(report["unpaired_old"][0]["file"], "other.bmp");
+
+    let table = String::from_utf8(archive.read("report/report.csv")).unwrap();
+    let lines: Vec<&str> = table.lines().collect();
+    assert_eq!(lines.len(), 6, "{table}");
+    assert!(lines[0].starts_with("new,old,paired_by,verdict,registration,mse,psnr,ssim"));
+    assert!(lines[4].starts_with("equal.png,equal.png,name,within,none,0,inf,1,0,0,0,1,"));
+    assert!(lines[5].starts_with("moved.png,scan-7.png,picture,within,align,"));
+
+    let page = String::from_utf8(archive.read("report/index.html")).unwrap();
+    for pair in pairs {
+        for kind in ["new", "old", "difference"] {
+            let Some(file) = pair["pictures"][kind].as_str() else {
+                continue;
+            };
+            assert!(
+                archive.has(&format!("report/{file}")) && page.contains(file),
+                "{file}"
+            );
+        }
+    }
+    assert!(archive.has("report/unpaired/new/only.png.jpg"));
+}
+
+#[test]
+fn a_report_does_not_depend_on_threads_and_keeps_what_is_up_to_date() {
+    let archive = two_folders("compare-again");
+    let line = "compare new old -o report --limit ssim=0.9 --by-name";
+    archive.run(&format!("{line} --threads 1"));
+    let [json, table] = ["json", "csv"].map(|kind| archive.read(&format!("report/report.{kind}")));
+    let picture = archive.read("report/pictures/differs.png.difference.jpg");
+    let (_, said) = archive.run(line);
+    assert!(said.contains("3 up to date"), "{said}");
+    assert!(archive.read("report/report.json") == json);
+    let (_, said) = archive.run(&format!("{line} --threads 2 --force"));
+    assert!(!said.contains("up to date"), "{said}");
+    assert!(
+        archive.read("report/report.json") == json && archive.read("report/report.csv") == table
+    );
+    assert!(archive.read("report/pictures/differs.png.difference.jpg") == picture);
+    archive.picture("old/equal.png", &boxes(2, 1.0));
+    let (_, said) = archive.run(line);
+    assert!(said.contains("2 up to date"), "{said}");
+    let (_, said) = archive.run(&format!("{line} --match none"));
+    assert!(!said.contains("up to date"), "other options: {said}");
+    let (code, _) = archive.run("compare new old -o new");
+    assert_eq!(code, Some(2), "a folder that is read");
+    std::fs::create_dir(archive.0.join("site")).unwrap();
+    std::fs::write(archive.0.join("site/index.html"), "").unwrap();
+    let (code, said) = archive.run("compare new old -o site");
+    assert!(
+        code == Some(2) && said.contains("is not a report"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_exit_code_of_two_folders_says_what_is_wrong() {
+    let archive = two_folders("compare-code");
+    let code = |options: &str| {
+        archive.run(&format!(
+            "compare new old -o report --by-name --quiet {options}"
+        ))
+    };
+    assert_eq!(code("").0, Some(2), "damaged files");
+    for file in ["damaged.png", "other.bmp"] {
+        std::fs::remove_file(archive.0.join("old").join(file)).unwrap();
+    }
+    assert_eq!(code("--limit ssim=0.9").0, Some(1));
+    assert_eq!(code("--limit ssim=-1").0, Some(0));
+    assert_eq!(code("").0, Some(0));
+    archive.picture("old/differs.png", &image::RgbImage::new(60, 80));
+    assert_eq!(
+        code("--limit ssim=0.9").0,
+        Some(2),
+        "a flat picture of another size"
+    );
+    let (code, json) = archive.output("compare new old -o report --json --by-name --quiet");
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(
+        (code, report["pairs"].as_array().unwrap().len()),
+        (Some(2), 3)
+    );
+    assert_eq!(report["unpaired_new"].as_array().unwrap().len(), 3);
+}
+
+#[test]
+fn a_file_states_pairs_and_a_row_without_a_file_is_an_error_with_its_line() {
+    let archive = two_folders("compare-list");
+    let list = |text: &str| std::fs::write(archive.0.join("pairs.csv"), text).unwrap();
+    list("old,new\nscan-7.png,only.png\nequal.png,differs.png\n");
+    archive.run("compare new old -o report --pair pairs.csv --by-name --quiet");
+    let report = archive.json("report/report.json");
+    let pairs: Vec<(String, String)> = report["pairs"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|pair| pair["paired_by"] == "list")
+        .map(|pair| (pair["new"].to_string(), pair["old"].to_string()))
+        .collect();
+    let pair = |a: &str, b: &str| (format!("\"{a}\""), format!("\"{b}\""));
+    assert_eq!(
+        pairs,
+        [
+            pair("differs.png", "equal.png"),
+            pair("only.png", "scan-7.png")
+        ]
+    );
+    list("new,old\nonly.png,scan-7.png\nonyl.png,equal.png\n");
+    let (code, said) = archive.run("compare new old -o report --pair pairs.csv");
+    assert_eq!(code, Some(2));
+    for part in [
+        "pairs.csv:3",
+        "no new picture `onyl.png`",
+        "did you mean `only.png`",
+    ] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+}
+
+#[test]
+fn scenes_without_a_picture_are_photographed_and_compared() {
+    let archive = Archive::new("compare-scenes", &[("a.iv", CUBE), ("b/c.wrl", SPHERE)]);
+    let flags = "--size 48x36 --samples 1 --lens none --quiet";
+    archive.run(&format!("render in -o old {flags}"));
+    archive.picture("in/wood.png", &boxes(1, 1.0));
+    archive.picture("in/b/c.png", &image::RgbImage::new(48, 36));
+    let line = format!("compare in old -o report --by-name {flags}");
+    let (code, said) = archive.run(&line);
+    assert_eq!((code, &*said), (Some(0), ""));
+    let report = archive.json("report/report.json");
+    let pairs = report["pairs"].as_array().unwrap();
+    assert_eq!(
+        (&pairs[0]["new"], &pairs[0]["measures"]["mse"]),
+        (&"a.iv".into(), &0.0.into())
+    );
+    assert_eq!(
+        pairs[1]["new"], "b/c.png",
+        "a picture beside its scene is the new one"
+    );
+    assert_eq!(report["beside_scenes"], 1);
+    assert!(archive.has("report/rendered/a.png") && !archive.has("report/rendered/b/c.png"));
+    let first = archive.read("report/rendered/a.png");
+    archive.run(&line);
+    assert!(archive.read("report/rendered/a.png") == first, "it is kept");
+    let command = b"ivcam render --lens none ";
+    assert!(first.windows(command.len()).any(|part| part == command));
+    std::fs::write(archive.0.join("in/a.iv"), "nonsense").unwrap();
+    let (code, said) = archive.run(&line);
+    assert!(code == Some(2) && said.contains("a.iv: "), "{said}");
 }

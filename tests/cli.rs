@@ -1808,7 +1808,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE` and `TEXT` stand for files.
-const MISTAKES: [(&str, &str, &str); 36] = [
+const MISTAKES: [(&str, &str, &str); 54] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -1910,6 +1910,96 @@ const MISTAKES: [(&str, &str, &str); 36] = [
         "`ivcam lens",
     ),
     (
+        "compare PICTURE PICTURE -o difference.png",
+        "`-o` has nothing to write",
+        "`--difference FILE`",
+    ),
+    (
+        "compare PICTURE PICTURE --report r.json",
+        "`--report` has no effect",
+        "`--json`",
+    ),
+    (
+        "compare PICTURE PICTURE --lens nosuch",
+        "`--lens` is for a photograph",
+        "`--fit FILE.dat`, where NEW is a scene, and with a folder of scenes",
+    ),
+    (
+        "compare PICTURE PICTURE --samples 4",
+        "`--samples` is for a photograph",
+        "`--fit FILE.dat`",
+    ),
+    (
+        "compare PICTURE PICTURE --progress json",
+        "`--progress` has no effect",
+        "`--quiet`",
+    ),
+    (
+        "compare PICTURE PICTURE --limit sim=0.9",
+        "there is no measure `sim`",
+        "`ssim`",
+    ),
+    (
+        "compare PICTURE PICTURE --sheet s.html",
+        "cannot tell the sheet's format",
+        "a page is made of two folders",
+    ),
+    (
+        "compare PICTURE PICTURE --difference d.jpg",
+        "a difference has signs",
+        ".exr",
+    ),
+    (
+        "compare PICTURE PICTURE --pair p.csv",
+        "`--pair` is for two folders",
+        "-o REPORT/",
+    ),
+    (
+        "compare PICTURE PICTURE --force",
+        "`--force` is for two folders",
+        "-o REPORT/",
+    ),
+    (
+        "compare SCENE PICTURE --fit f.dat --align",
+        "`--align` has no effect with `--fit`",
+        "leave it out",
+    ),
+    (
+        "compare SCENE PICTURE --fit f.dat -o p.exr",
+        "an EXR holds exposures",
+        "`ivcam render`",
+    ),
+    (
+        "compare FOLDER PICTURE -o r",
+        "is a folder",
+        "two folders with `-o REPORT/`",
+    ),
+    (
+        "compare FOLDER FOLDER",
+        "there is no output folder",
+        "`-o OUT/`",
+    ),
+    (
+        "compare FOLDER FOLDER -o r --sheet s.png",
+        "`--sheet` is for two pictures",
+        "every pair",
+    ),
+    (
+        "compare FOLDER FOLDER -o r --lens wide-angle",
+        "`--lens` is for a photograph",
+        "a folder of scenes",
+    ),
+    (
+        "compare FOLDER FOLDER -o r --report r.json",
+        "`--report` has no effect",
+        "report.json and report.csv",
+    ),
+    (
+        "compare FOLDER FOLDER -o r --sort size",
+        "there is no measure `size`",
+        "there is mse",
+    ),
+    (
         "render TEXT",
         "no scene of a known format",
         "`#Inventor V2.1 ascii`",
@@ -1952,7 +2042,11 @@ fn mistakes_are_answered_by_what_is_wrong_and_what_to_do() {
     let scratch = Scratch::new("mistakes");
     let picture = scratch.0.join("old.png");
     image::RgbImage::new(4, 3).save(&picture).unwrap();
+    let folder = scratch.0.join("pictures");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::copy(&picture, folder.join("old.png")).unwrap();
     let files = [
+        ("FOLDER", folder),
         ("SCENE", scratch.inventor("scene.iv", "Cube { }")),
         ("LENS", root().join("lenses/normal/double-gauss.dat")),
         ("CAMERA", root().join("camera/cam-1.dat")),
