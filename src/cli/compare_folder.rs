@@ -142,7 +142,7 @@ impl FolderMeter {
 }
 
 impl ReportProgress for FolderMeter {
-    fn begin(&mut self, _: &str, items: usize) {
+    fn begin(&mut self, items: usize) {
         self.end();
         self.progress = Some(FileProgress::new(items, self.quiet));
     }

@@ -212,7 +212,7 @@ impl FolderComparison {
             };
             files.extend(free.into_iter().filter(is_there).map(|i| (side, i)));
         }
-        progress.begin("picture", files.len());
+        progress.begin(files.len());
         let work = |&(side, i): &(usize, usize)| {
             let plate = Plate::open(&lists[side][i].path)?;
             Ok(FreePicture {
@@ -269,9 +269,9 @@ impl FolderComparison {
                         write_bytes(&self.options.out.join(&name), &picture.small)?;
                         entry.small = Some(name);
                     }
-                    Some(Err(error)) => entry.error = Some(error.to_string()),
+                    Some(Err(error)) => entry.error = Some(error.message.clone()),
                     None => match not_made.get(&file.name) {
-                        Some(error) => entry.error = Some(error.to_string()),
+                        Some(error) => entry.error = Some(error.message.clone()),
                         None => {
                             entry.note = Some("not photographed: no old picture needs it".into())
                         }
@@ -333,7 +333,7 @@ impl FolderComparison {
         let waiting: Vec<usize> = (0..pairs.len())
             .filter(|i| !entries.contains_key(i))
             .collect();
-        progress.begin("pair", waiting.len());
+        progress.begin(waiting.len());
         let work = |i: &usize| {
             let (new, old) = (&self.new[pairs[*i].new], &self.old[pairs[*i].old]);
             match not_made.get(&new.name) {

@@ -150,7 +150,7 @@ mod tests {
             .collect()
     }
 
-    /// Returns the pairs of two lists of names, what is left of them, and the warnings.
+    /// Returns the pairs of two lists of names, the numbers of the rest, and the warnings.
     fn paired(new: &[&str], old: &[&str]) -> (Vec<String>, [Vec<usize>; 2], Vec<String>) {
         let (new, old) = (files(new), files(old));
         let mut sink = Sink::new();

@@ -2,8 +2,8 @@
 
 /// The receiver of the progress.
 pub(crate) trait ReportProgress {
-    /// Begins a part of the work over so many items. `what` names one of them.
-    fn begin(&mut self, what: &str, items: usize);
+    /// Begins a part of the work over so many items.
+    fn begin(&mut self, items: usize);
     /// Counts an item that is done.
     fn done(&mut self, name: &str);
 }

@@ -35,7 +35,7 @@ pub(super) fn photograph(
     };
     let waiting: Vec<&PictureFile> = scenes.iter().filter(|s| !is_current(s)).copied().collect();
     let at_once = options.threads.min(waiting.len()).max(1);
-    progress.begin("scene", waiting.len());
+    progress.begin(waiting.len());
     let work = |file: &&PictureFile| {
         let plan = Plan {
             scene: file.scene.clone().unwrap_or_default(),
