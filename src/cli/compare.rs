@@ -298,6 +298,23 @@ fn write_alignment(a: &Alignment, out: &mut dyn Write) -> std::io::Result<()> {
              it is compared unmirrored"
         )?;
     }
+    if let Some(p) = a.photograph {
+        writeln!(
+            out,
+            "border     left out; the photograph is {}x{} pixels of the old picture, from {},{}",
+            p.width, p.height, p.left, p.top
+        )?;
+    }
+    for other in &a.alternatives {
+        writeln!(
+            out,
+            "or         it agrees as well with scale {:.3}, rotation {:+.1} degrees{}; the place that \
+             changes it least was taken",
+            other.scale,
+            other.rotation,
+            if other.mirrored { ", mirrored" } else { "" }
+        )?;
+    }
     writeln!(
         out,
         "agreement  {:.3}; unrelated pictures agree as well with a probability of at most {}",

@@ -514,6 +514,58 @@ mod tests {
     }
 
     #[test]
+    fn paper_around_a_turned_photograph_is_left_out() {
+        let new = photograph(180, 120, SAME, |v| v);
+        let truth = degrees(1.3, 0.8, (3.0, -2.0));
+        let inside = view_of_old(truth);
+        let scan = photograph(190, 140, inside, |v| v);
+        let paper = |plane: &Plane| {
+            Plane::from_fn(190, 140, |x, y| {
+                let p = DVec2::new(x as f64, y as f64) + 0.5 - half(plane);
+                if is_inside(&new.channels[0], inside.apply(p), 0.0) {
+                    plane.at(x, y)
+                } else {
+                    0.93
+                }
+            })
+        };
+        let found = align(&new, &scan.map(paper)).unwrap();
+        let frame = found.alignment.photograph.unwrap();
+        assert!(frame.width < 150 && frame.height < 102, "{frame:?}");
+        assert!(
+            (found.alignment.scale - 1.25).abs() < 0.003,
+            "{:?}",
+            found.alignment
+        );
+        assert!(
+            (found.alignment.rotation + 1.3).abs() < 0.1,
+            "{:?}",
+            found.alignment
+        );
+        // The old picture's center is that of the scan and not that of the photograph in it.
+        let center = inside.apply(DVec2::ZERO);
+        let shift = DVec2::from(found.alignment.shift);
+        assert!(shift.distance(center) < 0.2, "{shift} {center}");
+    }
+
+    #[test]
+    fn of_places_that_agree_alike_the_nearest_is_taken_and_the_others_are_told() {
+        let wheel = |turn: f64| {
+            let plane = Plane::from_fn(120, 120, |x, y| {
+                let p = DVec2::new(x as f64, y as f64) + 0.5 - 60.0;
+                let spokes = libm::cos(4.0 * (libm::atan2(p.y, p.x) - turn));
+                let rim = 0.5 - 0.5 * libm::tanh((p.length() - 45.0) / 2.0);
+                (0.3 + (0.2 + 0.15 * spokes + 0.1 * libm::sin(0.4 * p.length())) * rim) as f32
+            });
+            Plate::from_planes([plane.clone(), plane.clone(), plane])
+        };
+        let found = align(&wheel(0.0), &wheel(0.03)).unwrap().alignment;
+        assert!(found.rotation.abs() < 3.0 && !found.mirrored, "{found:?}");
+        let turned = |a: &Alternative| (a.rotation.abs() - 90.0).abs() < 5.0;
+        assert!(found.alternatives.iter().any(turned), "{found:?}");
+    }
+
+    #[test]
     fn pictures_of_different_things_are_not_aligned() {
         let new = photograph(96, 64, SAME, |v| v);
         let noise = Plane::from_fn(96, 64, |x, y| {

@@ -123,6 +123,11 @@ pub struct FittedCamera {
     pub focus_error: Option<f64>,
     /// The focus distance of the start in meters.
     pub start_focus: f64,
+    /// The radial distortion of a pinhole, k₁ and k₂ of OpenCV's camera model; `None` if it was not
+    /// fitted.
+    pub distortion: Option<[f64; 2]>,
+    /// The error of k₁; k₂ is the start's.
+    pub distortion_error: Option<f64>,
     /// The distance from the start's position in meters.
     pub moved: f64,
     /// The error of `moved`.
@@ -179,7 +184,8 @@ pub(crate) fn check_plan(plan: &Plan) -> Result<()> {
     Err(Diagnostic::unsupported(format!("a camera can't be fitted with `{name}`")).with_help(help))
 }
 
-/// The index of the focus among the parameters.
+/// The index of the focus among the parameters of a lens, and of the distortion among those of a
+/// pinhole.
 const FOCUS: usize = 7;
 
 /// Renders parameters, and returns the seconds of the exposure too. Pictures of all sizes have the
@@ -197,6 +203,7 @@ fn render(
     }
     plan.resolution = Resolution::new(width as u32, height as u32)?;
     let (efl, focus) = start.optics(values);
+    plan.distortion = start.distortion(values);
     if let Optics::Lens(lens) = &mut plan.optics {
         lens.efl = Some(Mm(efl));
         lens.zoom = 1.0;
@@ -270,13 +277,30 @@ impl CameraFit {
         })
     }
 
-    /// Returns the number of parameters. Focus is one only for a lens with a finite focus distance.
+    /// Returns the number of parameters.
     fn count(&self) -> usize {
-        if self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0 {
-            FOCUS + 1
-        } else {
-            FOCUS
-        }
+        FOCUS + usize::from(self.has_focus() || self.is_distorted())
+    }
+
+    /// Returns whether the focus is fitted: that of a lens with a finite focus distance.
+    fn has_focus(&self) -> bool {
+        self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0
+    }
+
+    /// Returns whether k₁ of a pinhole's distortion is fitted: if the start has a distortion.
+    fn is_distorted(&self) -> bool {
+        self.plan.optics == Optics::Pinhole && self.plan.distortion != [0.0; 2]
+    }
+
+    /// Returns the parameter of the focus, if it is fitted.
+    fn focus_parameter<'v>(&self, values: &'v [f64]) -> Option<&'v f64> {
+        values.get(FOCUS).filter(|_| self.has_focus())
+    }
+
+    /// Returns what is added to the start's k₁.
+    fn distortion_change(&self, values: &[f64]) -> f64 {
+        let change = values.get(FOCUS).filter(|_| self.is_distorted());
+        change.copied().unwrap_or_default()
     }
 
     /// Returns for each parameter a change that moves the picture by about half a pixel, or blurs
@@ -285,24 +309,28 @@ impl CameraFit {
         let across = f64::from(self.plan.resolution.width);
         let pixel = self.plan.film.width / across;
         let turn = 0.5 * pixel / self.efl;
-        let far = if self.focus.is_finite() {
-            self.focus.max(0.01)
-        } else {
-            10.0
-        };
+        // A lens that is focused at infinity photographs what the camera's pose looks at.
+        let far = [self.focus, self.pose.focal_distance, 10.0];
+        let far = far.into_iter().find(|d| d.is_finite() && *d > 0.0);
+        let far = far.unwrap_or(10.0).max(0.01);
         let shift = turn * far;
         let roll = 1.0 / across;
         let blur = self
             .opening
             .map_or(1.0, |opening| pixel * 1e3 * far / (self.efl * opening));
         let mut steps = vec![shift, shift, 2.0 * shift, turn, turn, roll, roll];
-        steps.extend((self.count() > FOCUS).then_some(blur.clamp(0.02, 0.25)));
+        steps.extend(self.has_focus().then_some(blur.clamp(0.02, 0.25)));
+        if self.is_distorted() {
+            let film = self.plan.film;
+            let corner = 0.5 * film.width.hypot(film.height) / self.efl;
+            steps.push(turn / (corner * corner * corner));
+        }
         steps
     }
 
     /// Returns the focal length in millimeters and the focus distance in meters.
     fn optics(&self, values: &[f64]) -> (f64, f64) {
-        let Some(focus) = values.get(FOCUS) else {
+        let Some(focus) = self.focus_parameter(values) else {
             return (self.efl * libm::exp(values[6]), self.focus);
         };
         let focus = self.focus * libm::exp(*focus);
@@ -314,10 +342,16 @@ impl CameraFit {
     fn focal_length_gradient(&self, values: &[f64]) -> Vec<(usize, f64)> {
         let (efl, focus) = self.optics(values);
         let near = 1e-3 * efl / focus;
-        match values.get(FOCUS) {
+        match self.focus_parameter(values) {
             Some(_) => vec![(6, 1.0 - near), (FOCUS, near)],
             None => vec![(6, 1.0)],
         }
+    }
+
+    /// Returns k₁ and k₂ of a pinhole's distortion.
+    fn distortion(&self, values: &[f64]) -> [f64; 2] {
+        let [k1, k2] = self.plan.distortion;
+        [k1 + self.distortion_change(values), k2]
     }
 
     /// Returns the camera pose of parameters.
@@ -388,7 +422,7 @@ impl CameraFit {
             target,
             sizes: Fit::pyramid((size.width as usize, size.height as usize)),
             steps: self.steps(),
-            blur: (count > FOCUS).then_some(FOCUS),
+            blur: self.has_focus().then_some(FOCUS),
         };
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
             if has_to_end() {
@@ -463,6 +497,10 @@ impl CameraFit {
             return String::new(); // `pose_at` always returns a perspective camera.
         };
         let lens = match &self.plan.optics {
+            Optics::Pinhole if self.is_distorted() => {
+                let [k1, k2] = self.distortion(values);
+                format!("--lens none --distortion {k1:.6},{k2}")
+            }
             Optics::Pinhole | Optics::Ideal(_) => "--lens none".to_owned(),
             Optics::Lens(lens) => format!("--lens {} --efl {efl:.4}mm", lens.name),
         };
@@ -495,8 +533,10 @@ impl CameraFit {
             efl_error: efl * fitted.error_of(&self.focal_length_gradient(v)),
             start_efl: self.efl,
             focus,
-            focus_error: (v.len() > FOCUS).then(|| focus * error(FOCUS)),
+            focus_error: self.has_focus().then(|| focus * error(FOCUS)),
             start_focus: self.focus,
+            distortion: self.is_distorted().then(|| self.distortion(v)),
+            distortion_error: self.is_distorted().then(|| error(FOCUS)),
             moved: length(v[0], v[1], v[2]),
             moved_error: length(error(0), error(1), error(2)),
             turned: length(v[3], v[4], v[5]),
@@ -543,6 +583,9 @@ impl FittedCamera {
                 in_brackets(error, 3),
                 self.start_focus
             )?;
+        }
+        if let (Some([k1, k2]), Some(error)) = (self.distortion, self.distortion_error) {
+            writeln!(out, "distortion {k1:.5}{}, {k2}", in_brackets(error, 5))?;
         }
         if self.residual.is_finite() {
             writeln!(out, "residual   {:.1}%", 100.0 * self.residual)?;

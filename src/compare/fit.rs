@@ -593,9 +593,50 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     /// includes everything that is correlated within a block: blur, the grain of a JPEG, or a wrong
     /// model.
     fn covariance(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
-        let n = self.free.len();
+        let all: Vec<usize> = (0..self.free.len()).collect();
+        // Where the picture does not determine its blur, the rest has errors nevertheless.
+        let is_blur = |i: usize| Some(i) == self.fit.blur || i > self.fit.steps.len();
+        let sharp = || all.iter().copied().filter(|k| !is_blur(self.free[*k]));
+        let (kept, inverse) = match system.inverse(&all) {
+            Some(inverse) => (all.clone(), Some(inverse)),
+            None => (
+                sharp().collect(),
+                system.inverse(&sharp().collect::<Vec<_>>()),
+            ),
+        };
+        let count = self.fit.steps.len();
+        let mut out = vec![f64::INFINITY; count * count];
+        let Some(inverse) = inverse else { return out };
+        // The change of each parameter by each block.
+        let pulls = self.pulls(system, off, weights);
+        let shifts: Vec<Vec<f64>> = pulls
+            .iter()
+            .map(|pull| {
+                let kept_pull = || kept.iter().map(|k| pull[*k]);
+                let shift = |row: &Vec<f64>| row.iter().zip(kept_pull()).map(|(a, b)| a * b).sum();
+                inverse.iter().map(shift).collect()
+            })
+            .collect();
+        let blocks = shifts.len() as f64;
+        let few = blocks / (blocks - kept.len() as f64).max(1.0);
+        let reported = || {
+            let parameters = kept.iter().map(|k| self.free[*k]).enumerate();
+            parameters.filter(|(_, a)| *a < count)
+        };
+        for (i, a) in reported() {
+            for (j, b) in reported() {
+                let sum: f64 = shifts.iter().map(|s| s[i] * s[j]).sum();
+                out[a * count + b] = few * sum;
+            }
+        }
+        out
+    }
+
+    /// Returns the gradients of the cost by the free parameters, of each block.
+    fn pulls(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<Vec<f64>> {
         let across = self.size.0.div_ceil(BLOCK);
-        let mut pulls = vec![vec![0.0; n]; across * self.size.1.div_ceil(BLOCK)];
+        let blocks = across * self.size.1.div_ceil(BLOCK);
+        let mut pulls = vec![vec![0.0; self.free.len()]; blocks];
         for (k, pixel) in self.inner().enumerate() {
             let (x, y) = (pixel % self.size.0, pixel / self.size.0);
             let pull = &mut pulls[y / BLOCK * across + x / BLOCK];
@@ -603,34 +644,29 @@ impl<'f, 'r> FitLevel<'f, 'r> {
                 *p += weights[k] * column.mean(k) * off.mean(k);
             }
         }
-        let unit = |i: usize| (0..n).map(move |j| f64::from(u8::from(i == j))).collect();
-        let inverse: Option<Vec<Vec<f64>>> = (0..n)
+        pulls
+    }
+}
+
+impl System {
+    /// Returns the inverse of the unbiased matrix's rows and columns `kept`; none if it is singular.
+    fn inverse(&self, kept: &[usize]) -> Option<Vec<Vec<f64>>> {
+        let n = self.columns.len();
+        let rows = kept.iter();
+        let part: Vec<f64> = rows
+            .flat_map(|i| kept.iter().map(|j| self.unbiased[i.max(j) * n + i.min(j)]))
+            .collect();
+        let unit = |i: usize| {
+            (0..kept.len())
+                .map(move |j| f64::from(u8::from(i == j)))
+                .collect()
+        };
+        (0..kept.len())
             .map(|i| {
                 let unit: Vec<f64> = unit(i);
-                solve(&system.unbiased, &unit, 0.0)
+                solve(&part, &unit, 0.0)
             })
-            .collect();
-        let all = self.fit.steps.len();
-        let mut out = vec![f64::INFINITY; all * all];
-        let Some(inverse) = inverse else { return out };
-        // The change of each parameter by each block.
-        let shifts: Vec<Vec<f64>> = pulls
-            .iter()
-            .map(|pull| {
-                let shift = |row: &Vec<f64>| row.iter().zip(pull).map(|(a, b)| a * b).sum();
-                inverse.iter().map(shift).collect()
-            })
-            .collect();
-        let blocks = shifts.len() as f64;
-        let few = blocks / (blocks - n as f64).max(1.0);
-        let reported = || self.free.iter().enumerate().filter(|(_, a)| **a < all);
-        for (i, a) in reported() {
-            for (j, b) in reported() {
-                let sum: f64 = shifts.iter().map(|s| s[i] * s[j]).sum();
-                out[a * all + b] = few * sum;
-            }
-        }
-        out
+            .collect()
     }
 }
 

@@ -160,6 +160,35 @@ fn a_disturbed_camera_is_found_again_from_a_noisy_jpeg() {
     assert!(length < 0.005, "{length} of the focal length left");
 }
 
+#[test]
+fn a_picture_of_something_else_is_refused() {
+    let folder = Folder::new("fit-else");
+    let scene = folder.file("room.iv", SCENE);
+    let other = folder.file(
+        "other.iv",
+        "#Inventor V2.1 ascii\nDirectionalLight { }\nArray { numElements1 5 separation1 .9 0 0 \
+         numElements2 4 separation2 0.2 .7 0 origin CENTER Cone { bottomRadius .3 height .5 } }",
+    );
+    let camera = folder.file("camera.dat", TRUTH);
+    let [png, found] = ["other.png", "found.dat"].map(|n| folder.path(n));
+    let common = "--lens none --size 96x64 --samples 4 --quiet";
+    assert_eq!(ivcam(&format!("render {other} -o {png} {common}"), &[]), 0);
+    let fit = format!("compare {scene} {png} --camera {camera} --fit {found} {common}");
+    assert_eq!(ivcam(&fit, &[]), 2);
+}
+
+#[test]
+#[ignore = "a measurement of minutes, listed in docs/performance.md"]
+fn a_distorted_pinhole_is_found_again() {
+    let common = "--lens none --size 192x128 --quiet";
+    let start = "--distortion -0.05 --samples 4";
+    let found = found_again("fit-bent", "--distortion -0.15", start, common);
+    let [shift, turn, length] = found.end;
+    assert!(shift < 0.005, "{shift} m left");
+    assert!(turn < 0.2, "{turn} degrees left");
+    assert!(length < 0.005, "{length} of the focal length left");
+}
+
 /// A fast lens is focused on the cone; the start is focused far behind it.
 #[test]
 #[ignore = "a measurement of minutes, listed in docs/performance.md"]
