@@ -156,14 +156,13 @@ impl Scan {
                 return marks.border(p, place, frame);
             }
             let at = (place + frame) * fine;
-            let value = match self.resampler {
+            let level = match self.resampler {
                 Resampler::Area | Resampler::Nearest => {
                     f64::from(channel.near(at.x.floor() as isize, at.y.floor() as isize))
                 }
                 Resampler::Lanczos => lanczos(channel, at, (fine * self.place.scale).max(1.0)),
             };
-            let value = self.gain * libm::pow(value.clamp(0.0, 1.0), self.gamma);
-            marks.stamped(p, value)
+            marks.stamped(p, level)
         };
         let parts = match self.resampler {
             Resampler::Area => 6,
@@ -171,7 +170,8 @@ impl Scan {
         };
         let center = 0.5 * DVec2::new(self.size.0 as f64, self.size.1 as f64);
         let channel = |c: usize| {
-            let channel = &source.channels[c];
+            let tone = |v: f32| self.gain * libm::pow(f64::from(v.clamp(0.0, 1.0)), self.gamma);
+            let channel = &source.channels[c].map(|v| tone(v) as f32);
             let plane = Plane::from_fn(self.size.0, self.size.1, |x, y| {
                 let mut sum = 0.0;
                 for i in 0..parts * parts {
