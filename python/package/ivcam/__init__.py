@@ -19,7 +19,7 @@ import atexit
 from typing import List, Tuple
 
 from . import _ivcam
-from ._comparison import Alignment, Fit, FitProgress, align, compare, fit
+from ._comparison import Alignment, Alternative, Fit, FitProgress, Frame, align, compare, fit
 from ._errors import (
     ArgumentError,
     DamagedError,
@@ -66,6 +66,7 @@ def lens_options() -> List[Tuple[str, str, str]]:
 
 __all__ = [
     "Alignment",
+    "Alternative",
     "ArgumentError",
     "BLOCKED",
     "Conversion",
@@ -75,6 +76,7 @@ __all__ = [
     "Fit",
     "FitProgress",
     "FocusError",
+    "Frame",
     "IvcamError",
     "IvcamWarning",
     "Lens",

@@ -18,6 +18,23 @@ PathLike = Union[str, "os.PathLike[str]"]
 AnyPicture = Union[PathLike, Picture, npt.NDArray[Any]]
 
 
+class Frame(NamedTuple):
+    """A rectangle of pixels of a picture."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+
+class Alternative(NamedTuple):
+    """Another place where an old picture agrees as well."""
+
+    scale: float
+    rotation: float
+    mirrored: bool
+
+
 @dataclass(frozen=True)
 class Alignment:
     """Where an old picture lies on a new one. `align` makes it.
@@ -31,6 +48,9 @@ class Alignment:
         shift_error, scale_error, rotation_error: standard errors.
         agreement: the correlation of local contrast where the two overlap, on small pictures.
         chance: an upper bound on the probability that an unrelated picture agrees as well.
+        photograph: the pixels of the old picture within its border of paper, mat or scanner bed;
+            `None` if it is used whole.
+        alternatives: other places where it agrees as well; the one that changes it least was taken.
         picture: H × W × 3 float32, the old picture on the new one's pixels; 0 to 1 for levels.
         mask: H × W bool, the pixels that the old picture covers.
     """
@@ -44,6 +64,8 @@ class Alignment:
     rotation_error: float
     agreement: float
     chance: float
+    photograph: Optional[Frame]
+    alternatives: Tuple[Alternative, ...]
     picture: npt.NDArray[np.float32]
     mask: npt.NDArray[np.bool_]
 
@@ -60,7 +82,7 @@ class FitProgress(NamedTuple):
 @dataclass(frozen=True)
 class Fit:
     """The camera that `fit` found. Errors are standard errors, and `None` if the picture does not
-    determine the value or the fit ended early.
+    determine the value. If the fit ended early they include what was left to go.
 
     Attributes:
         position: x, y, z in meters.
@@ -69,9 +91,12 @@ class Fit:
         efl, efl_error, start_efl: the focal length, its error and that of the start, in mm.
         focus, focus_error, start_focus: the focus distance, its error and that of the start, in
             meters. The error is `None` too if the focus was not fitted.
+        distortion, distortion_error: the radial distortion of a pinhole, OpenCV's k1 and k2, and the
+            error of k1; `None` if it was not fitted.
         moved, moved_error: the distance from the start's position, in meters.
         turned, turned_error: the angle from the start's orientation, in radians.
         residual: the robust root mean square of the residuals of local contrast, or `None`.
+        chance: an upper bound on the probability that a picture of something else agrees as well.
         renders: the number of renderings.
         ended_early: whether the time ended before the fit had converged.
         file: the camera as a file for `camera`, with the options of the lens in a comment.
@@ -89,11 +114,14 @@ class Fit:
     focus: float
     focus_error: Optional[float]
     start_focus: float
+    distortion: Optional[Tuple[float, float]]
+    distortion_error: Optional[float]
     moved: float
     moved_error: Optional[float]
     turned: float
     turned_error: Optional[float]
     residual: Optional[float]
+    chance: float
     renders: int
     ended_early: bool
     file: str
@@ -158,6 +186,8 @@ def align(new: AnyPicture, old: AnyPicture) -> Alignment:
     found = _ivcam.compare(*pair, "align", "none", None, None, True)
     place = dict(found["alignment"])
     place["shift"] = tuple(place["shift"])
+    place["photograph"] = place["photograph"] and Frame(**place["photograph"])
+    place["alternatives"] = tuple(Alternative(**a) for a in place["alternatives"])
     return Alignment(**place, picture=found["old"], mask=found["mask"])
 
 
@@ -182,7 +212,8 @@ def fit(
 
     Raises:
         TypeError: an option is unknown; the message has the nearest name.
-        ArgumentError: an option has a wrong value, or the aspects of picture and `size` differ.
+        ArgumentError: an option has a wrong value, the aspects of picture and `size` differ, or a
+            picture of something else agrees as well with the found camera.
         UnsupportedError: `solids` or a `region`.
         NotFoundError, FocusError, LimitError, …: all are `IvcamError`.
     """
@@ -192,6 +223,7 @@ def fit(
     camera = dict(found["camera"])
     for name in ("position", "orientation"):
         camera[name] = tuple(camera[name])
+    camera["distortion"] = camera["distortion"] and tuple(camera["distortion"])
     result = Fit(
         **camera,
         picture=found["rendering"],
