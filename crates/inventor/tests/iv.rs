@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use ivcam_inventor::grammar::{
-    class, cone, coordinate3, indexed_face_set, shape_hints, transform, vrml97_group, vrml97_shape,
-    vrml97_sphere,
+    class, cone, coordinate3, environment, indexed_face_set, shape_hints, transform, vrml97_group,
+    vrml97_shape, vrml97_sphere,
 };
 use ivcam_inventor::iv::{Document, Limits, Loader, NoFiles, NodeId, Value};
 
@@ -202,6 +202,30 @@ fn another_kind_of_file_is_refused_with_what_it_begins_with() {
         message.contains("a.iv") && message.contains("solid cube"),
         "{message}"
     );
+}
+
+#[test]
+fn classes_and_fog_of_version_1_are_todays() {
+    let document = clean(
+        "#Inventor V1.0 ascii\nLayerGroup { Environment { fogType EXPONENTIAL fogDensity 0.05 }\n\
+         Environment { fogDensity 0.05 fogType LINEAR } IndexedTriangleMesh { } }",
+    );
+    let group = document.node(document.roots[0]);
+    let names: Vec<&str> = group.children().map(|n| n.class_name()).collect();
+    assert_eq!(group.class_name(), "Separator");
+    assert_eq!(
+        names,
+        ["Environment", "Environment", "IndexedTriangleStripSet"]
+    );
+    // As SGI's upgrader: 2 / density for EXPONENTIAL, and 4 / density for LINEAR.
+    let visibility = |n: usize| {
+        group
+            .children()
+            .nth(n)
+            .unwrap()
+            .get(environment::FOG_VISIBILITY)
+    };
+    assert_eq!([visibility(0), visibility(1)], [40.0, 80.0]);
 }
 
 #[test]
@@ -607,12 +631,18 @@ fn binary_of_the_first_version_has_no_flags_on_its_nodes() {
     for version in ["V1.0", "V2.0"] {
         let mut bytes = format!("#Inventor {version} binary  \n").into_bytes();
         packed(&mut bytes, "Separator");
-        bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]); // No fields, one child.
+        if version == "V2.0" {
+            bytes.extend([0; 4]); // No fields; V1.0 has no such number for a group without any.
+        }
+        bytes.extend([0, 0, 0, 1]); // one child
         packed(&mut bytes, "Cone");
         bytes.extend([0, 0, 0, 1]); // one field
         packed(&mut bytes, "height");
         bytes.extend(3.0f32.to_be_bytes());
         bytes.extend([0; 4]); // not ignored, not connected
+        if version == "V1.0" {
+            bytes.extend([0xff; 4]); // the end of the children, as SGI's library reads it
+        }
         let document =
             Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
         assert_eq!(messages(&document), Vec::<String>::new(), "{version}");

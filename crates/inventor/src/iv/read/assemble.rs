@@ -154,7 +154,11 @@ impl<'d> Assembler<'d> {
         let bare = name
             .strip_prefix("So")
             .filter(|n| n.starts_with(|c: char| c.is_ascii_uppercase()));
+        let renamed = (self.header.dialect == Dialect::IV1)
+            .then(|| upgrade::renamed_class(name))
+            .flatten();
         find(name)
+            .or_else(|| find(renamed?))
             .or_else(|| vrml97(name))
             .or_else(|| bare.and_then(|b| find(b).or_else(|| vrml97(b))))
     }

@@ -221,6 +221,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             }
             Some(BinaryLevel::Children { left: 0, .. }) => {
                 if let Some(BinaryLevel::Children { node, target, .. }) = self.stack.pop() {
+                    self.end_of_children()?;
                     self.deliver(target, node)?;
                 }
             }
@@ -411,15 +412,24 @@ impl<'s> BinaryReader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Returns whether the number of fields is missing. Before V2.1 a `Group`, which has no fields,
-    /// has no such number. For other groups without fields it is missing if the next word is not 0.
+    /// Returns whether the number of fields is missing, as it is before V2.1 for groups that have no
+    /// fields in the version: `Separator` has some from V2.0 on.
     fn lacks_field_count(&self, class: ClassRef) -> bool {
         let ClassRef::Known(id) = class else {
             return false;
         };
-        let old = self.asm.header.version < (2, 1);
-        let bare = id.get().fields.is_empty() && id.get().is_a("Group");
-        old && bare && (id == class::GROUP || !self.rest.starts_with(&[0; 4]))
+        let version = self.asm.header.version;
+        let is_bare = [class::GROUP, class::TRANSFORM_SEPARATOR].contains(&id);
+        version < (2, 1) && is_bare || version < (2, 0) && id == class::SEPARATOR
+    }
+
+    /// Reads the word −1 that follows the children of a group in V1.0.
+    fn end_of_children(&mut self) -> BinaryStep<()> {
+        if self.asm.header.version < (2, 0) && self.word()? != u32::MAX {
+            let message = "the word -1 is missing after the children of a group";
+            return Err(BinaryStop::damaged(self.at() - 4, message.to_owned()));
+        }
+        Ok(())
     }
 
     /// Ends reading with the error for an exceeded limit.

@@ -118,6 +118,16 @@ const FILTERS: &[(&str, i64)] = &[
     ("MIPMAP_TRILINEAR", 5),
 ];
 
+/// Returns today's name of a class that V1.0 named otherwise. A `LayerGroup` restores the state after
+/// its children.
+pub(super) fn renamed_class(name: &str) -> Option<&'static str> {
+    match name {
+        "IndexedTriangleMesh" => Some("IndexedTriangleStripSet"),
+        "LayerGroup" => Some("Separator"),
+        _ => None,
+    }
+}
+
 /// Finds a field of an older version by name.
 pub(super) fn old_field(class: ClassId, name: &str) -> Option<&'static OldField> {
     OLD_FIELDS
@@ -235,12 +245,19 @@ fn reorder_packed_colors(document: &mut Document, node: NodeId, value: &Value) {
     );
 }
 
-/// Replaces the fog density of an `Environment` by the visibility, its reciprocal.
+/// Replaces the fog density of an `Environment` by the visibility, as SGI's upgrader does: 2 over
+/// the density for `EXPONENTIAL`, which is `SMOKE` today, and 4 over it for the other types.
 fn upgrade_fog_density(document: &mut Document, node: NodeId, value: &Value) {
     if let Value::Float(density) = value
         && *density > 0.0
     {
-        let visibility = Value::Float(1.0 / density);
+        let fields = &document.nodes[node.0 as usize].fields;
+        let fog_type = environment::FOG_TYPE.index;
+        let smoke = Value::Int(environment::FOG_TYPE_SMOKE);
+        let is_smoke = fields
+            .iter()
+            .any(|f| f.index == fog_type && f.value == smoke);
+        let visibility = Value::Float(if is_smoke { 2.0 } else { 4.0 } / density);
         set_field(
             document,
             node.0 as usize,
