@@ -102,7 +102,8 @@ pub(crate) struct FoundCamera {
 }
 
 /// The camera that a fit found. Each error is a standard error, and infinite (`null` in JSON) if
-/// the picture does not determine the value. If the fit ended early it includes what was left to go.
+/// the picture does not determine the value. If the fit ended early it includes what was left to
+/// go.
 #[derive(Clone, Debug, Serialize)]
 pub struct FittedCamera {
     /// The position in meters.
@@ -605,11 +606,11 @@ impl FittedCamera {
     }
 }
 
-/// Returns the error of a fit whose picture shows something else, as far as can be told.
+/// Returns the error of a fit whose picture may show something else.
 fn unlike(chance: f64) -> Box<Diagnostic> {
     Diagnostic::error(format!(
-        "the picture is not one of this scene, as far as can be told: a picture of something else \
-         agrees as well with a probability of up to {}, and the limit is {}",
+        "the picture seems to show something else: an unrelated picture agrees as well with a \
+         probability of up to {}, and the limit is {}",
         align::probability(chance),
         chance::LIMIT
     ))

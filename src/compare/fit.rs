@@ -649,7 +649,8 @@ impl<'f, 'r> FitLevel<'f, 'r> {
 }
 
 impl System {
-    /// Returns the inverse of the unbiased matrix's rows and columns `kept`; none if it is singular.
+    /// Returns the inverse of the unbiased matrix's rows and columns `kept`; none if it is
+    /// singular.
     fn inverse(&self, kept: &[usize]) -> Option<Vec<Vec<f64>>> {
         let n = self.columns.len();
         let rows = kept.iter();

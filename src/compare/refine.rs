@@ -202,8 +202,8 @@ impl PicturePair<'_> {
         (state, width)
     }
 
-    /// Sums the normal equations over all pixels that `anchor` puts on the old picture, with Huber's
-    /// weights of threshold `width`.
+    /// Sums the normal equations over all pixels that `anchor` puts on the old picture, with
+    /// Huber's weights of threshold `width`.
     fn normal(&self, state: &[f64; UNKNOWNS], width: f64, anchor: Warp) -> Normal {
         let columns = 0..self.new.width;
         let rows: Vec<Normal> = (0..self.new.height)

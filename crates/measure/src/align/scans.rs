@@ -1,5 +1,5 @@
-//! Synthetic scans: a picture turned, scaled, shifted, resampled, put on paper, blurred, given grain
-//! and compressed, with the place of every pixel known.
+//! Synthetic scans: a picture turned, scaled, shifted, resampled, put on paper, blurred, given
+//! grain and compressed, with the place of every pixel known.
 
 use glam::DVec2;
 use image::codecs::jpeg::JpegEncoder;
@@ -125,7 +125,7 @@ impl Scan {
                 bottom += 0.2 * new.y / scale;
             }
             size = new / scale + DVec2::new(left + right, top + bottom);
-            // The center of the scan lies beyond the photograph's by half of the borders' difference.
+            // The scan's center is beyond the photograph's by half of the borders' difference.
             shift = DVec2::from_angle(turn)
                 .rotate(0.5 * scale * DVec2::new(right - left, bottom - top));
         }

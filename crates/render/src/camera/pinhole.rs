@@ -20,8 +20,8 @@ pub struct Pinhole {
     frame: DVec2,
     /// The distance in meters at which the rays of an orthographic camera start.
     near: f64,
-    /// The image of a point at the tangent r of its field angle lies at r·(1 + k₁r² + k₂r⁴): OpenCV's
-    /// radial distortion.
+    /// The image of a point at the tangent r of its field angle lies at r·(1 + k₁r² + k₂r⁴):
+    /// OpenCV's radial distortion.
     distortion: [f64; 2],
     pub(super) eye: DVec3,
 }
@@ -50,9 +50,9 @@ impl Pinhole {
         }
     }
 
-    /// Returns the camera with radial distortion: the image of a point at the tangent r of its field
-    /// angle lies at r·(1 + k₁r² + k₂r⁴), as in OpenCV's camera model, whose focal length is the
-    /// pinhole's. An orthographic camera has none.
+    /// Returns the camera with radial distortion: the image of a point at the tangent r of its
+    /// field angle lies at r·(1 + k₁r² + k₂r⁴), as in OpenCV's camera model, whose focal length is
+    /// the pinhole's. An orthographic camera has none.
     pub fn distorted(self, distortion: [f64; 2]) -> Self {
         Self { distortion, ..self }
     }

@@ -412,8 +412,8 @@ impl<'s> BinaryReader<'_, '_, 's> {
         Ok(())
     }
 
-    /// Returns whether the number of fields is missing, as it is before V2.1 for groups that have no
-    /// fields in the version: `Separator` has some from V2.0 on.
+    /// Returns whether the number of fields is missing, as it is before V2.1 for groups that have
+    /// no fields in the version: `Separator` has some from V2.0 on.
     fn lacks_field_count(&self, class: ClassRef) -> bool {
         let ClassRef::Known(id) = class else {
             return false;

@@ -118,8 +118,8 @@ const FILTERS: &[(&str, i64)] = &[
     ("MIPMAP_TRILINEAR", 5),
 ];
 
-/// Returns today's name of a class that V1.0 named otherwise. A `LayerGroup` restores the state after
-/// its children.
+/// Returns today's name of a class that V1.0 named otherwise. A `LayerGroup` restores the state
+/// after its children.
 pub(super) fn renamed_class(name: &str) -> Option<&'static str> {
     match name {
         "IndexedTriangleMesh" => Some("IndexedTriangleStripSet"),
