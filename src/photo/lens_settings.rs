@@ -29,7 +29,7 @@ pub(super) fn camera(
         return Ok(film_behind_solids(plan, plane, pose));
     }
     match &plan.optics {
-        Optics::Pinhole => pinhole(plan, pose),
+        Optics::Pinhole => pinhole(plan, pose, sink),
         Optics::Ideal(choice) => ideal(choice, plan, pose),
         Optics::Lens(choice) => through_lens(choice, plan, pose, sink),
     }
@@ -44,7 +44,7 @@ fn film_behind_solids(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Came
     (Camera::Film(film), to_map(settings))
 }
 
-fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
+fn pinhole(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, LensSettings)> {
     if plan.metering.is_some() {
         return Err(
             Diagnostic::error("a pinhole has no aperture to expose a film through")
@@ -53,7 +53,11 @@ fn pinhole(plan: &Plan, pose: &CameraPose) -> Result<(Camera, LensSettings)> {
     }
     let pinhole = Pinhole::new(pose, plan.resolution.aspect()).distorted(plan.distortion);
     let mut settings = to_map([("lens", "none (pinhole)".into())]);
-    if plan.distortion != [0.0; 2] {
+    let is_distorted = plan.distortion != [0.0; 2];
+    if is_distorted && matches!(pose.projection, Projection::Orthographic { .. }) {
+        let warning = "an orthographic camera has no distortion: `--distortion` does nothing";
+        sink.add(*Diagnostic::warning(warning));
+    } else if is_distorted {
         let [k1, k2] = plan.distortion;
         settings.insert("distortion".into(), format!("{k1}, {k2}"));
     }

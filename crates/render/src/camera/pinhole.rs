@@ -54,6 +54,10 @@ impl Pinhole {
     /// field angle lies at r·(1 + k₁r² + k₂r⁴), as in OpenCV's camera model, whose focal length is
     /// the pinhole's. An orthographic camera has none.
     pub fn distorted(self, distortion: [f64; 2]) -> Self {
+        let distortion = match self.projection {
+            Projection::Perspective { .. } => distortion,
+            Projection::Orthographic { .. } => [0.0; 2],
+        };
         Self { distortion, ..self }
     }
 
