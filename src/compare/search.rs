@@ -51,7 +51,10 @@ pub(super) fn candidates(new: &Plane, old: &Plane, mirrored: bool) -> Vec<Candid
     let old_ratio = (old.longer_side() / SMALL).max(1.0);
     let small = reduced(new, new_ratio);
     let mut found: Vec<(Warp, f64)> = Vec::new();
-    for (warp, agreement) in search(&small, old, old_ratio) {
+    // The scales of the search are reduced from a picture that is still larger than they are.
+    let base_ratio = (0.25 * old_ratio).max(1.0);
+    let base = reduced(old, base_ratio);
+    for (warp, agreement) in search(&small, &base, old_ratio / base_ratio) {
         let warp = warp.between(1.0 / new_ratio, 1.0 / old_ratio);
         if found.first().is_some_and(|best| agreement < best.1 - WORSE) {
             break;
@@ -96,12 +99,16 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Vec<(Warp, f64)> {
             let ratio = (old_ratio * scale).max(1.0);
             let same = reduced(old, ratio);
             let new_spectrum = &new_spectrum;
-            (0..SEARCHED.rotations).map(move |i| {
+            (0..SEARCHED.rotations / 2).flat_map(move |i| {
                 let angle = f64::from(i) * std::f64::consts::TAU / f64::from(SEARCHED.rotations);
-                let (shift, peak) = directions(&same, angle).best_shift(new_spectrum);
+                let spectrum = directions(&same, angle);
                 let turn = DVec2::new(libm::cos(angle), libm::sin(angle)) * ratio / old_ratio;
-                let shift = turn.rotate(DVec2::new(shift[0] as f64, shift[1] as f64));
-                (peak, Warp { turn, shift })
+                let opposite = (spectrum.half_turned(), -turn);
+                [(spectrum, turn), opposite].map(|(spectrum, turn)| {
+                    let (shift, peak) = spectrum.best_shift(new_spectrum);
+                    let shift = turn.rotate(DVec2::new(shift[0] as f64, shift[1] as f64));
+                    (peak, Warp { turn, shift })
+                })
             })
         })
         .collect();

@@ -17,6 +17,26 @@ impl FourierSpectrum {
         Self { side, values }
     }
 
+    /// Returns the spectrum of the field of vectors that is turned by half a turn about the middle of
+    /// the square: each vector is reversed, and lies at the opposite place.
+    pub fn half_turned(&self) -> Self {
+        let side = self.side;
+        let phase = |k: usize| {
+            let angle = std::f64::consts::TAU * k as f64 / side as f64;
+            DVec2::new(libm::cos(angle), libm::sin(angle))
+        };
+        let phases: Vec<DVec2> = (0..side).map(phase).collect();
+        let value = |i: usize| {
+            let (x, y) = (i % side, i / side);
+            let opposite = self.values[(side - y) % side * side + (side - x) % side];
+            -times(times(phases[x], phases[y]), opposite)
+        };
+        Self {
+            side,
+            values: (0..side * side).map(value).collect(),
+        }
+    }
+
     /// The shift of `self` relative to `other` with the largest real part of the correlation, and
     /// that correlation. `self` at `p + shift` is most similar to `other` at `p`.
     pub fn best_shift(&self, other: &Self) -> ([isize; 2], f64) {
@@ -109,6 +129,20 @@ mod tests {
         // The second shows at p what the first shows at p + (5, -3).
         let (shift, _) = field(0, 0).best_shift(&field(5, side - 3));
         assert_eq!(shift, [5, -3]);
+    }
+
+    #[test]
+    fn half_a_turn_reverses_vectors_and_places() {
+        let side = 16;
+        let value = |i: usize| DVec2::new((i * i % 23) as f64, (i * 7 % 19) as f64 - 5.0);
+        let spectrum = |f: &dyn Fn(usize) -> DVec2| {
+            FourierSpectrum::of(side, (0..side * side).map(f).collect())
+        };
+        let turned = spectrum(&value).half_turned();
+        let expected = spectrum(&|i| -value(side * side - 1 - i));
+        for (a, b) in turned.values.iter().zip(&expected.values) {
+            assert!(a.distance(*b) < 1e-9, "{a} {b}");
+        }
     }
 
     #[test]
