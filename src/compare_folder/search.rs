@@ -247,6 +247,7 @@ mod tests {
     }
 
     #[test]
+    #[ignore = "a measurement of minutes, listed in docs/performance.md"]
     fn pictures_that_show_the_same_are_paired_and_others_are_not() {
         let (new, mut old) = (side(&[1], 1.0), side(&[3, 1], 1.6));
         let mut count = Count::default();
