@@ -17,8 +17,8 @@ impl FourierSpectrum {
         Self { side, values }
     }
 
-    /// Returns the spectrum of the field of vectors that is turned by half a turn about the middle of
-    /// the square: each vector is reversed, and lies at the opposite place.
+    /// Returns the spectrum of the field of vectors that is turned by half a turn about the middle
+    /// of the square: each vector is reversed, and lies at the opposite place.
     pub fn half_turned(&self) -> Self {
         let side = self.side;
         let phase = |k: usize| {
