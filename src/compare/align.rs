@@ -11,10 +11,10 @@ use ivcam_base::diag::{Diagnostic, Result};
 use serde::Serialize;
 
 use super::chance;
-use super::frame::{self, Frame};
+use super::frame::{self, PhotographFrame};
 use super::plane::{Plane, Plate};
 use super::refine::{Errors, refine, refine_matched};
-use super::search::{self, Candidate, SEARCHED};
+use super::search::{self, PlaceCandidate, SEARCHED};
 use super::tone::{self, Matching};
 use super::warp::{Warp, half, is_inside, reduced, resample};
 
@@ -55,7 +55,7 @@ pub struct Alignment {
     pub chance: f64,
     /// The pixels of the old picture that are compared, if it has a border of paper, mat or
     /// scanner bed, which is left out.
-    pub photograph: Option<Frame>,
+    pub photograph: Option<PhotographFrame>,
     /// Other places where the old picture agrees as well within the error of the agreement. The
     /// place that changes it least was taken.
     pub alternatives: Vec<Alternative>,
@@ -82,11 +82,11 @@ pub(crate) struct Aligned {
 
 /// A frame of the old picture, and the places that were found for it.
 struct Framed {
-    frame: Frame,
+    frame: PhotographFrame,
     /// The brightness within the frame, and the same mirrored.
     sides: [Plane; 2],
     /// The one that is taken comes first, then those that agree as well.
-    candidates: Vec<Candidate>,
+    candidates: Vec<PlaceCandidate>,
 }
 
 /// Finds the warp from the new picture to the old one.
@@ -129,12 +129,12 @@ pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
 
 impl Framed {
     /// Searches for the places of the old picture within a frame.
-    fn search(new: &Plane, old: &Plane, frame: Frame) -> Option<Self> {
+    fn search(new: &Plane, old: &Plane, frame: PhotographFrame) -> Option<Self> {
         let same = frame.cut(old);
         let sides = [same.mirrored(), same];
         let [reverse, same] = &sides;
         let mut candidates = search::candidates(new, same, false);
-        let is_clear = |c: &Candidate| {
+        let is_clear = |c: &PlaceCandidate| {
             c.agreement >= CLEAR_AGREEMENT && c.evidence.ln_chance <= libm::log(chance::LIMIT)
         };
         if !candidates.iter().any(is_clear) {
@@ -152,7 +152,7 @@ impl Framed {
         })
     }
 
-    fn chosen(&self) -> &Candidate {
+    fn chosen(&self) -> &PlaceCandidate {
         &self.candidates[0]
     }
 
@@ -187,7 +187,7 @@ impl Framed {
 
     /// Refines the chosen place at full size. `tried` is the number of frames that were tried.
     fn finish(&self, new: &Plane, old: &Plate, tried: usize) -> Option<Aligned> {
-        let Candidate {
+        let PlaceCandidate {
             mirrored,
             warp,
             agreement,
@@ -201,8 +201,8 @@ impl Framed {
             return None;
         }
         let evidence = SEARCHED.evidence(new, luma, warp, mirrored);
-        let is_whole = self.frame == Frame::whole(old);
-        let alternative = |c: &Candidate| Alternative {
+        let is_whole = self.frame == PhotographFrame::whole(old);
+        let alternative = |c: &PlaceCandidate| Alternative {
             scale: 1.0 / c.warp.scale(),
             rotation: rotation(c.warp),
             mirrored: c.mirrored,

@@ -34,7 +34,7 @@ const LEAST_SIDE: usize = 16;
 
 /// A rectangle of pixels of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct Frame {
+pub struct PhotographFrame {
     /// Columns to its left.
     pub left: usize,
     /// Rows above it.
@@ -45,7 +45,7 @@ pub struct Frame {
     pub height: usize,
 }
 
-impl Frame {
+impl PhotographFrame {
     /// Returns the rectangle of a whole picture.
     pub(super) fn whole(picture: &Plate) -> Self {
         Self {
@@ -71,15 +71,15 @@ impl Frame {
 }
 
 /// Returns the whole scan, then what lies within its border, within that one's border, and so on.
-pub(super) fn frames(scan: &Plate) -> Vec<Frame> {
-    let mut found = vec![Frame::whole(scan)];
+pub(super) fn frames(scan: &Plate) -> Vec<PhotographFrame> {
+    let mut found = vec![PhotographFrame::whole(scan)];
     let mut inside = scan.clone();
     while found.len() <= NESTED
         && let Some(within) = within_border(&inside)
     {
         let last = found[found.len() - 1];
         inside = inside.map(|p| within.cut(p));
-        found.push(Frame {
+        found.push(PhotographFrame {
             left: last.left + within.left,
             top: last.top + within.top,
             ..within
@@ -89,7 +89,7 @@ pub(super) fn frames(scan: &Plate) -> Vec<Frame> {
 }
 
 /// Returns the rectangle within the border of a picture; none if it has no border.
-fn within_border(picture: &Plate) -> Option<Frame> {
+fn within_border(picture: &Plate) -> Option<PhotographFrame> {
     let ratio = (picture.channels[0].longer_side() / SMALL).max(1.0);
     let small = picture.map(|p| reduced(p, ratio));
     let (width, height) = (small.width, small.height);
@@ -112,7 +112,7 @@ fn within_border(picture: &Plate) -> Option<Frame> {
     let area = picture.width as f64 * picture.height as f64;
     let is_smaller = wide < picture.width as f64 || tall < picture.height as f64;
     let is_enough = wide.min(tall) >= LEAST_SIDE as f64 && wide * tall >= LEAST_AREA * area;
-    (is_smaller && is_enough).then_some(Frame {
+    (is_smaller && is_enough).then_some(PhotographFrame {
         left: x as usize,
         top: y as usize,
         width: wide as usize,
@@ -262,7 +262,7 @@ mod tests {
 
     /// Asserts that a rectangle lies within another, by at most six pixels on each side.
     #[track_caller]
-    fn assert_within(found: Frame, [left, top, right, bottom]: [usize; 4]) {
+    fn assert_within(found: PhotographFrame, [left, top, right, bottom]: [usize; 4]) {
         let far = [
             found.left.wrapping_sub(left),
             found.top.wrapping_sub(top),

@@ -28,7 +28,7 @@ pub use camera_fit::{FittedCamera, fit_camera};
 pub(crate) use chance::LIMIT as CHANCE_LIMIT;
 pub use edges::EdgeDistance;
 pub use fit::FitStep;
-pub use frame::Frame;
+pub use frame::PhotographFrame;
 pub use measure::{Comparison, METRICS, Measures, Metric, Options, Registration, compare};
 pub(crate) use measure::{ExceededLimit, MetricLimit, exceeded};
 pub use metric::Mask;

@@ -37,7 +37,7 @@ pub(super) const SEARCHED: Searched = Searched {
 };
 /// A warp from the new picture to the old one within a frame, with how well it agrees.
 #[derive(Clone, Copy)]
-pub(super) struct Candidate {
+pub(super) struct PlaceCandidate {
     pub mirrored: bool,
     pub warp: Warp,
     /// The correlation of local contrast on small pictures.
@@ -46,7 +46,7 @@ pub(super) struct Candidate {
 }
 
 /// Returns the best places of the old picture. `mirrored` says whether it was mirrored before.
-pub(super) fn candidates(new: &Plane, old: &Plane, mirrored: bool) -> Vec<Candidate> {
+pub(super) fn candidates(new: &Plane, old: &Plane, mirrored: bool) -> Vec<PlaceCandidate> {
     let new_ratio = (new.longer_side() / SMALL).max(1.0);
     let old_ratio = (old.longer_side() / SMALL).max(1.0);
     let small = reduced(new, new_ratio);
@@ -74,7 +74,7 @@ pub(super) fn candidates(new: &Plane, old: &Plane, mirrored: bool) -> Vec<Candid
         } else {
             warp
         };
-        Candidate {
+        PlaceCandidate {
             mirrored,
             warp,
             agreement,

@@ -2,14 +2,14 @@
 
 /// A row of a table, with the number of its first line from 1.
 #[derive(Debug, PartialEq)]
-pub(super) struct Row {
+pub(super) struct CsvRow {
     pub line: usize,
     pub fields: Vec<String>,
 }
 
 /// Returns the rows of a table. Empty lines and a byte order mark are left out. Quotes inside a
 /// field that does not begin with one stand for themselves.
-pub(super) fn rows(text: &str) -> Vec<Row> {
+pub(super) fn rows(text: &str) -> Vec<CsvRow> {
     let mut rows = Vec::new();
     let (mut line, mut first) = (1, 1);
     let mut fields = vec![String::new()];
@@ -37,10 +37,10 @@ pub(super) fn rows(text: &str) -> Vec<Row> {
 }
 
 /// Ends a row, unless its line is empty.
-fn add(rows: &mut Vec<Row>, line: usize, fields: &mut Vec<String>) {
+fn add(rows: &mut Vec<CsvRow>, line: usize, fields: &mut Vec<String>) {
     let fields = std::mem::replace(fields, vec![String::new()]);
     if fields.iter().any(|field| !field.trim().is_empty()) {
-        rows.push(Row { line, fields });
+        rows.push(CsvRow { line, fields });
     }
 }
 

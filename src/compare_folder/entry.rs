@@ -8,14 +8,14 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value as Json;
 
 use super::files::PictureFile;
-use super::pairing::{Pair, PairedBy};
+use super::pairing::{FilePair, PairedBy};
 use super::search::SearchRecord;
 use crate::compare::{ExceededLimit, METRICS, Metric, MetricLimit, exceeded};
 
 /// The result of a pair.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(crate) enum Verdict {
+pub(crate) enum PairVerdict {
     /// The pair could not be compared.
     #[default]
     Failed,
@@ -27,7 +27,7 @@ pub(crate) enum Verdict {
     Compared,
 }
 
-impl Verdict {
+impl PairVerdict {
     /// Returns the name in the report.
     pub(super) fn name(self) -> &'static str {
         match self {
@@ -69,7 +69,7 @@ pub(super) struct PairPictures {
     /// The old picture on the pixels of the new one, with matched tones.
     pub old: String,
     pub difference: String,
-    /// The same in small: new, old and difference.
+    /// Thumbnails of the new picture, the old one and their difference.
     pub small: [String; 3],
     /// The difference of levels, from 0 to 1, that has the last color of the scale.
     pub scale: f64,
@@ -87,7 +87,7 @@ pub(super) struct PairEntry {
     pub pairing_chance: Option<f64>,
     /// `none`, `resize` or `align`: how the old picture was mapped to the new one's pixels.
     pub registration: String,
-    pub verdict: Verdict,
+    pub verdict: PairVerdict,
     #[serde(skip_deserializing)]
     pub limits_exceeded: Vec<ExceededLimit>,
     /// The reason why the pair could not be compared, and what to do.
@@ -104,14 +104,14 @@ pub(super) struct PairEntry {
 
 impl PairEntry {
     /// Returns the entry of a pair that is not compared yet.
-    pub(super) fn of(pair: &Pair, new: &PictureFile, old: &PictureFile) -> Self {
+    pub(super) fn of(pair: &FilePair, new: &PictureFile, old: &PictureFile) -> Self {
         Self {
             new: new.name.clone(),
             old: old.name.clone(),
             paired_by: pair.by,
             pairing_chance: pair.chance,
             registration: "none".to_owned(),
-            verdict: Verdict::Failed,
+            verdict: PairVerdict::Failed,
             limits_exceeded: Vec::new(),
             error: None,
             help: None,
@@ -138,14 +138,14 @@ impl PairEntry {
     pub(super) fn judge(&mut self, limits: &[MetricLimit]) {
         self.limits_exceeded.clear();
         if self.comparison.is_none() {
-            self.verdict = Verdict::Failed;
+            self.verdict = PairVerdict::Failed;
             return;
         }
         self.limits_exceeded = exceeded(limits, |metric| self.value(metric));
         self.verdict = match (limits.is_empty(), self.limits_exceeded.is_empty()) {
-            (true, _) => Verdict::Compared,
-            (false, true) => Verdict::Within,
-            (false, false) => Verdict::Exceeded,
+            (true, _) => PairVerdict::Compared,
+            (false, true) => PairVerdict::Within,
+            (false, false) => PairVerdict::Exceeded,
         };
     }
 
@@ -220,10 +220,10 @@ impl ReportData {
         let by_picture = |pair: &&PairEntry| pair.paired_by == PairedBy::Picture;
         ReportSum {
             pairs: self.pairs.len(),
-            within: count(Verdict::Within),
-            exceeded: count(Verdict::Exceeded),
-            compared: count(Verdict::Compared),
-            failed: count(Verdict::Failed),
+            within: count(PairVerdict::Within),
+            exceeded: count(PairVerdict::Exceeded),
+            compared: count(PairVerdict::Compared),
+            failed: count(PairVerdict::Failed),
             up_to_date,
             by_picture: self.pairs.iter().filter(by_picture).count(),
             unpaired_new: self.unpaired_new.len(),

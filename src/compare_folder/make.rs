@@ -7,12 +7,12 @@ use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{read_file, write_whole};
 use ivcam_base::platform::real_path;
 
-use super::entry::{PairEntry, ReportData, ReportSum, Stamp, UnpairedFile, Verdict};
+use super::entry::{PairEntry, PairVerdict, ReportData, ReportSum, Stamp, UnpairedFile};
 use super::files::{PictureFile, pictures, scenes};
 use super::options::FolderOptions;
 use super::page::page;
 use super::pair::{entry, set_error};
-use super::pairing::{Pair, PairedBy, Pairing};
+use super::pairing::{FilePair, PairedBy, Pairing};
 use super::pictures::{small, write_bytes};
 use super::progress::ReportProgress;
 use super::search::{Agreement, SearchPicture, SearchRecord, add_found, agreements};
@@ -33,7 +33,7 @@ const MOST_DATA: usize = 1 << 30;
 const SAVED: usize = 10;
 
 /// The result of a run.
-pub(crate) struct Report {
+pub(crate) struct FolderReport {
     pub sum: ReportSum,
     /// A line for each pair that exceeds a limit, and for each file or pair with an error.
     pub lines: Vec<String>,
@@ -136,7 +136,7 @@ impl FolderComparison {
     ///
     /// # Errors
     /// Returns an error if the report cannot be written.
-    pub(crate) fn make(mut self, progress: &mut dyn ReportProgress) -> Result<Report> {
+    pub(crate) fn make(mut self, progress: &mut dyn ReportProgress) -> Result<FolderReport> {
         let not_made = self.photograph(progress)?;
         let free = self.read_free(&not_made, progress)?;
         let (search, found) = self.search(&free, progress)?;
@@ -363,7 +363,7 @@ impl FolderComparison {
     }
 
     /// Returns the entry of a pair from the last run, if nothing has changed since.
-    fn kept(&self, pair: &Pair) -> Option<PairEntry> {
+    fn kept(&self, pair: &FilePair) -> Option<PairEntry> {
         let (new, old) = (&self.new[pair.new], &self.old[pair.old]);
         let last = self.last.pairs.get(&[new.name.clone(), old.name.clone()])?;
         let pictures = last.pictures.as_ref()?;
@@ -380,13 +380,13 @@ impl FolderComparison {
     }
 
     /// Writes the three files of the report.
-    fn write(&self, data: ReportData, kept: usize) -> Result<Report> {
+    fn write(&self, data: ReportData, kept: usize) -> Result<FolderReport> {
         let out = &self.options.out;
         let json = self.write_data(&data)?;
         write_text(&out.join(TABLE), &table(&data))?;
         let text = page(&data, &self.options);
         write_text(&out.join(PAGE), &text)?;
-        Ok(Report {
+        Ok(FolderReport {
             sum: data.sum(kept),
             lines: lines(&data),
             json,
@@ -460,12 +460,12 @@ fn last_report(options: &FolderOptions, sink: &mut Sink) -> LastReport {
 /// Returns a line for each pair that exceeds a limit, and for each pair or file with an error.
 fn lines(data: &ReportData) -> Vec<String> {
     let pair_lines = data.pairs.iter().filter_map(|pair| match pair.verdict {
-        Verdict::Failed => {
+        PairVerdict::Failed => {
             let help = pair.help.iter().map(|help| format!("; {help}"));
             let error = pair.error.as_deref().unwrap_or_default();
             Some(format!("{}: {error}{}", pair.new, help.collect::<String>()))
         }
-        Verdict::Exceeded => {
+        PairVerdict::Exceeded => {
             let exceeded = pair.limits_exceeded.iter();
             let parts =
                 exceeded.map(|e| format!("{} is {}, the limit is {}", e.metric, e.value, e.limit));
@@ -475,7 +475,7 @@ fn lines(data: &ReportData) -> Vec<String> {
                 parts.collect::<Vec<_>>().join("; ")
             ))
         }
-        Verdict::Within | Verdict::Compared => None,
+        PairVerdict::Within | PairVerdict::Compared => None,
     });
     let unpaired = data.unpaired_new.iter().chain(&data.unpaired_old);
     let errors = unpaired.filter_map(|file| {

@@ -7,7 +7,7 @@ use minijinja::value::{Serde, Value};
 use serde::Serialize;
 use serde_json::Value as Json;
 
-use super::entry::{PairEntry, ReportData, UnpairedFile, Verdict};
+use super::entry::{PairEntry, PairVerdict, ReportData, UnpairedFile};
 use super::options::FolderOptions;
 use super::pairing::PairedBy;
 use crate::catalog::{SCRIPT, STYLE, environment, joined};
@@ -27,7 +27,7 @@ struct ReportPage<'a> {
     data: &'a ReportData,
     /// The column and the direction of the first order, for the script.
     sort: String,
-    columns: Vec<Column>,
+    columns: Vec<TableColumn>,
     /// The labels that some pair has.
     labels: Vec<PairLabel>,
     rows: Vec<PairRow<'a>>,
@@ -37,7 +37,7 @@ struct ReportPage<'a> {
 
 /// A measure of the table.
 #[derive(Serialize)]
-struct Column {
+struct TableColumn {
     heading: &'static str,
     /// `smallest` or `largest`.
     worst: &'static str,
@@ -59,7 +59,7 @@ struct PairRow<'a> {
     /// The addresses of the two files.
     links: [String; 2],
     labels: Vec<PairLabel>,
-    cells: Vec<Cell>,
+    cells: Vec<TableCell>,
     /// The end of the scale of the difference, as text.
     scale: String,
     /// Headings and texts of what is shown when the reader opens the details.
@@ -68,7 +68,7 @@ struct PairRow<'a> {
 
 /// A measure of a pair.
 #[derive(Serialize)]
-struct Cell {
+struct TableCell {
     heading: &'static str,
     /// The value for the script; empty if it does not exist.
     value: String,
@@ -149,8 +149,8 @@ fn columns(options: &FolderOptions) -> Vec<&'static Metric> {
     METRICS.iter().filter(is_shown).collect()
 }
 
-fn column(metric: &Metric) -> Column {
-    Column {
+fn column(metric: &Metric) -> TableColumn {
+    TableColumn {
         heading: heading(metric),
         worst: match metric.more_is_better {
             true => "smallest",
@@ -213,13 +213,13 @@ fn summary(rows: &[PairRow<'_>]) -> Vec<PairLabel> {
 fn labels(pair: &PairEntry) -> Vec<PairLabel> {
     let exceeded = pair.limits_exceeded.iter().map(|e| e.metric);
     let verdict = match pair.verdict {
-        Verdict::Failed => "not compared".to_owned(),
-        Verdict::Exceeded => {
+        PairVerdict::Failed => "not compared".to_owned(),
+        PairVerdict::Exceeded => {
             let names: Vec<&str> = exceeded.collect();
             format!("beyond the limit: {}", names.join(", "))
         }
-        Verdict::Within => "within the limits".to_owned(),
-        Verdict::Compared => "compared".to_owned(),
+        PairVerdict::Within => "within the limits".to_owned(),
+        PairVerdict::Compared => "compared".to_owned(),
     };
     let alignment = pair
         .comparison
@@ -265,9 +265,9 @@ fn row<'a>(data: &ReportData, entry: &'a PairEntry, columns: &[&Metric]) -> Pair
     }
 }
 
-fn cell(entry: &PairEntry, metric: &Metric) -> Cell {
+fn cell(entry: &PairEntry, metric: &Metric) -> TableCell {
     let value = entry.value(metric);
-    Cell {
+    TableCell {
         heading: heading(metric),
         value: match value {
             v if v.is_nan() => String::new(),

@@ -5,7 +5,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use super::entry::PairEntry;
 use super::files::PictureFile;
 use super::options::FolderOptions;
-use super::pairing::{Pair, PairedBy};
+use super::pairing::{FilePair, PairedBy};
 use super::pictures;
 use crate::compare::{Options, Plate, Registration, compare};
 
@@ -13,7 +13,7 @@ use crate::compare::{Options, Plate, Registration, compare};
 /// entry. One pair is in memory at a time.
 pub(super) fn entry(
     options: &FolderOptions,
-    pair: &Pair,
+    pair: &FilePair,
     new: &PictureFile,
     old: &PictureFile,
 ) -> PairEntry {

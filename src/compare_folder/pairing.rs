@@ -20,7 +20,7 @@ pub(super) enum PairedBy {
 
 /// Two pictures that belong together, by their numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair {
+pub(super) struct FilePair {
     pub new: usize,
     pub old: usize,
     pub by: PairedBy,
@@ -32,7 +32,7 @@ pub(super) struct Pair {
 /// The pairs, and the pictures that have no partner yet.
 #[derive(Debug)]
 pub(super) struct Pairing {
-    pub pairs: Vec<Pair>,
+    pub pairs: Vec<FilePair>,
     is_paired: [Vec<bool>; 2],
 }
 
@@ -62,7 +62,7 @@ impl Pairing {
         }
     }
 
-    pub(super) fn add(&mut self, pair: Pair) {
+    pub(super) fn add(&mut self, pair: FilePair) {
         self.is_paired[0][pair.new] = true;
         self.is_paired[1][pair.old] = true;
         self.pairs.push(pair);
@@ -102,7 +102,7 @@ impl Pairing {
             }
             for (name, sides) in &named {
                 match [&sides[0][..], &sides[1][..]] {
-                    [&[new], &[old]] => self.add(Pair {
+                    [&[new], &[old]] => self.add(FilePair {
                         new,
                         old,
                         by: PairedBy::Name,
@@ -156,7 +156,7 @@ mod tests {
         let mut sink = Sink::new();
         let mut pairing = Pairing::of(new.len(), old.len());
         pairing.add_by_name(&new, &old, &mut sink);
-        let text = |pair: &Pair| format!("{} {}", new[pair.new].name, old[pair.old].name);
+        let text = |pair: &FilePair| format!("{} {}", new[pair.new].name, old[pair.old].name);
         (
             pairing.pairs.iter().map(text).collect(),
             pairing.free(),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::entry::Stamp;
 use super::files::PictureFile;
-use super::pairing::{Pair, PairedBy, Pairing};
+use super::pairing::{FilePair, PairedBy, Pairing};
 use super::pictures::within;
 use super::progress::ReportProgress;
 use crate::archive::for_each;
@@ -187,7 +187,7 @@ pub(super) fn add_found(pairing: &mut Pairing, found: &[Agreement]) -> Vec<Agree
             rest.push(*agreement);
             continue;
         }
-        pairing.add(Pair {
+        pairing.add(FilePair {
             new: agreement.new,
             old: agreement.old,
             by: PairedBy::Picture,

@@ -5,9 +5,9 @@ use std::path::{Component, Path};
 use ivcam_base::diag::{Diagnostic, Result, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
 
-use super::csv::{self, Row};
+use super::csv::{self, CsvRow};
 use super::files::PictureFile;
-use super::pairing::{Pair, PairedBy};
+use super::pairing::{FilePair, PairedBy};
 
 /// The columns of the two pictures.
 const COLUMNS: [&str; 2] = ["new", "old"];
@@ -23,26 +23,26 @@ pub(super) fn stated_pairs(
     file: &Path,
     folders: [&Path; 2],
     lists: [&mut Vec<PictureFile>; 2],
-) -> Result<Vec<Pair>> {
+) -> Result<Vec<FilePair>> {
     let bytes = read_file(file, MAX_TEXT)?;
     let at = |line: usize| format!("{}:{line}", file.display());
     let text = String::from_utf8(bytes)
         .map_err(|_| Diagnostic::error(format!("`{}` is not text in UTF-8", file.display())))?;
     let mut rows = csv::rows(&text).into_iter();
-    let head = rows.next().unwrap_or(Row {
+    let head = rows.next().unwrap_or(CsvRow {
         line: 1,
         fields: Vec::new(),
     });
     let columns = columns(&head).map_err(|error| error.in_file(at(head.line)))?;
     let [new, old] = lists;
-    let mut pairs: Vec<Pair> = Vec::new();
+    let mut pairs: Vec<FilePair> = Vec::new();
     for row in rows {
         let one = |side: usize, list: &mut Vec<PictureFile>| {
             let field = row.fields.get(columns[side]).map(|f| f.trim());
             let found = number(field.unwrap_or_default(), side, folders[side], list);
             found.map_err(|error| error.in_file(at(row.line)))
         };
-        let pair = Pair {
+        let pair = FilePair {
             new: one(0, new)?,
             old: one(1, old)?,
             by: PairedBy::List,
@@ -65,7 +65,7 @@ pub(super) fn stated_pairs(
 }
 
 /// Returns the numbers of the columns.
-fn columns(head: &Row) -> Result<[usize; 2]> {
+fn columns(head: &CsvRow) -> Result<[usize; 2]> {
     let place = |name: &str| {
         let mut fields = head.fields.iter();
         fields.position(|field| field.trim().eq_ignore_ascii_case(name))

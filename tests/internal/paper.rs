@@ -8,7 +8,7 @@ mod paper_numbers;
 mod paper_page;
 
 use paper_numbers::{GIVEN, PAGE, RENDERED, quick};
-use paper_page::{Numbers, corrected};
+use paper_page::{PageNumbers, corrected};
 
 #[test]
 fn the_page_of_the_paper_states_what_rays_give() {
@@ -37,7 +37,7 @@ const SAMPLE: &str = "In 1999 the lens\nopens to f/2.7, or 20 mm.\n\n    ivcam -
 
 #[test]
 fn wrong_numbers_in_sentences_and_tables_are_found_and_corrected() {
-    let mut numbers = Numbers::default();
+    let mut numbers = PageNumbers::default();
     numbers.tables.push(("t", "| 2 |\n".into()));
     numbers.phrase(
         "lens opens to f/{}, or {} mm.",
@@ -54,7 +54,7 @@ fn wrong_numbers_in_sentences_and_tables_are_found_and_corrected() {
 
 #[test]
 fn a_number_that_nothing_measures_is_found_outside_commands_and_tables() {
-    let mut numbers = Numbers::default();
+    let mut numbers = PageNumbers::default();
     assert_eq!(
         numbers.unexplained(SAMPLE, &[]),
         ["1999", "f/2.7,", "20", "1"]

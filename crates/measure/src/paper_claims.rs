@@ -15,7 +15,7 @@ use ivcam_render::camera::Aim;
 use ivcam_render::render::Exposure;
 
 use super::paper_numbers::{GIVEN, PAGE, RENDERED, quick};
-use super::paper_page::{Numbers, corrected};
+use super::paper_page::{PageNumbers, corrected};
 
 /// Returns the plan of the living room through a lens.
 fn living_room(era: Era, camera: &str, lens: &str, efl: f64, focus: f64) -> Plan {
@@ -51,7 +51,7 @@ fn psnr(a: &Exposure, b: &Exposure) -> f64 {
 }
 
 /// Adds the table of the paper's two approaches, and the sentences about it.
-fn add_approaches(numbers: &mut Numbers) {
+fn add_approaches(numbers: &mut PageNumbers) {
     let mut table = String::from(
         "| 180×120 pixels, 32 samples | seconds of one processor | estimated relative error, 95% interval |\n|---|---|---|\n",
     );
@@ -92,7 +92,7 @@ fn add_approaches(numbers: &mut Numbers) {
 }
 
 /// Adds the share of rays that are lost on their way from the rear element of the telephoto.
-fn add_lost_rays(numbers: &mut Numbers) {
+fn add_lost_rays(numbers: &mut PageNumbers) {
     let mut plan = living_room(Era::Vintage, "camera/cam-6.dat", "telephoto", 180.0, 4.5);
     plan.stop.samples = 4;
     let (session, exposure) = exposed(plan);

@@ -11,7 +11,7 @@ use ivcam_base::math::{Meters, Mm};
 use ivcam_optics::lens::{Focus, FocusMethod, Lens, LensRay, Plane};
 use ivcam_render::bvh::Ray;
 
-use super::paper_page::Numbers;
+use super::paper_page::PageNumbers;
 
 /// The page of these numbers.
 pub(super) const PAGE: &str = "docs/guide/paper.md";
@@ -354,7 +354,7 @@ fn blurs_of_the_wall() -> Vec<f64> {
 }
 
 /// Adds the numbers in the sentences about Figures 1 and 2.
-fn add_desk_lamp(numbers: &mut Numbers) {
+fn add_desk_lamp(numbers: &mut PageNumbers) {
     let [(_, wide, stop, _), (_, long, ..)] = lamps();
     numbers.phrase(
         "| wide-angle, {} mm, f/{} | telephoto, {} mm, f/{} |",
@@ -375,7 +375,7 @@ fn add_desk_lamp(numbers: &mut Numbers) {
 }
 
 /// Adds the numbers in the headings and sentences about Figures 10 to 12.
-fn add_living_room(numbers: &mut Numbers) {
+fn add_living_room(numbers: &mut PageNumbers) {
     let headings = [
         "### Figure 10: wide-angle, {} mm, f/{}, from {} m",
         "### Figure 11: double Gauss, {} mm, f/{}, from {} m",
@@ -422,8 +422,8 @@ fn stated_in(file: &str, before: &str, end: char) -> String {
 }
 
 /// Returns the numbers that take a second.
-pub(super) fn quick() -> Numbers {
-    let mut numbers = Numbers {
+pub(super) fn quick() -> PageNumbers {
+    let mut numbers = PageNumbers {
         tables: vec![
             ("figures 1 and 2", figures_1_and_2()),
             ("perspective", perspective()),
@@ -431,7 +431,7 @@ pub(super) fn quick() -> Numbers {
             ("vignetting", vignetting()),
             ("pulling focus", pulling_focus()),
         ],
-        ..Numbers::default()
+        ..PageNumbers::default()
     };
     numbers.phrase("of the paper's picture, {} mm.", [PIXEL.to_string()]);
     numbers.phrase(

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 /// Measured numbers, with the places where a page states them.
 #[derive(Default)]
-pub(super) struct Numbers {
+pub(super) struct PageNumbers {
     /// The names of tables, with their text, which ends with a line break.
     pub tables: Vec<(&'static str, String)>,
     pub phrases: Vec<Phrase>,
@@ -21,14 +21,14 @@ pub(super) struct Phrase {
 }
 
 /// A place where a page differs from what is measured.
-pub(super) struct Correction {
+pub(super) struct PageCorrection {
     place: Range<usize>,
     right: String,
     /// What is wrong, for a message.
     pub message: String,
 }
 
-impl Numbers {
+impl PageNumbers {
     /// Adds a phrase with its values.
     pub(super) fn phrase<const N: usize>(&mut self, words: &'static str, values: [String; N]) {
         let values = values.into();
@@ -39,7 +39,7 @@ impl Numbers {
     ///
     /// # Errors
     /// Fails with a message if the page lacks a table or a phrase.
-    pub(super) fn corrections(&self, page: &str) -> Result<Vec<Correction>, String> {
+    pub(super) fn corrections(&self, page: &str) -> Result<Vec<PageCorrection>, String> {
         let mut found = Vec::new();
         for (name, table) in &self.tables {
             let place = table_in(page, name).ok_or(format!("there is no table `{name}`"))?;
@@ -50,7 +50,7 @@ impl Numbers {
                     Some((stated, right)) => format!("{name}: {stated}\n  is    {right}"),
                     None => format!("{name}: the table has another length"),
                 };
-                found.push(Correction {
+                found.push(PageCorrection {
                     place,
                     right,
                     message,
@@ -70,7 +70,7 @@ impl Numbers {
             for (place, right) in places.iter().zip(values) {
                 let stated = &page[place.clone()];
                 if stated != right {
-                    found.push(Correction {
+                    found.push(PageCorrection {
                         message: format!("{text}: {stated} is {right}"),
                         place: place.clone(),
                         right: right.clone(),
@@ -102,10 +102,10 @@ impl Numbers {
 }
 
 /// Returns a page with corrections.
-pub(super) fn corrected(page: &str, mut corrections: Vec<Correction>) -> String {
+pub(super) fn corrected(page: &str, mut corrections: Vec<PageCorrection>) -> String {
     corrections.sort_by_key(|c| c.place.start);
     let mut text = page.to_owned();
-    for Correction { place, right, .. } in corrections.into_iter().rev() {
+    for PageCorrection { place, right, .. } in corrections.into_iter().rev() {
         text.replace_range(place, &right);
     }
     text

@@ -9,13 +9,13 @@ use glam::DVec2;
 use ivcam::compare::{Alignment, Options, Plate, Registration, compare};
 use rayon::prelude::*;
 
-use scans::{Border, Place, Random, Resampler, Scan, divisible, reduced};
+use scans::{Border, Resampler, Scan, ScanPlace, ScanRandom, divisible, reduced};
 
 /// The longer side of the new pictures, in pixels, at least.
 const LEAST: usize = 240;
 
 /// A new picture and the larger one that it was reduced from.
-struct Subject {
+struct ScanSubject {
     name: String,
     source: Plate,
     fine: usize,
@@ -26,10 +26,10 @@ struct Subject {
 struct Trial {
     scan: Scan,
     name: String,
-    found: Result<Found, String>,
+    found: Result<FoundPlace, String>,
 }
 
-struct Found {
+struct FoundPlace {
     alignment: Alignment,
     /// The errors of shift along x and y, scale and rotation, in their stated standard errors.
     sigmas: [f64; 4],
@@ -58,7 +58,7 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     let mut subjects = Vec::new();
     for file in &files {
         match Plate::open(file) {
-            Ok(source) => subjects.push(Subject::new(file, &source)),
+            Ok(source) => subjects.push(ScanSubject::new(file, &source)),
             Err(error) => {
                 eprintln!("{error}");
                 return ExitCode::from(2);
@@ -83,7 +83,7 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     ExitCode::SUCCESS
 }
 
-impl Subject {
+impl ScanSubject {
     fn new(file: &str, source: &Plate) -> Self {
         let fine = (source.width.max(source.height) / LEAST).clamp(1, 3);
         let source = divisible(source, fine);
@@ -98,7 +98,7 @@ impl Subject {
 
     /// Makes a scan by random numbers. Every other number has a border.
     fn scan(&self, number: usize, seed: usize) -> (Scan, Plate) {
-        let mut random = Random(seed as u64);
+        let mut random = ScanRandom(seed as u64);
         let border = match number % 2 {
             0 => Border::None,
             _ => Border::ALL[1 + random.below(Border::ALL.len() - 1)],
@@ -119,20 +119,20 @@ fn options() -> Options {
     }
 }
 
-fn trial(subject: &Subject, number: usize, seed: usize) -> Trial {
+fn trial(subject: &ScanSubject, number: usize, seed: usize) -> Trial {
     let (scan, old) = subject.scan(number, seed);
     let found = compare(&subject.new, &old, &options()).map_err(|e| e.to_string());
     let found = found.and_then(|c| c.alignment.ok_or_else(|| "no alignment".to_owned()));
     Trial {
         name: subject.name.clone(),
-        found: found.map(|a| Found::of(a, scan.place, &subject.new)),
+        found: found.map(|a| FoundPlace::of(a, scan.place, &subject.new)),
         scan,
     }
 }
 
-impl Found {
-    fn of(alignment: Alignment, truth: Place, new: &Plate) -> Self {
-        let found = Place {
+impl FoundPlace {
+    fn of(alignment: Alignment, truth: ScanPlace, new: &Plate) -> Self {
+        let found = ScanPlace {
             turn: alignment.rotation.to_radians(),
             scale: alignment.scale,
             shift: DVec2::from(alignment.shift),
@@ -212,11 +212,11 @@ fn print_table(trials: &[Trial]) {
     );
     let row = |name: &str, of: &dyn Fn(&Trial) -> bool| {
         let chosen: Vec<&Trial> = trials.iter().filter(|t| of(t)).collect();
-        let found: Vec<&Found> = chosen
+        let found: Vec<&FoundPlace> = chosen
             .iter()
             .filter_map(|t| t.found.as_ref().ok())
             .collect();
-        let right: Vec<&&Found> = found.iter().filter(|f| f.is_right()).collect();
+        let right: Vec<&&FoundPlace> = found.iter().filter(|f| f.is_right()).collect();
         if right.is_empty() {
             return;
         }
@@ -259,7 +259,7 @@ fn print_table(trials: &[Trial]) {
 }
 
 /// Aligns scans of other pictures, and prints how many are accepted.
-fn print_unrelated(subjects: &[Subject], pairs: usize) {
+fn print_unrelated(subjects: &[ScanSubject], pairs: usize) {
     let count = subjects.len();
     let accepted: Vec<String> = (0..pairs)
         .into_par_iter()

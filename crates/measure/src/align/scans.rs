@@ -45,14 +45,14 @@ impl Resampler {
 /// A map from the old picture to the new one, both in pixels from their centers: a clockwise turn,
 /// pixels of the new picture in one of the old, and the old picture's center.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct ScanPlace {
     /// Radians.
     pub turn: f64,
     pub scale: f64,
     pub shift: DVec2,
 }
 
-impl Place {
+impl ScanPlace {
     pub(super) fn apply(self, p: DVec2) -> DVec2 {
         self.scale * DVec2::from_angle(self.turn).rotate(p) + self.shift
     }
@@ -65,7 +65,7 @@ impl Place {
 /// One scan of a picture.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scan {
-    pub place: Place,
+    pub place: ScanPlace,
     /// Pixels across and down.
     pub size: (usize, usize),
     pub resampler: Resampler,
@@ -83,9 +83,9 @@ pub(super) struct Scan {
 }
 
 /// Reproducible random numbers.
-pub(super) struct Random(pub u64);
+pub(super) struct ScanRandom(pub u64);
 
-impl Random {
+impl ScanRandom {
     /// Returns a number from 0 to 1.
     pub(super) fn uniform(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
@@ -112,14 +112,14 @@ impl Scan {
         new: (usize, usize),
         border: Border,
         resampler: Resampler,
-        random: &mut Random,
+        random: &mut ScanRandom,
     ) -> Self {
         let new = DVec2::new(new.0 as f64, new.1 as f64);
         let scale = libm::exp2(random.between(-0.6, 0.6));
         let turn = random.between(-3.0, 3.0).to_radians();
         let (mut size, mut shift) = (0.88 * new / scale, DVec2::ZERO);
         if border != Border::None {
-            let side = |r: &mut Random| new.y / scale * r.between(0.04, 0.14);
+            let side = |r: &mut ScanRandom| new.y / scale * r.between(0.04, 0.14);
             let [left, right, top, mut bottom] = [0; 4].map(|_| side(random));
             if border == Border::Caption {
                 bottom += 0.2 * new.y / scale;
@@ -132,7 +132,7 @@ impl Scan {
         let off = DVec2::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0));
         shift += 0.01 * new * off;
         Self {
-            place: Place { turn, scale, shift },
+            place: ScanPlace { turn, scale, shift },
             size: (size.x.round() as usize, size.y.round() as usize),
             resampler,
             border,
@@ -146,9 +146,9 @@ impl Scan {
     }
 
     /// Makes the scan from a source that is `fine` times as large as the new picture.
-    pub(super) fn make(&self, source: &Plate, fine: f64, random: &mut Random) -> Plate {
+    pub(super) fn make(&self, source: &Plate, fine: f64, random: &mut ScanRandom) -> Plate {
         let frame = 0.5 * DVec2::new(source.width as f64, source.height as f64) / fine;
-        let marks = Marks::new(self, frame, random);
+        let marks = ScanMarks::new(self, frame, random);
         let grains = self.grain_plane(random);
         let sample = |channel: &Plane, p: DVec2| -> f64 {
             let place = self.place.apply(p);
@@ -196,7 +196,7 @@ impl Scan {
         compressed(Plate::from_planes(channels), self.jpeg)
     }
 
-    fn grain_plane(&self, random: &mut Random) -> Plane {
+    fn grain_plane(&self, random: &mut ScanRandom) -> Plane {
         let count = self.size.0 * self.size.1;
         let plane = Plane {
             width: self.size.0,
@@ -210,15 +210,15 @@ impl Scan {
 }
 
 /// The words and the stamp of a scan, and the light on its paper.
-struct Marks {
+struct ScanMarks {
     border: Border,
     slope: DVec2,
     words: Vec<[f64; 4]>,
     stamp: Option<(DVec2, f64)>,
 }
 
-impl Marks {
-    fn new(scan: &Scan, frame: DVec2, random: &mut Random) -> Self {
+impl ScanMarks {
+    fn new(scan: &Scan, frame: DVec2, random: &mut ScanRandom) -> Self {
         let half = 0.5 * DVec2::new(scan.size.0 as f64, scan.size.1 as f64);
         let slope = DVec2::new(random.between(-0.04, 0.04), random.between(-0.04, 0.04)) / half;
         let mut marks = Self {
