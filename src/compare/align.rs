@@ -131,20 +131,18 @@ impl Framed {
     /// Searches for the places of the old picture within a frame.
     fn search(new: &Plane, old: &Plane, frame: PhotographFrame) -> Option<Self> {
         let same = frame.cut(old);
-        let sides = [same.mirrored(), same];
-        let [reverse, same] = &sides;
-        let mut candidates = search::candidates(new, same, false);
+        let reverse = same.mirrored();
+        let mut candidates = search::candidates(new, &same, false);
         let is_clear = |c: &PlaceCandidate| {
             c.agreement >= CLEAR_AGREEMENT && c.evidence.ln_chance <= libm::log(chance::LIMIT)
         };
         if !candidates.iter().any(is_clear) {
-            candidates.extend(search::candidates(new, reverse, true));
+            candidates.extend(search::candidates(new, &reverse, true));
         }
         candidates.sort_by(|a, b| a.evidence.compare(&b.evidence));
         let best = *candidates.first()?;
         candidates.retain(|c| c.evidence.is_as_good_as(&best.evidence));
         candidates.sort_by(|a, b| b.evidence.ln_weight.total_cmp(&a.evidence.ln_weight));
-        let [reverse, same] = sides;
         Some(Self {
             frame,
             sides: [same, reverse],
