@@ -7,7 +7,8 @@
 //! place, and a ray that does not pass a lens is a [`Loss`](lens::Loss); neither is a panic.
 //!
 //! The parts can be used alone: [`ivcam_inventor`] reads, edits and writes scenes,
-//! [`ivcam_optics`] opens lenses and traces rays, [`ivcam_render`] compiles and renders scenes.
+//! [`ivcam_optics`] opens lenses and traces rays, [`ivcam_compare`] compares pictures,
+//! [`ivcam_render`] compiles and renders scenes.
 //!
 //! # A tour
 //!

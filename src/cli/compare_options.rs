@@ -234,7 +234,7 @@ pub(super) fn matching(m: &ArgMatches) -> Matching {
 pub(super) fn pixels_per_degree(m: &ArgMatches) -> Result<f64> {
     let ppd = |w: &str| w.parse().ok().filter(|p: &f64| (1.0..=1000.0).contains(p));
     let given = parsed(m, "ppd", "a number from 1 to 1000", ppd)?;
-    Ok(given.unwrap_or(compare::flip::PIXELS_PER_DEGREE))
+    Ok(given.unwrap_or(compare::PIXELS_PER_DEGREE))
 }
 
 /// Returns the pixels that `--crop` and `--mask` select.

@@ -11,16 +11,13 @@ use std::time::{Duration, Instant};
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
+use ivcam_compare::fit::{Fit, FitStep, Fitted, Half};
+use ivcam_compare::{CHANCE_LIMIT, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
 use ivcam_render::render::Exposure;
 use serde::Serialize;
 
-use super::align;
-use super::chance;
-use super::fit::{Fit, FitStep, Fitted, Half};
-use super::plane::{Plane, Plate};
-use super::search::SEARCHED;
 use crate::photo::{Optics, Plan, Session};
 
 /// The start of a camera fit.
@@ -383,7 +380,7 @@ impl CameraFit {
         let mut values = vec![0.0; self.count()];
         let new = draw(&values, size, Half::First).ok()?;
         let old = target.map(|p| p.resized(size.0, size.1));
-        let found = align::best(&new, &old)?.alignment;
+        let found = best(&new, &old)?.alignment;
         if found.mirrored {
             return None;
         }
@@ -449,26 +446,11 @@ impl CameraFit {
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
         let mut camera = self.camera(&fitted);
-        camera.chance = self.chance(&fitted.values, &rendering, target);
-        if camera.chance > chance::LIMIT {
+        camera.chance = fit.chance(&fitted.values, &rendering);
+        if camera.chance > CHANCE_LIMIT {
             return Err(unlike(camera.chance));
         }
         Ok(FoundCamera { camera, rendering })
-    }
-
-    /// Returns a bound on the probability that a picture of something else agrees as well with the
-    /// rendering of fitted values.
-    fn chance(&self, values: &[f64], rendering: &Plate, target: &Plate) -> f64 {
-        // A step moves the largest rendering by half a pixel.
-        let longer = rendering.width.max(rendering.height) as f64;
-        let pixel = 2.0 * (longer / chance::LEVELS[0]).max(1.0);
-        let steps = self.steps();
-        let moves: Vec<f64> = values
-            .iter()
-            .zip(steps)
-            .map(|(v, s)| v / (s * pixel))
-            .collect();
-        SEARCHED.chance_of_fit(&rendering.luma(), &target.luma(), &moves)
     }
 
     /// Checks that the target has the rendering's aspect.
@@ -600,7 +582,7 @@ impl FittedCamera {
         writeln!(
             out,
             "agreement  a picture of something else agrees as well with a probability of at most {}",
-            align::probability(self.chance)
+            probability(self.chance)
         )?;
         writeln!(out, "renders    {}", self.renders)
     }
@@ -611,8 +593,8 @@ fn unlike(chance: f64) -> Box<Diagnostic> {
     Diagnostic::error(format!(
         "the picture seems to show something else: an unrelated picture agrees as well with a \
          probability of up to {}, and the limit is {}",
-        align::probability(chance),
-        chance::LIMIT
+        probability(chance),
+        CHANCE_LIMIT
     ))
     .with_help(
         "check the picture and the start: a camera that is far off finds no way, and \

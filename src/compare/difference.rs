@@ -7,7 +7,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 
-use super::measure::Comparison;
+use ivcam_compare::Comparison;
 
 /// The level of 16 bits that stands for no difference, and those from it to a difference of 1.
 const MIDDLE: f32 = 32_768.0;
@@ -72,9 +72,7 @@ pub(crate) fn provenance(command: &str) -> IndexMap<String, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::metric::Mask;
-    use crate::compare::plane::{Plane, Plate};
-    use crate::compare::{Matching, Options, compare};
+    use ivcam_compare::{Mask, Matching, Options, Plane, Plate, compare};
     use ivcam_optics::picture::{Raster, Samples};
 
     /// Returns a new picture, a brighter and darker old one, and a mask without the last pixel.

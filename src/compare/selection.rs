@@ -3,8 +3,8 @@
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::picture::Raster;
 
-use super::metric::Mask;
-use super::plane::Plate;
+use ivcam_compare::Mask;
+use ivcam_compare::Plate;
 
 /// What `--mask` and `--crop` select.
 #[derive(Clone, Debug, Default)]

@@ -8,8 +8,8 @@ use image::ImageFormat;
 use image::codecs::jpeg::JpegEncoder;
 use ivcam_base::diag::{Diagnostic, Result};
 
-use super::measure::Comparison;
-use super::plane::Plate;
+use ivcam_compare::Comparison;
+use ivcam_compare::Plate;
 
 /// The width of the border around the panels, in pixels.
 const BORDER: usize = 10;
@@ -260,7 +260,7 @@ pub(crate) fn measure_lines(comparison: &Comparison) -> Vec<String> {
 }
 
 /// Formats a tone curve.
-fn tone_words(tone: super::tone::Tone) -> String {
+fn tone_words(tone: ivcam_compare::Tone) -> String {
     format!(
         "gain {:.4}, offset {:+.4}, gamma {:.4}",
         tone.gain, tone.offset, tone.gamma
@@ -369,8 +369,7 @@ fn upright(c: char) -> [u8; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::compare::plane::Plane;
-    use crate::compare::{Options, compare};
+    use ivcam_compare::{Options, Plane, compare};
 
     #[test]
     fn equal_pictures_have_a_dark_difference_and_the_sheet_has_the_format_of_its_name() {

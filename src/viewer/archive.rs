@@ -7,7 +7,7 @@ use ivcam_base::diag::Result;
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::Raster;
 
-use crate::compare::{Alignment, Plane, Plate, align, warp};
+use crate::compare::{Alignment, Plane, Plate, align, resample};
 
 /// The way that two pictures are shown in one place.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,8 +76,8 @@ impl AlignmentJob {
         let (width, height) = (side(self.live.width), side(self.live.height));
         let live = self.live.map(|p| p.resized(width, height));
         let old = Plate::from_raster(&self.old);
-        let found = align::align(&live, &old)?;
-        let (onto, shared) = warp::resample(&found.old, found.warp, width, height);
+        let found = align(&live, &old)?;
+        let (onto, shared) = resample(&found.old, found.warp, width, height);
         let rgba = (0..width * height).flat_map(|i| {
             let [r, g, b] = onto.color(i).map(level);
             [r, g, b, if shared.counts[i] { 255 } else { 0 }]

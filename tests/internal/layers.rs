@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 /// The source folders of the workspace, and in each the folders from the ground up: a folder
 /// imports only from those before it. The order of the crates is held by the compiler.
-const ORDER: [(&str, &[&str]); 6] = [
+const ORDER: [(&str, &[&str]); 7] = [
     (
         "crates/base/src",
         &[
@@ -34,6 +34,13 @@ const ORDER: [(&str, &[&str]); 6] = [
             "lens",
             "lens_export",
             "diagram",
+        ],
+    ),
+    (
+        "crates/compare/src",
+        &[
+            "plane", "contrast", "metric", "warp", "tone", "edges", "flip", "chance", "refine",
+            "search", "frame", "align", "measure", "fit",
         ],
     ),
     (
@@ -68,7 +75,7 @@ const NEVER: [(&str, &[&str]); 3] = [
     ("crates/render/src/geometry", &["ivcam_inventor"]),
     ("crates/render/src/bvh", &["ivcam_inventor"]),
     (
-        "src/compare",
+        "crates/compare/src",
         &["ivcam_optics::lens", "ivcam_optics::prescription"],
     ),
 ];

@@ -4,7 +4,6 @@
 //! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
 
 pub(crate) mod common;
-mod compare;
 mod defaults;
 mod film;
 mod fit;

@@ -14,18 +14,22 @@
 use ivcam_base::diag::Result;
 use ivcam_base::math::symmetric::solve;
 
-use super::align::{contrast, detail};
-use super::metric::Mask;
-use super::plane::{Plane, Plate};
-use super::tone::{self, Matching};
+use crate::chance;
+use crate::contrast::{contrast, detail};
+use crate::metric::Mask;
+use crate::plane::{Plane, Plate};
+use crate::search::SEARCHED;
+use crate::tone::{self, Matching};
 
 /// Renders parameters at a size in pixels. The last argument selects the random numbers.
-pub(crate) type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
+pub type Renderer<'r> = dyn FnMut(&[f64], (usize, usize), Half) -> Result<Plate> + 'r;
 
 /// One of two renderings of the same parameters with independent random numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Half {
+pub enum Half {
+    /// The rendering that steps are computed from.
     First,
+    /// The rendering whose residuals those of the first are multiplied with.
     Second,
 }
 
@@ -72,7 +76,7 @@ pub struct FitStep<'a> {
 }
 
 /// The target of a fit, and its settings.
-pub(crate) struct Fit<'a> {
+pub struct Fit<'a> {
     /// The archival picture.
     pub target: &'a Plate,
     /// The sizes to render at, from small to large.
@@ -88,7 +92,7 @@ pub(crate) struct Fit<'a> {
 
 /// The result of a fit.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Fitted {
+pub struct Fitted {
     /// The parameters.
     pub values: Vec<f64>,
     /// The covariance of the values, row by row, from the residuals, which are taken to be
@@ -106,7 +110,7 @@ pub(crate) struct Fitted {
 
 impl Fitted {
     /// Returns the standard error of a linear combination of the values with these factors.
-    pub(crate) fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
+    pub fn error_of(&self, factors: &[(usize, f64)]) -> f64 {
         let n = self.values.len();
         let term = |(i, a): (usize, f64), (j, b): (usize, f64)| a * b * self.covariance[i * n + j];
         let all = factors.iter();
@@ -119,7 +123,7 @@ impl Fitted {
     }
 
     /// Returns the standard error of one value.
-    pub(crate) fn error(&self, i: usize) -> f64 {
+    pub fn error(&self, i: usize) -> f64 {
         self.error_of(&[(i, 1.0)])
     }
 }
@@ -198,7 +202,7 @@ struct System {
 
 impl Fit<'_> {
     /// Returns sizes from about 48 pixels on the longer side up to this one, each double the last.
-    pub(crate) fn pyramid((width, height): (usize, usize)) -> Vec<(usize, usize)> {
+    pub fn pyramid((width, height): (usize, usize)) -> Vec<(usize, usize)> {
         let mut sizes = vec![(width, height)];
         let half = |n: usize| n.div_ceil(2).max(1);
         while let Some(&(w, h)) = sizes.last()
@@ -214,7 +218,7 @@ impl Fit<'_> {
     ///
     /// # Errors
     /// Fails if rendering fails.
-    pub(crate) fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
+    pub fn cost_of(&self, values: &[f64], render: &mut Renderer<'_>) -> Result<f64> {
         let mut level = FitLevel::new(self, self.sizes[0], Measure::Contrast, render);
         let off = level.residuals(values)?;
         Ok(off.cost(&vec![1.0; off.first.len()]))
@@ -230,12 +234,26 @@ impl Fit<'_> {
         self.sizes.iter().map(pixels).chain(fine).collect()
     }
 
+    /// Returns a bound on the probability that a picture of something else agrees as well with the
+    /// rendering of fitted values. All that the fit may have tried counts.
+    pub fn chance(&self, values: &[f64], rendering: &Plate) -> f64 {
+        // A step moves the largest rendering by half a pixel.
+        let longer = rendering.width.max(rendering.height) as f64;
+        let pixel = 2.0 * (longer / chance::LEVELS[0]).max(1.0);
+        let moves: Vec<f64> = values
+            .iter()
+            .zip(&self.steps)
+            .map(|(v, s)| v / (s * pixel))
+            .collect();
+        SEARCHED.chance_of_fit(&rendering.luma(), &self.target.luma(), &moves)
+    }
+
     /// Refines the parameters, and calls `report` after every step that improves them. If the fit
     /// has to end, the result has the best values so far.
     ///
     /// # Errors
     /// Fails if the start cannot be rendered.
-    pub(crate) fn run(
+    pub fn run(
         &self,
         start: &[f64],
         render: &mut Renderer<'_>,

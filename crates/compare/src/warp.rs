@@ -4,12 +4,12 @@
 
 use glam::DVec2;
 
-use super::metric::Mask;
-use super::plane::{Plane, Plate};
+use crate::metric::Mask;
+use crate::plane::{Plane, Plate};
 
 /// A map from points of the new picture to points of the old one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Warp {
+pub struct Warp {
     /// A scaled rotation: the cosine and sine, times the pixels of the old picture in one of the
     /// new.
     pub turn: DVec2,
@@ -19,12 +19,12 @@ pub(crate) struct Warp {
 
 impl Warp {
     /// Returns the point of the old picture for a point of the new one.
-    pub(crate) fn apply(self, p: DVec2) -> DVec2 {
+    pub fn apply(self, p: DVec2) -> DVec2 {
         self.turn.rotate(p) + self.shift
     }
 
     /// Returns the pixels of the old picture in one of the new.
-    pub(crate) fn scale(self) -> f64 {
+    pub fn scale(self) -> f64 {
         self.turn.length()
     }
 
@@ -49,7 +49,7 @@ impl Warp {
     }
 
     /// Returns the same warp for the pictures reduced by these ratios.
-    pub(crate) fn between(self, new_ratio: f64, old_ratio: f64) -> Self {
+    pub fn between(self, new_ratio: f64, old_ratio: f64) -> Self {
         Self {
             turn: self.turn * (new_ratio / old_ratio),
             shift: self.shift / old_ratio,
@@ -58,7 +58,7 @@ impl Warp {
 }
 
 /// Resamples the old picture on the new one's pixels; the mask has the pixels that it covers.
-pub(crate) fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
+pub fn resample(old: &Plate, warp: Warp, width: usize, height: usize) -> (Plate, Mask) {
     let ratio = warp.scale().max(1.0);
     let reduced = old.map(|p| reduced(p, ratio));
     let warp = warp.between(1.0, ratio);

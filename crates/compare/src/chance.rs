@@ -17,12 +17,12 @@ use std::cmp::Ordering;
 use glam::DVec2;
 use ivcam_base::math::fourier::{times, transform_square};
 
-use super::plane::Plane;
-use super::warp::{Warp, half, is_inside, reduced};
+use crate::plane::Plane;
+use crate::warp::{Warp, half, is_inside, reduced};
 
 /// The largest probability at which two pictures are taken to show the same scene. About one
 /// unrelated picture in a thousand would be accepted if the bound were exact.
-pub(crate) const LIMIT: f64 = 1e-3;
+pub const LIMIT: f64 = 1e-3;
 
 /// The longer sides of the new picture, in pixels, at which the test is made. The search uses the
 /// first; noise of a scan favors it, and small detail favors the second.
@@ -275,8 +275,8 @@ fn ln_tail(r: f64, n: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::search::SEARCHED;
     use super::*;
+    use crate::search::SEARCHED;
 
     /// Returns reproducible numbers of mean 0 and variance 1, nearly normally distributed.
     fn normal_numbers(seed: u64) -> impl FnMut() -> f64 {

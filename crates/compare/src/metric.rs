@@ -1,6 +1,6 @@
 //! Measures of the difference of two pictures of the same size, over the pixels that count.
 
-use super::plane::{Plane, Plate, gaussian};
+use crate::plane::{Plane, Plate, gaussian};
 
 /// The set of pixels that count in a comparison.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -29,7 +29,7 @@ impl Mask {
     }
 
     /// Returns the pixels that count in both masks.
-    pub(crate) fn and(mut self, other: &Self) -> Self {
+    pub fn and(mut self, other: &Self) -> Self {
         for (a, b) in self.counts.iter_mut().zip(&other.counts) {
             *a &= b;
         }

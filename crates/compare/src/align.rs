@@ -10,16 +10,14 @@ use glam::{DMat2, DVec2};
 use ivcam_base::diag::{Diagnostic, Result};
 use serde::Serialize;
 
-use super::chance;
-use super::frame::{self, PhotographFrame};
-use super::plane::{Plane, Plate};
-use super::refine::{Errors, refine, refine_matched};
-use super::search::{self, PlaceCandidate, SEARCHED};
-use super::tone::{self, Matching};
-use super::warp::{Warp, half, is_inside, reduced, resample};
+use crate::chance;
+use crate::frame::{self, PhotographFrame};
+use crate::plane::{Plane, Plate};
+use crate::refine::{Errors, refine_at, refine_tones};
+use crate::search::{self, PlaceCandidate, SEARCHED};
+use crate::tone::{self, Matching};
+use crate::warp::{Warp, half, is_inside, resample};
 
-/// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
-const FINE: f64 = 1.0;
 /// The standard deviation of the blur before tones are matched, in pixels.
 const CALM: f64 = 2.0;
 /// The agreement above which the mirrored picture is not searched: it could hardly agree better.
@@ -74,9 +72,14 @@ pub struct Alternative {
 }
 
 /// The old picture within its border, mirrored if that aligns it, with its warp.
-pub(crate) struct Aligned {
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Aligned {
+    /// The part of the old picture within its border, mirrored if that aligns it.
     pub old: Plate,
+    /// The map from the new picture to `old`.
     pub warp: Warp,
+    /// The place of the old picture, with its errors.
     pub alignment: Alignment,
 }
 
@@ -93,7 +96,7 @@ struct Framed {
 ///
 /// # Errors
 /// Fails if the pictures agree no better than unrelated ones may.
-pub(crate) fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
+pub fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
     for (name, picture) in [("new", new), ("old", old)] {
         if is_flat(&picture.luma()) {
             return Err(Diagnostic::error(format!(
@@ -108,8 +111,9 @@ pub(crate) fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
     Ok(found)
 }
 
-/// Finds the best warp from the new picture to the old one, however good it is.
-pub(crate) fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
+/// Finds the best warp from the new picture to the old one, however good it is: whoever calls this
+/// looks at its chance. `None` if nothing in them matches.
+pub fn best(new: &Plate, old: &Plate) -> Option<Aligned> {
     let new = new.luma();
     let luma = old.luma();
     let frames = frame::frames(old);
@@ -329,52 +333,6 @@ fn rounded(new: &Plane, old: &Plane, warp: Warp, errors: Errors) -> Warp {
     Warp { turn, shift }
 }
 
-/// Refines a warp on the local contrast of the new picture reduced by `ratio`, and of the old one
-/// reduced to the same scale.
-pub(super) fn refine_at(
-    new: &Plane,
-    old: &Plane,
-    warp: Warp,
-    ratio: f64,
-) -> (Warp, Option<Errors>) {
-    let contrast = |p: &Plane| contrast(p, FINE);
-    at_ratio(new, old, warp, ratio, |new, old, warp| {
-        refine(&contrast(new), &contrast(old), warp)
-    })
-}
-
-/// Refines a warp between pictures of matched tones at full size. Differences of detail count by
-/// its standard deviation in the new picture.
-fn refine_tones(new: &Plane, old: &Plane, warp: Warp) -> (Warp, Option<Errors>) {
-    at_ratio(new, old, warp, 1.0, |new, old, warp| {
-        let (off, spread) = detail(new, FINE);
-        let mean = spread.values.iter().sum::<f32>() / spread.values.len() as f32;
-        let scale = spread.map(|s| 1.0 / (s + mean));
-        refine_matched(&off, &detail(old, FINE).0, &scale, warp)
-    })
-}
-
-/// Refines a warp between the pictures reduced to the same scale. Both have pixels of the same size
-/// in the scene, the larger ones of the two: contrast over neighborhoods of different sizes would
-/// bias the scale.
-fn at_ratio(
-    new: &Plane,
-    old: &Plane,
-    warp: Warp,
-    ratio: f64,
-    refine: impl Fn(&Plane, &Plane, Warp) -> (Warp, Option<Errors>),
-) -> (Warp, Option<Errors>) {
-    let ratio = ratio.max(1.0 / warp.scale());
-    let old_ratio = ratio * warp.scale();
-    let (new, old) = (reduced(new, ratio), reduced(old, old_ratio));
-    let (warp, errors) = refine(&new, &old, warp.between(ratio, old_ratio));
-    let errors = errors.map(|e| Errors {
-        shift: e.shift * old_ratio,
-        ..e
-    });
-    (warp.between(1.0 / ratio, 1.0 / old_ratio), errors)
-}
-
 fn no_agreement(best: Option<&Alignment>) -> Box<Diagnostic> {
     let Some(best) = best else {
         return Diagnostic::error("the two pictures can't be aligned: nothing in them matches")
@@ -393,7 +351,7 @@ fn no_agreement(best: Option<&Alignment>) -> Box<Diagnostic> {
 }
 
 /// Returns a probability as text of two digits.
-pub(crate) fn probability(value: f64) -> String {
+pub fn probability(value: f64) -> String {
     if value == 0.0 {
         "1e-307".to_owned() // The smallest normal number is 2e-308.
     } else if value < 1e-3 {
@@ -401,23 +359,6 @@ pub(crate) fn probability(value: f64) -> String {
     } else {
         format!("{value:.2}")
     }
-}
-
-/// Returns the local contrast: the difference of the brightness from its surroundings, over the
-/// standard deviation there. Gain, offset, gamma and slow shading hardly change it.
-pub(super) fn contrast(luma: &Plane, sigma: f64) -> Plane {
-    let (off, spread) = detail(luma, sigma);
-    off.zip(&spread, |v, s| v / (s + 0.02))
-}
-
-/// Returns the difference of the brightness from its surroundings, and the standard deviation
-/// there.
-pub(super) fn detail(luma: &Plane, sigma: f64) -> (Plane, Plane) {
-    let smooth = luma.blurred(sigma);
-    let around = smooth.blurred(6.0);
-    let off = smooth.zip(&around, |v, a| v - a);
-    let squares = off.map(|v| v * v).blurred(6.0);
-    (off, squares.map(|s| s.max(0.0).sqrt()))
 }
 
 #[cfg(test)]

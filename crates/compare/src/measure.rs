@@ -3,13 +3,13 @@
 use ivcam_base::diag::{Diagnostic, Result};
 use serde::Serialize;
 
-use super::align::{self, Alignment};
-use super::edges::{self, EdgeDistance};
-use super::flip;
-use super::metric::{self, Mask};
-use super::plane::Plate;
-use super::tone::{self, Matching, Tone};
-use super::warp;
+use crate::align::{self, Alignment};
+use crate::edges::{self, EdgeDistance};
+use crate::flip;
+use crate::metric::{self, Mask};
+use crate::plane::Plate;
+use crate::tone::{self, Matching, Tone};
+use crate::warp;
 
 /// The method that maps the old picture to the new one's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -136,7 +136,7 @@ impl Metric {
 
     /// Returns whether a value of the measure is within a limit. NaN, the value of a measure that
     /// does not exist, is not.
-    pub(crate) fn holds(&self, value: f64, limit: f64) -> bool {
+    pub fn holds(&self, value: f64, limit: f64) -> bool {
         if self.more_is_better {
             value >= limit
         } else {
@@ -147,7 +147,7 @@ impl Metric {
 
 /// A limit on a measure.
 #[derive(Clone, Copy)]
-pub(crate) struct MetricLimit {
+pub struct MetricLimit {
     /// The measure.
     pub metric: &'static Metric,
     /// The worst value that is accepted.
@@ -156,18 +156,17 @@ pub(crate) struct MetricLimit {
 
 /// A limit that is exceeded, and by which value.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct ExceededLimit {
+pub struct ExceededLimit {
+    /// The measure's name.
     pub metric: &'static str,
+    /// The worst value that is accepted.
     pub limit: f64,
     /// The value, NaN (`null` in JSON) if the measure does not exist.
     pub value: f64,
 }
 
 /// Returns the limits that the values of the measures exceed.
-pub(crate) fn exceeded(
-    limits: &[MetricLimit],
-    value: impl Fn(&Metric) -> f64,
-) -> Vec<ExceededLimit> {
+pub fn exceeded(limits: &[MetricLimit], value: impl Fn(&Metric) -> f64) -> Vec<ExceededLimit> {
     let checked = limits.iter().map(|limit| (limit, value(limit.metric)));
     checked
         .filter(|(limit, value)| !limit.metric.holds(*value, limit.value))
@@ -345,7 +344,7 @@ mod tests {
             level.min(255) as f32 / 255.0
         };
         Plate::from_planes(
-            [0, 1, 2].map(|c| crate::compare::plane::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
+            [0, 1, 2].map(|c| crate::plane::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
         )
     }
 

@@ -9,8 +9,8 @@ use glam::DVec2;
 use ivcam_base::math::symmetric::solve;
 use serde::Serialize;
 
-use super::plane::{Plane, Plate};
-use super::warp::reduced;
+use crate::plane::{Plane, Plate};
+use crate::warp::reduced;
 
 /// The longer side of the reduced scan in which rectangles are searched, in pixels.
 const SMALL: f64 = 128.0;

@@ -4,10 +4,10 @@
 //! for Alternating Images", HPG 2020. The letters are the paper's. The input is sRGB levels; the
 //! result per pixel is from 0 (equal) to 1 (as different as green and blue).
 
-use super::plane::{Plane, Plate, gaussian, length};
+use crate::plane::{Plane, Plate, gaussian, length};
 
 /// Pixels per degree for a screen 0.7 m wide with 3840 pixels, seen from 0.7 m, as in the paper.
-pub(crate) const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
+pub const PIXELS_PER_DEGREE: f64 = 0.7 * 3840.0 / 0.7 * std::f64::consts::PI / 180.0;
 
 /// The exponent of the color error, and the ends of its linear piece (section 4.1.4).
 const Q_C: f64 = 0.7;

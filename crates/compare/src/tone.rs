@@ -5,8 +5,8 @@
 
 use serde::Serialize;
 
-use super::metric::Mask;
-use super::plane::{Plane, Plate};
+use crate::metric::Mask;
+use crate::plane::{Plane, Plate};
 
 /// The tone curve `offset + gain·levelᵞ`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -7,8 +7,8 @@
 
 use serde::Serialize;
 
-use super::metric::Mask;
-use super::plane::{Plane, length};
+use crate::metric::Mask;
+use crate::plane::{Plane, length};
 
 /// A map of the pixels that are on an edge.
 #[derive(Clone, Debug)]

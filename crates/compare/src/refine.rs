@@ -6,11 +6,14 @@ use glam::DVec2;
 use ivcam_base::math::symmetric::solve;
 use rayon::prelude::*;
 
-use super::plane::Plane;
-use super::warp::{Warp, half, is_inside};
+use crate::contrast::{contrast, detail};
+use crate::plane::Plane;
+use crate::warp::{Warp, half, is_inside, reduced};
 
 /// The width of the border, in pixels, where contrast depends on what lies outside the picture.
 const MARGIN: f64 = 12.0;
+/// The standard deviation of the blur before contrast is computed, in pixels, for the refinement.
+const FINE: f64 = 1.0;
 /// The side in pixels of the blocks whose residuals are taken to be independent of each other. It
 /// is four times the standard deviation of the blur in local contrast.
 const BLOCK: usize = 24;
@@ -76,6 +79,52 @@ impl Normal {
         self.count += other.count;
         self
     }
+}
+
+/// Refines a warp on the local contrast of the new picture reduced by `ratio`, and of the old one
+/// reduced to the same scale.
+pub(super) fn refine_at(
+    new: &Plane,
+    old: &Plane,
+    warp: Warp,
+    ratio: f64,
+) -> (Warp, Option<Errors>) {
+    let contrast = |p: &Plane| contrast(p, FINE);
+    at_ratio(new, old, warp, ratio, |new, old, warp| {
+        refine(&contrast(new), &contrast(old), warp)
+    })
+}
+
+/// Refines a warp between pictures of matched tones at full size. Differences of detail count by
+/// its standard deviation in the new picture.
+pub(super) fn refine_tones(new: &Plane, old: &Plane, warp: Warp) -> (Warp, Option<Errors>) {
+    at_ratio(new, old, warp, 1.0, |new, old, warp| {
+        let (off, spread) = detail(new, FINE);
+        let mean = spread.values.iter().sum::<f32>() / spread.values.len() as f32;
+        let scale = spread.map(|s| 1.0 / (s + mean));
+        refine_matched(&off, &detail(old, FINE).0, &scale, warp)
+    })
+}
+
+/// Refines a warp between the pictures reduced to the same scale. Both have pixels of the same size
+/// in the scene, the larger ones of the two: contrast over neighborhoods of different sizes would
+/// bias the scale.
+fn at_ratio(
+    new: &Plane,
+    old: &Plane,
+    warp: Warp,
+    ratio: f64,
+    refine: impl Fn(&Plane, &Plane, Warp) -> (Warp, Option<Errors>),
+) -> (Warp, Option<Errors>) {
+    let ratio = ratio.max(1.0 / warp.scale());
+    let old_ratio = ratio * warp.scale();
+    let (new, old) = (reduced(new, ratio), reduced(old, old_ratio));
+    let (warp, errors) = refine(&new, &old, warp.between(ratio, old_ratio));
+    let errors = errors.map(|e| Errors {
+        shift: e.shift * old_ratio,
+        ..e
+    });
+    (warp.between(1.0 / ratio, 1.0 / old_ratio), errors)
 }
 
 /// Refines a warp by the Levenberg-Marquardt method on the robust difference of two planes of

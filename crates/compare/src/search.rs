@@ -7,11 +7,12 @@ use glam::DVec2;
 use ivcam_base::math::fourier::FourierSpectrum;
 use rayon::prelude::*;
 
-use super::align::{contrast, refine_at};
-use super::chance::{self, Evidence, Searched};
-use super::plane::Plane;
-use super::refine::refine;
-use super::warp::{Warp, half, is_inside, reduced};
+use crate::chance::{self, Evidence, Searched};
+use crate::contrast::contrast;
+use crate::plane::Plane;
+use crate::refine::refine;
+use crate::refine::refine_at;
+use crate::warp::{Warp, half, is_inside, reduced};
 
 /// The longer side of the small pictures, in pixels.
 pub(super) const SMALL: f64 = 48.0;

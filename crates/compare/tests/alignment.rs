@@ -1,14 +1,11 @@
 //! Alignment of pictures: the same one disturbed in the ways of an archive, and unrelated ones.
 //!
 //! The pictures are references of golden scenes. The large count is a command:
-//! `cargo test --release --lib counted -- --ignored --nocapture`.
+//! `cargo test --release -p ivcam-compare counted -- --ignored --nocapture`.
 
 use std::path::{Path, PathBuf};
 
-use ivcam_optics::picture::Raster;
-
-use crate::compare::align::align;
-use crate::compare::{Alignment, Options, Plane, Plate, Registration, compare};
+use ivcam_compare::{Alignment, Options, Plane, Plate, Registration, align, compare};
 
 /// Numbers that are the same in every run (SplitMix64).
 struct Random(u64);
@@ -36,13 +33,18 @@ impl Random {
     }
 }
 
+/// The folder of the workspace.
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
 fn open(path: &Path) -> Plate {
-    Plate::from_raster(&Raster::open(path).unwrap())
+    Plate::open(path).unwrap()
 }
 
 /// Opens the reference of a golden scene, 96×64 pixels.
 fn golden(name: &str) -> Plate {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let folder = root().join("tests/golden");
     open(&folder.join(format!("{name}.png")))
 }
 
@@ -180,7 +182,7 @@ fn the_same_picture_is_recognized_in_a_scan_a_crop_a_third_and_turned_by_90_degr
         (crop.shift, crop.scale, crop.rotation),
         ([-2.0, 3.0], 1.0, 0.0)
     );
-    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/guide/fisheye.png");
+    let book = root().join("docs/guide/fisheye.png");
     let book = cropped(&open(&book), [60, 60, 180, 120]);
     let third = alignment(&book, &book.map(|p| p.resized(60, 40))).unwrap();
     assert!(
@@ -219,7 +221,11 @@ fn a_same_size_picture_with_another_gamma_and_tint_is_not_resampled() {
 #[test]
 fn a_mirrored_picture_is_recognized_as_such() {
     let new = golden("materials/textures");
-    let old = scanned(&new.map(Plane::mirrored), -3.0, &mut Random(3));
+    let old = scanned(
+        &new.map(|p| Plane::from_fn(p.width, p.height, |x, y| p.at(p.width - 1 - x, y))),
+        -3.0,
+        &mut Random(3),
+    );
     let found = alignment(&new, &old).unwrap();
     assert!(found.mirrored && found.chance < 1e-6, "{found:?}");
     assert!(
@@ -272,10 +278,7 @@ fn all_golden(folder: &Path, out: &mut Vec<PathBuf>) {
 fn false_acceptances_and_refusals_are_counted_over_600_pairs() {
     let mut random = Random(5);
     let mut paths = Vec::new();
-    all_golden(
-        &Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden"),
-        &mut paths,
-    );
+    all_golden(&root().join("tests/golden"), &mut paths);
     let mut accepted = 0;
     for i in 0..500 {
         let first = random.below(paths.len());

@@ -1,0 +1,3 @@
+//! Tests of alignment through the public interface of the crate.
+
+mod alignment;
