@@ -1,5 +1,5 @@
-//! Comparison of a new rendering with an archival picture, by the crate [`ivcam_compare`]; the camera
-//! of a picture; and the files that a comparison writes.
+//! Comparison of a new rendering with an archival picture, by the crate [`ivcam_compare`]; the
+//! camera of a picture; and the files that a comparison writes.
 
 pub(crate) mod camera_fit;
 pub(crate) mod difference;
