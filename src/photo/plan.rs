@@ -120,8 +120,12 @@ pub struct LensChoice {
     pub name: String,
     /// The focal length to scale the lens to. Default: no scaling.
     pub efl: Option<Mm>,
-    /// A factor to scale the lens by. Default: 1.
+    /// A factor to scale the lens by. If it is not 1, the lengths are those of the file times it.
+    /// Default: 1.
     pub zoom: f64,
+    /// Whether a lens keeps the lengths of its file, as in 1999, though the file states a nominal
+    /// focal length. Default: no.
+    pub as_published: bool,
     /// A tabulated position of a zoom lens, counted from 0. Default: the first.
     pub zoom_position: Option<usize>,
     /// The f-number to stop down to. Default: full aperture.
@@ -145,6 +149,7 @@ impl LensChoice {
             name: name.into(),
             efl: None,
             zoom: 1.0,
+            as_published: false,
             zoom_position: None,
             f_number: None,
             iris: Iris::Round,
@@ -168,7 +173,9 @@ impl LensChoice {
     /// # Errors
     /// Returns the errors of [`LensChoice::open`].
     pub fn open_as(&self, reading: Reading, sink: &mut Sink) -> Result<Lens> {
-        let reading = self.completed(reading)?;
+        let mut reading = self.completed(reading)?;
+        // A scaling is of the lengths of the file, so that it is rounded once.
+        reading.as_published |= self.as_published || self.zoom != 1.0 || self.efl.is_some();
         let mut lens = open_prescription(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens
@@ -377,7 +384,10 @@ impl Plan {
             view: None,
             background: None,
             environment: None,
-            optics: Optics::Lens(LensChoice::named("wide-angle")),
+            optics: Optics::Lens(LensChoice {
+                as_published: era == Era::Vintage,
+                ..LensChoice::named("wide-angle")
+            }),
             focus: None,
             shading: Shading::Recursive,
             headlight,

@@ -11,7 +11,7 @@ use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
     switch, unless_default,
 };
-use crate::photo::plan::{IdealChoice, LensChoice, Optics, Plan};
+use crate::photo::plan::{Era, IdealChoice, LensChoice, Optics, Plan};
 
 const METHODS: [FocusMethod; 4] = [
     FocusMethod::Film,
@@ -33,7 +33,12 @@ pub(super) static OPTIONS: [Opt; 16] = [
                 None => {}
                 Some("none") => plan.optics = Optics::Pinhole,
                 Some("ideal") => plan.optics = Optics::Ideal(IdealChoice::default()),
-                Some(name) => plan.optics = Optics::Lens(LensChoice::named(name)),
+                Some(name) => {
+                    plan.optics = Optics::Lens(LensChoice {
+                        as_published: plan.era == Era::Vintage,
+                        ..LensChoice::named(name)
+                    });
+                }
             }
             Ok(())
         },
@@ -66,7 +71,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "zoom",
         Takes::One("FACTOR"),
-        "scales the lens by this factor; the lenses shipped are about 100 mm [1]",
+        "scales the lengths of the lens file by this factor; the lenses of 1999 are about 100 mm [1]",
     )
     .vintage("z")
     .needs(OptionNeeds::Prescription)

@@ -6,6 +6,7 @@
 //! # year: 1950
 //! # field: 44 degrees
 //! # focal length: 100.7 mm
+//! # nominal: 50 mm
 //! # f-number: 2
 //! # source: US 2,673,491 (A. W. Tronnier)
 //! ```
@@ -13,12 +14,13 @@
 use crate::prescription::prescription::Prescription;
 
 /// The keys that are read; the first is the title of the design.
-pub(crate) const KEYS: [&str; 8] = [
+pub(crate) const KEYS: [&str; 9] = [
     "name",
     "kind",
     "year",
     "field",
     "focal length",
+    "nominal",
     "f-number",
     "image height",
     "source",
@@ -41,6 +43,9 @@ pub struct About {
     pub focal_length: Option<String>,
     /// The focal length in millimeters; for a zoom lens, the shortest.
     pub focal_length_mm: Option<f64>,
+    /// The focal length in millimeters of the lens that was made by the design, if the lengths of
+    /// the file are those of another size.
+    pub nominal_mm: Option<f64>,
     /// The f-number.
     pub f_number: Option<f64>,
     /// Half of the diagonal of the film, in millimeters.
@@ -66,6 +71,7 @@ impl About {
                 "focal length" => {
                     (about.focal_length, about.focal_length_mm) = (text, number(value));
                 }
+                "nominal" => about.nominal_mm = number(value).filter(|f| *f > 0.0),
                 "f-number" => about.f_number = number(value),
                 "image height" => about.image_height = number(value).filter(|h| *h > 0.0),
                 "source" => about.source = text,

@@ -3,7 +3,9 @@
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::math::Mm;
 
+use crate::prescription::about::About;
 use crate::prescription::first_order::FirstOrder;
+use crate::prescription::glass::medium::D_LINE;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Plane;
 
@@ -29,6 +31,25 @@ impl Prescription {
             .with_help("scale by a factor greater than 0 instead"));
         }
         Ok(self.scaled(factor))
+    }
+
+    /// Scales the lens to the nominal focal length that its file states, if it does.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error for an afocal lens, which has no focal length.
+    pub(crate) fn at_nominal_size(self) -> Result<Self> {
+        let Some(nominal) = About::of(&self).nominal_mm else {
+            return Ok(self);
+        };
+        let mut lens = self.scaled_to(Mm(nominal), D_LINE)?;
+        lens.notes.retain(|note| !note.starts_with("nominal: "));
+        for note in &mut lens.notes {
+            if note.starts_with("focal length: ") {
+                *note = format!("focal length: {nominal} mm");
+            }
+        }
+        Ok(lens)
     }
 
     /// Closes (or opens) the stop to a semi-diameter. Without a marked stop it is the surface that

@@ -28,6 +28,9 @@ pub struct Reading {
     pub glasses: Catalogue,
     /// In tables of four columns: the meaning of the second. None: the file's evidence decides.
     pub gap: Option<Gap>,
+    /// Whether lengths stay as the file has them. Otherwise a lens whose file states a nominal
+    /// focal length (`# nominal: 28 mm`) is scaled to it.
+    pub as_published: bool,
 }
 
 /// The meaning of the column of gaps in a table.

@@ -45,7 +45,11 @@ pub(crate) fn read_with(
         }?;
         apertures::close_open_stop(&mut lens, sink);
         apertures::warn_if_afocal(&lens, sink);
-        Ok(lens)
+        if how.as_published {
+            Ok(lens)
+        } else {
+            lens.at_nominal_size()
+        }
     });
     sink.set_source(before);
     result
