@@ -1178,6 +1178,12 @@ fn lens_into_scene(
         )
         .with_help("leave out `--tilt`, `--swing`, `--rise`, `--shift` and `--film-radius`"));
     }
+    if plan.metering.is_some() {
+        let error = "a lens that is part of the scene has no f-number to expose a film by";
+        return Err(
+            Diagnostic::error(error).with_help("leave out `--shutter` and `--iso`, or `--solids`")
+        );
+    }
     let distance = plan.focus.unwrap_or_else(|| own_focus(pose));
     let (lens, focus) = choice.open_focused(distance, sink)?;
     let text = lens_in_scene(&lens, &film_plane(&lens, focus.film_z), Some(pose))?;

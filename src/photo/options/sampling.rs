@@ -77,7 +77,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
         Takes::One("rear|exit"),
         "where on the lens to aim: rear element or exit pupil [1999: rear, now: exit]",
     )
-    .needs(OptionNeeds::Pupil)
+    .needs(OptionNeeds::Traced)
     .plan(
         |plan, words, _| {
             let rear = Aim::RearElement(disc_map_of(plan.era));
