@@ -89,7 +89,12 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "fit",
             "FILE.dat",
-            "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it",
+            "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it; \
+             with --lens any, the lens too, among the shipped ones",
+        ))
+        .arg(switch(
+            "fit-aperture",
+            "with --fit: finds the f-number too, from what is out of focus",
         ))
         .args(flags::photograph())
         .mut_arg("output", |arg| {

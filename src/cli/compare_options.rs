@@ -82,6 +82,10 @@ impl Compared {
             let help = "the page in the folder of `-o` shows every pair with its difference";
             return refused(error, help);
         }
+        if given(&["fit-aperture"]).is_some() && self != Self::Fit {
+            let help = "it goes with `--fit FILE.dat`, where NEW is a scene";
+            return refused("`--fit-aperture` finds nothing here".to_owned(), help);
+        }
         if let Some(name) = given(&["align", "resize"]).filter(|_| self == Self::Fit) {
             let error = format!("`--{name}` has no effect with `--fit`");
             let help = "leave it out: the rendering at the found camera lies on the picture";

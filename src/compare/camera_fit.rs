@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
-use ivcam_compare::fit::{Fit, FitStep, Fitted, Half};
+use ivcam_compare::fit::{Fit, FitStep, Fitted, Half, ModelMatch};
 use ivcam_compare::{CHANCE_LIMIT, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
@@ -23,9 +23,9 @@ use crate::photo::{Optics, Plan, Session};
 /// The start of a camera fit.
 ///
 /// The parameters are shift and rotation in the start's own frame, then the logarithms of the image
-/// distance of a thin lens and of the focus distance. With the image distance held, focus changes
-/// only the blur; otherwise a longer focal length and a nearer focus would enlarge the picture
-/// alike.
+/// distance of a thin lens, of the focus distance and of the f-number. With the image distance
+/// held, focus changes only the blur; otherwise a longer focal length and a nearer focus would
+/// enlarge the picture alike.
 pub(crate) struct CameraFit {
     plan: Plan,
     pose: CameraPose,
@@ -35,6 +35,8 @@ pub(crate) struct CameraFit {
     focus: f64,
     /// The diameter of the entrance pupil in millimeters; `None` for a pinhole.
     opening: Option<f64>,
+    /// Whether the f-number is fitted.
+    fits_aperture: bool,
     /// The time that the whole fit may take.
     limit: Option<Duration>,
 }
@@ -121,6 +123,10 @@ pub struct FittedCamera {
     pub focus_error: Option<f64>,
     /// The focus distance of the start in meters.
     pub start_focus: f64,
+    /// The f-number; `None` if it was not fitted.
+    pub f_number: Option<f64>,
+    /// The error of `f_number`.
+    pub f_number_error: Option<f64>,
     /// The radial distortion of a pinhole, k₁ and k₂ of OpenCV's camera model; `None` if it was not
     /// fitted.
     pub distortion: Option<[f64; 2]>,
@@ -185,6 +191,10 @@ pub(crate) fn check_plan(plan: &Plan) -> Result<()> {
 /// The index of the focus among the parameters of a lens, and of the distortion among those of a
 /// pinhole.
 const FOCUS: usize = 7;
+/// The step of the logarithm of the f-number: a sixth of a blur disc.
+const APERTURE_STEP: f64 = 0.15;
+/// The factors of the focal length from which a fit is tried, with the distance in proportion.
+const FACTORS: [f64; 5] = [1.0, 0.6, 0.77, 1.3, 1.7];
 
 /// Renders parameters, and returns the seconds of the exposure too. Pictures of all sizes have the
 /// same number of samples per pixel.
@@ -202,7 +212,9 @@ fn render(
     plan.resolution = Resolution::new(width as u32, height as u32)?;
     let (efl, focus) = start.optics(values);
     plan.distortion = start.distortion(values);
+    let f_number = start.f_number(values);
     if let Optics::Lens(lens) = &mut plan.optics {
+        lens.f_number = f_number.or(lens.f_number);
         lens.efl = Some(Mm(efl));
         lens.zoom = 1.0;
         plan.focus = Some(Meters(focus));
@@ -271,13 +283,39 @@ impl CameraFit {
             efl,
             focus,
             opening,
+            fits_aperture: false,
             limit,
         })
     }
 
+    /// Fits the f-number too.
+    ///
+    /// # Errors
+    /// Fails for a pinhole.
+    pub(crate) fn with_aperture(mut self) -> Result<Self> {
+        if self.opening.is_none() {
+            return Err(Diagnostic::error("a pinhole has no aperture to fit")
+                .with_help("give a `--lens`, or leave out `--fit-aperture`"));
+        }
+        self.fits_aperture = true;
+        Ok(self)
+    }
+
     /// Returns the number of parameters.
     fn count(&self) -> usize {
-        FOCUS + usize::from(self.has_focus() || self.is_distorted())
+        self.steps().len()
+    }
+
+    /// Returns the index of the f-number among the parameters, if it is fitted.
+    fn aperture_index(&self) -> Option<usize> {
+        let index = FOCUS + usize::from(self.has_focus());
+        self.fits_aperture.then_some(index)
+    }
+
+    /// Returns the fitted f-number; `None` if it is not fitted.
+    fn f_number(&self, values: &[f64]) -> Option<f64> {
+        let change = values.get(self.aperture_index()?)?;
+        Some(self.efl / self.opening? * libm::exp(*change))
     }
 
     /// Returns whether the focus is fitted: that of a lens with a finite focus distance.
@@ -307,10 +345,7 @@ impl CameraFit {
         let across = f64::from(self.plan.resolution.width);
         let pixel = self.plan.film.width / across;
         let turn = 0.5 * pixel / self.efl;
-        // A lens that is focused at infinity photographs what the camera's pose looks at.
-        let far = [self.focus, self.pose.focal_distance, 10.0];
-        let far = far.into_iter().find(|d| d.is_finite() && *d > 0.0);
-        let far = far.unwrap_or(10.0).max(0.01);
+        let far = self.subject_distance();
         let shift = turn * far;
         let roll = 1.0 / across;
         let blur = self
@@ -318,12 +353,21 @@ impl CameraFit {
             .map_or(1.0, |opening| pixel * 1e3 * far / (self.efl * opening));
         let mut steps = vec![shift, shift, 2.0 * shift, turn, turn, roll, roll];
         steps.extend(self.has_focus().then_some(blur.clamp(0.02, 0.25)));
+        steps.extend(self.fits_aperture.then_some(APERTURE_STEP));
         if self.is_distorted() {
             let film = self.plan.film;
             let corner = 0.5 * film.width.hypot(film.height) / self.efl;
             steps.push(turn / (corner * corner * corner));
         }
         steps
+    }
+
+    /// Returns the distance of what the start looks at, in meters.
+    fn subject_distance(&self) -> f64 {
+        // A lens that is focused at infinity photographs what the camera's pose looks at.
+        let far = [self.focus, self.pose.focal_distance, 10.0];
+        let far = far.into_iter().find(|d| d.is_finite() && *d > 0.0);
+        far.unwrap_or(10.0).max(0.01)
     }
 
     /// Returns the focal length in millimeters and the focus distance in meters.
@@ -392,6 +436,42 @@ impl CameraFit {
         Some(values)
     }
 
+    /// Fits small pictures, and returns how well the lens of the start does. `near` has values to
+    /// start from, of another lens with the same start.
+    ///
+    /// # Errors
+    /// Fails if the target's aspect differs from the rendering's, or if the start cannot be
+    /// rendered.
+    pub(crate) fn judge(
+        &self,
+        session: &mut Session,
+        target: &Plate,
+        near: Option<&[f64]>,
+    ) -> Result<ModelMatch> {
+        self.check_aspect(target)?;
+        let size = self.plan.resolution;
+        let fit = Fit {
+            has_to_end: &|| false,
+            target,
+            sizes: Fit::pyramid((size.width as usize, size.height as usize)),
+            steps: self.steps(),
+            blur: self.blur(),
+        };
+        let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
+            render(session, self, values, size, half).map(|(drawn, _)| drawn)
+        };
+        let start = match near {
+            Some(values) => values.to_vec(),
+            None => {
+                let still = vec![0.0; self.count()];
+                let first = self.guess(target, &mut draw).unwrap_or(still);
+                let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
+                fit.best_start(&starts, &mut draw).unwrap_or(first)
+            }
+        };
+        fit.judge(&start, &mut draw)
+    }
+
     /// Finds the camera whose rendering matches the target best. `report` receives every step that
     /// improves it.
     ///
@@ -420,7 +500,7 @@ impl CameraFit {
             target,
             sizes: Fit::pyramid((size.width as usize, size.height as usize)),
             steps: self.steps(),
-            blur: self.has_focus().then_some(FOCUS),
+            blur: self.blur(),
         };
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
             if has_to_end() {
@@ -442,6 +522,8 @@ impl CameraFit {
         {
             first = guess;
         }
+        let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
+        first = fit.best_start(&starts, &mut draw).unwrap_or(first);
         let fitted = fit.run(&first, &mut draw, report)?;
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
@@ -451,6 +533,25 @@ impl CameraFit {
             return Err(unlike(camera.chance));
         }
         Ok(FoundCamera { camera, rendering })
+    }
+
+    /// Returns the parameters that change only blur.
+    fn blur(&self) -> Vec<usize> {
+        let focus = self.has_focus().then_some(FOCUS);
+        focus.into_iter().chain(self.aperture_index()).collect()
+    }
+
+    /// Returns parameters with the focal length times a factor and the camera farther from what it
+    /// looks at by the same factor, which then has the same size in the picture. A fit by steps
+    /// follows this valley of similar pictures slowly.
+    fn along_the_axis(&self, values: &[f64], factor: f64) -> Vec<f64> {
+        let mut moved = values.to_vec();
+        moved[2] += (factor - 1.0) * self.subject_distance();
+        moved[6] += libm::log(factor);
+        if self.has_focus() {
+            moved[FOCUS] += libm::log(factor);
+        }
+        moved
     }
 
     /// Checks that the target has the rendering's aspect.
@@ -485,7 +586,12 @@ impl CameraFit {
                 format!("--lens none --distortion {k1:.6},{k2}")
             }
             Optics::Pinhole | Optics::Ideal(_) => "--lens none".to_owned(),
-            Optics::Lens(lens) => format!("--lens {} --efl {efl:.4}mm", lens.name),
+            Optics::Lens(lens) => {
+                let aperture = self.f_number(values).or(lens.f_number);
+                let aperture = aperture.map(|n| format!(" --aperture {n:.3}"));
+                let aperture = aperture.unwrap_or_default();
+                format!("--lens {} --efl {efl:.4}mm{aperture}", lens.name)
+            }
         };
         let p = pose.position;
         format!(
@@ -518,6 +624,10 @@ impl CameraFit {
             focus,
             focus_error: self.has_focus().then(|| focus * error(FOCUS)),
             start_focus: self.focus,
+            f_number: self.f_number(v),
+            f_number_error: self
+                .aperture_index()
+                .and_then(|i| Some(self.f_number(v)? * error(i))),
             distortion: self.is_distorted().then(|| self.distortion(v)),
             distortion_error: self.is_distorted().then(|| error(FOCUS)),
             moved: length(v[0], v[1], v[2]),
@@ -566,6 +676,9 @@ impl FittedCamera {
                 in_brackets(error, 3),
                 self.start_focus
             )?;
+        }
+        if let (Some(n), Some(error)) = (self.f_number, self.f_number_error) {
+            writeln!(out, "aperture   f/{n:.2}{}", in_brackets(error, 2))?;
         }
         if let (Some([k1, k2]), Some(error)) = (self.distortion, self.distortion_error) {
             writeln!(out, "distortion {k1:.5}{}, {k2}", in_brackets(error, 5))?;

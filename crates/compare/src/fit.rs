@@ -60,6 +60,10 @@ const SEARCH: i32 = 6;
 
 /// The number of iterations that most sizes need, for the expected amount of work.
 const USUAL_ITERATIONS: usize = 6;
+/// The number of iterations at the smallest size by which starts are judged.
+const TRIAL_ITERATIONS: usize = 3;
+/// The longer side in pixels up to which renderings are made to rank models.
+const RANKED_SIDE: usize = 200;
 
 /// The state of a fit after a step that improved it.
 pub struct FitStep<'a> {
@@ -83,9 +87,9 @@ pub struct Fit<'a> {
     pub sizes: Vec<(usize, usize)>,
     /// For each parameter, a change that moves the largest rendering by about half a pixel.
     pub steps: Vec<f64>,
-    /// The parameter that changes only blur, which small pictures and local contrast do not
+    /// The parameters that change only blur, which small pictures and local contrast do not
     /// determine.
-    pub blur: Option<usize>,
+    pub blur: Vec<usize>,
     /// Returns whether the fit has to end with its best values so far. Once it does, renders fail.
     pub has_to_end: &'a dyn Fn() -> bool,
 }
@@ -176,6 +180,8 @@ struct FitLevel<'f, 'r> {
     fit: &'f Fit<'f>,
     size: (usize, usize),
     measure: Measure,
+    /// The largest number of iterations.
+    iterations: usize,
     /// The parameters that may change.
     free: Vec<usize>,
     target: Plane,
@@ -248,6 +254,45 @@ impl Fit<'_> {
         SEARCHED.chance_of_fit(&rendering.luma(), &self.target.luma(), &moves)
     }
 
+    /// Takes a few steps from each start at the smallest size, and returns where the one with the
+    /// least cost ended. Starts that cannot be rendered are left out; `None` if none can.
+    pub fn best_start(&self, starts: &[Vec<f64>], render: &mut Renderer<'_>) -> Option<Vec<f64>> {
+        let tried = starts.iter().filter_map(|start| {
+            let mut level = self.coarse_level(self.sizes[0], render);
+            level.iterations = TRIAL_ITERATIONS;
+            level.refine(start, &mut |_, _, _, _| ()).ok()
+        });
+        let best = tried.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+        Some(best.values)
+    }
+
+    /// Fits small pictures up to [`RANKED_SIDE`] pixels, and returns how well the model does, to be
+    /// compared with other models of the same picture.
+    ///
+    /// # Errors
+    /// Fails if the start cannot be rendered.
+    pub fn judge(&self, start: &[f64], render: &mut Renderer<'_>) -> Result<ModelMatch> {
+        let mut values = start.to_vec();
+        let mut squares = Vec::new();
+        let small = |s: &&(usize, usize)| s.0.max(s.1) <= RANKED_SIDE;
+        for size in self.sizes.iter().filter(small) {
+            let mut level = self.coarse_level(*size, render);
+            values = level.refine(&values, &mut |_, _, _, _| ())?.values;
+            squares = level.squares(&values)?;
+        }
+        Ok(ModelMatch { values, squares })
+    }
+
+    fn coarse_level<'f, 'r>(
+        &'f self,
+        size: (usize, usize),
+        render: &'f mut Renderer<'r>,
+    ) -> FitLevel<'f, 'r> {
+        let mut level = FitLevel::new(self, size, Measure::Contrast, render);
+        level.free.retain(|i| !self.blur.contains(i));
+        level
+    }
+
     /// Refines the parameters, and calls `report` after every step that improves them. If the fit
     /// has to end, the result has the best values so far.
     ///
@@ -286,7 +331,7 @@ impl Fit<'_> {
             };
             let mut level = FitLevel::new(self, size, measure, render);
             if measure == Measure::Contrast {
-                level.free.retain(|i| Some(*i) != self.blur);
+                level.free.retain(|i| !self.blur.contains(i));
             }
             let done = level.fit_from(&mut fitted.values, &mut report_step);
             let renders = fitted.renders + level.renders;
@@ -312,6 +357,37 @@ impl Fit<'_> {
     }
 }
 
+/// How well a model matches a picture, at a size that is the same for all models of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelMatch {
+    /// The fitted parameters.
+    pub values: Vec<f64>,
+    /// The mean square of the residuals of local contrast, for each block of 12 pixels.
+    squares: Vec<f64>,
+}
+
+impl ModelMatch {
+    /// Returns the root mean square of the residuals.
+    pub fn residual(&self) -> f64 {
+        (self.squares.iter().sum::<f64>() / self.squares.len() as f64).sqrt()
+    }
+
+    /// Returns by how many standard errors this model matches worse than another, from the
+    /// differences of blocks, which are taken to be independent. It is 0 if no block differs.
+    pub fn worse_than(&self, other: &Self) -> f64 {
+        let pairs = self.squares.iter().zip(&other.squares);
+        let off: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
+        let n = off.len() as f64;
+        let sum: f64 = off.iter().sum();
+        let variance = n / (n - 1.0) * off.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>();
+        if sum == 0.0 {
+            0.0
+        } else {
+            sum / variance.sqrt()
+        }
+    }
+}
+
 impl<'f, 'r> FitLevel<'f, 'r> {
     fn new(
         fit: &'f Fit<'f>,
@@ -324,6 +400,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             fit,
             size,
             measure,
+            iterations: MOST_ITERATIONS,
             free: (0..fit.steps.len()).collect(),
             scale: luma.clone(),
             target: luma.clone(),
@@ -336,9 +413,11 @@ impl<'f, 'r> FitLevel<'f, 'r> {
 
     /// Searches for the blur if the measure depends on it, and iterates.
     fn fit_from(&mut self, values: &mut [f64], report: &mut StepReport<'_>) -> Result<Fitted> {
-        if let (Measure::Detail, Some(blur)) = (self.measure, self.fit.blur) {
+        if self.measure == Measure::Detail && !self.fit.blur.is_empty() {
             self.match_tones(values)?;
-            self.search(values, blur);
+            for blur in &self.fit.blur {
+                self.search(values, *blur);
+            }
         }
         self.refine(values, report)
     }
@@ -389,6 +468,21 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         Ok(self.inner().map(off).collect())
     }
 
+    /// Returns the mean square of the residuals in each block.
+    fn squares(&mut self, values: &[f64]) -> Result<Vec<f64>> {
+        let off = self.residuals(values)?;
+        let across = self.size.0.div_ceil(BLOCK);
+        let mut sums = vec![(0.0, 0.0); across * self.size.1.div_ceil(BLOCK)];
+        for (k, pixel) in self.inner().enumerate() {
+            let (x, y) = (pixel % self.size.0, pixel / self.size.0);
+            let (sum, count) = &mut sums[y / BLOCK * across + x / BLOCK];
+            *sum += off.first[k] * off.second[k];
+            *count += 1.0;
+        }
+        let kept = sums.into_iter().filter(|(_, count)| *count > 0.0);
+        Ok(kept.map(|(sum, count)| sum / count).collect())
+    }
+
     /// Returns the indices of the pixels within the border.
     fn inner(&self) -> impl Iterator<Item = usize> + use<> {
         let (width, height) = self.size;
@@ -435,7 +529,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         let mut values = start.to_vec();
         if self.measure == Measure::Detail {
             // Without a focus parameter to separate them, blur would be confused with size.
-            let aside = if self.fit.blur.is_some() { 2 } else { 1 };
+            let aside = if self.fit.blur.is_empty() { 1 } else { 2 };
             for _ in 0..aside {
                 self.free.push(values.len());
                 values.push(0.0);
@@ -444,7 +538,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         let mut off = self.residuals(&values)?;
         let mut damping = 1e-2;
         let mut so_far = vec![f64::INFINITY; start.len() * start.len()];
-        for _ in 0..MOST_ITERATIONS {
+        for _ in 0..self.iterations {
             let weights = self.weights(&off);
             let system = self.linearized(&values, &off, &weights);
             if (self.fit.has_to_end)() {
@@ -613,7 +707,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     fn covariance(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
         let all: Vec<usize> = (0..self.free.len()).collect();
         // Where the picture does not determine its blur, the rest has errors nevertheless.
-        let is_blur = |i: usize| Some(i) == self.fit.blur || i > self.fit.steps.len();
+        let is_blur = |i: usize| self.fit.blur.contains(&i) || i > self.fit.steps.len();
         let sharp = || all.iter().copied().filter(|k| !is_blur(self.free[*k]));
         let (kept, inverse) = match system.inverse(&all) {
             Some(inverse) => (all.clone(), Some(inverse)),
@@ -724,7 +818,7 @@ mod tests {
             target: &target,
             sizes: Fit::pyramid((192, 128)),
             steps: vec![0.003; 3],
-            blur: None,
+            blur: Vec::new(),
             has_to_end: &|| false,
         };
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
@@ -757,7 +851,7 @@ mod tests {
             target: &target,
             sizes: Fit::pyramid((96, 64)),
             steps: vec![0.003; 3],
-            blur: None,
+            blur: Vec::new(),
             has_to_end: &ended,
         };
         let mut render = |v: &[f64], size: (usize, usize), _| {
