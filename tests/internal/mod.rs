@@ -12,6 +12,7 @@ mod glass;
 mod language;
 mod layers;
 mod movements;
+mod option_page;
 mod options;
 mod paper;
 mod photograph;
