@@ -450,8 +450,9 @@ impl CameraFit {
     ) -> Result<ModelMatch> {
         self.check_aspect(target)?;
         let size = self.plan.resolution;
+        let stop = session.budget.stop().clone();
         let fit = Fit {
-            has_to_end: &|| false,
+            has_to_end: &|| stop.is_set(),
             target,
             sizes: Fit::pyramid((size.width as usize, size.height as usize)),
             steps: self.steps(),

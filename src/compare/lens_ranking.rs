@@ -1,6 +1,7 @@
 //! Which of the shipped lenses an archival picture may have been taken with.
 
 use std::io::Write;
+use std::time::Instant;
 
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::math::Mm;
@@ -30,12 +31,15 @@ pub(crate) struct LensRanking {
     tried: Vec<TriedLens>,
     /// Lenses that could not be tried, each with the reason.
     refused: Vec<(&'static str, Box<Diagnostic>)>,
+    /// The number of lenses that the time did not suffice for.
+    left: usize,
 }
 
 impl LensRanking {
     /// Tries every shipped lens at the focal length of the session's lens, with its other choices:
     /// fits the camera by small pictures, and ranks the lenses by the residuals. `report` is called
-    /// with the name and the share of the work that is done.
+    /// with the name and the share of the work that is done. Half of the plan's time limit is kept
+    /// for the fit that follows; lenses that are left then are not tried.
     ///
     /// # Errors
     /// Fails if no lens can be tried.
@@ -49,8 +53,15 @@ impl LensRanking {
             return Err(Diagnostic::error("no lens is to be found"));
         };
         let names: Vec<_> = shipped_names().collect();
+        let (begun, limit) = (Instant::now(), plan.stop.time.map(|time| time / 2));
+        let stop = session.budget.stop().clone();
+        let mut left = 0;
         let (mut tried, mut refused) = (Vec::<TriedLens>::new(), Vec::new());
         for (i, name) in names.iter().copied().enumerate() {
+            if stop.is_set() || limit.is_some_and(|limit| begun.elapsed() > limit) && i > 0 {
+                left = names.len() - i;
+                break;
+            }
             report(name, i as f64 / names.len() as f64);
             let choice = LensChoice {
                 name: name.to_owned(),
@@ -75,7 +86,11 @@ impl LensRanking {
             let mut plan = plan;
             plan.optics = Optics::Lens(best.choice.clone());
             session.change(plan, pose)?;
-            return Ok(Self { tried, refused });
+            return Ok(Self {
+                tried,
+                refused,
+                left,
+            });
         }
         let (_, error) = refused.swap_remove(0);
         Err(error)
@@ -109,6 +124,10 @@ impl LensRanking {
         }
         if left_out > 0 {
             writeln!(out, "           {left_out} others match worse")?;
+        }
+        if self.left > 0 {
+            let left = self.left;
+            writeln!(out, "           {left} were not tried: the time was over")?;
         }
         for (name, error) in &self.refused {
             writeln!(out, "           {name} was not tried: {}", error.message)?;

@@ -60,7 +60,7 @@ const SEARCH: i32 = 6;
 
 /// The number of iterations that most sizes need, for the expected amount of work.
 const USUAL_ITERATIONS: usize = 6;
-/// The number of iterations at the smallest size by which starts are judged.
+/// The number of iterations by which starts and models are judged.
 const TRIAL_ITERATIONS: usize = 3;
 /// The longer side in pixels up to which renderings are made to rank models.
 const RANKED_SIDE: usize = 200;
@@ -266,8 +266,8 @@ impl Fit<'_> {
         Some(best.values)
     }
 
-    /// Fits small pictures up to [`RANKED_SIDE`] pixels, and returns how well the model does, to be
-    /// compared with other models of the same picture.
+    /// Takes a few steps on small pictures up to [`RANKED_SIDE`] pixels, and returns how well the
+    /// model does, to be compared with other models of the same picture.
     ///
     /// # Errors
     /// Fails if the start cannot be rendered.
@@ -277,6 +277,7 @@ impl Fit<'_> {
         let small = |s: &&(usize, usize)| s.0.max(s.1) <= RANKED_SIDE;
         for size in self.sizes.iter().filter(small) {
             let mut level = self.coarse_level(*size, render);
+            level.iterations = TRIAL_ITERATIONS;
             values = level.refine(&values, &mut |_, _, _, _| ())?.values;
             squares = level.squares(&values)?;
         }
