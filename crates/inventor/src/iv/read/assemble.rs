@@ -400,6 +400,12 @@ impl<'d> Assembler<'d> {
             let message = "has a number beyond 16 bits; the nearest that fits is used";
             self.warn_about_numbers(node, index, span, message);
         }
+        if let ClassRef::Known(class) = self.document.nodes[node.0 as usize].class
+            && let Some(range) = self.range_above(class.get(), index, &value)
+        {
+            let message = format!("has a number outside of its range, {range}");
+            self.warn_about_numbers(node, index, span, &message);
+        }
         let entry = FieldEntry {
             index,
             value,

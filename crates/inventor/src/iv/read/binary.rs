@@ -604,6 +604,8 @@ impl<'s> BinaryReader<'_, '_, 's> {
                     let message = format!("an output cannot be named `{output}`");
                     return Err(BinaryStop::damaged(self.at(), message));
                 }
+                let here = Span::at(self.at());
+                self.asm.check_connection(node, &output, here);
                 let output = output.into();
                 let connection = Some(Box::new(Connection { from: node, output }));
                 self.asm.data(holder).fields[entry].connection = connection;

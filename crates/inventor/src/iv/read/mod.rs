@@ -9,7 +9,7 @@
 //! * `syntax_error`, `tokens`, `numbers`, `values` and `binary_values` parse bytes with nom and do
 //!   not depend on documents. The readers keep the nesting of nodes on a stack;
 //! * `header`, `upgrade` and `assemble` resolve the names of classes and fields in each version of
-//!   the format, and assemble nodes;
+//!   the format, and assemble nodes; `mistakes` reports what is read and means nothing;
 //! * `expand` and `cycles` complete a document: they expand protos and remove cycles;
 //! * `ascii` and `binary` read the nodes of one file, and `formats` makes nodes from a file of
 //!   another format;
@@ -26,6 +26,7 @@ mod file;
 mod formats;
 mod header;
 mod inline;
+mod mistakes;
 mod numbers;
 mod open;
 mod stated;

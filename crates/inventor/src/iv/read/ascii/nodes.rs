@@ -105,7 +105,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             return Err(beyond(&self.asm.document.sink, span, message, "depth"));
         }
         let start = self.offset(start);
-        if known.is_none() && !declares && self.peek() != Some(b'}') {
+        if known.is_none() && !declares {
             self.unknown(&class_name, self.span(at, rest));
         }
         self.stack.push(AsciiLevel::Body {
@@ -126,6 +126,16 @@ impl<'s> AsciiReader<'_, '_, 's> {
 
     /// Warns about a node of an undeclared class, and skips its contents up to the closing brace.
     pub(super) fn unknown(&mut self, name: &str, span: Span) {
+        let is_inside_itself = self.stack.iter().any(|level| match level {
+            AsciiLevel::Proto { scope, .. } => *scope.name == *name,
+            _ => false,
+        });
+        if is_inside_itself {
+            let message =
+                format!("the prototype `{name}` contains itself; the inner one is left out");
+            self.warn(span, message);
+            return self.skip_body();
+        }
         let near = if self.asm.may_hint() {
             nearest(name, grammar::CLASSES.iter().map(|c| c.name))
         } else {
@@ -138,11 +148,17 @@ impl<'s> AsciiReader<'_, '_, 's> {
                     .into()
             }
         };
-        self.warn(
-            span,
-            format!("`{name}` is not a known node class; its contents are skipped"),
-        )
-        .help(help);
+        let result = match self.peek() {
+            Some(b'}') => "it does nothing",
+            _ => "its contents are skipped",
+        };
+        let message = format!("`{name}` is not a known node class; {result}");
+        self.warn(span, message).help(help);
+        self.skip_body();
+    }
+
+    /// Skips the contents of a node up to its closing brace.
+    fn skip_body(&mut self) {
         let inside = self.rest;
         let after = past_braces(inside);
         // Stop before the closing brace, which ends the node in the usual way.
@@ -209,6 +225,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 self.asm.data(holder).fields[entry].value = Value::Node(Some(node));
             }
             AsciiTarget::Element(holder, entry) | AsciiTarget::Alone(holder, entry) => {
+                self.asm.check_child(holder, entry, node);
                 if let Value::Nodes(list) = &mut self.asm.data(holder).fields[entry].value {
                     list.push(node);
                 }
@@ -247,8 +264,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
             );
             return Ok(());
         };
+        let span = self.span(self.rest, rest);
         self.rest = rest;
-        let output = text(name).into();
+        let output: Box<str> = text(name).into();
+        self.asm.check_connection(from, &output, span);
         self.asm.data(holder).fields[entry].connection =
             Some(Box::new(Connection { from, output }));
         self.tail(holder, entry)

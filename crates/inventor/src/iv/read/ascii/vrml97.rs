@@ -429,6 +429,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
 
     /// Reads `node.event TO node.event` after `ROUTE`.
     pub(super) fn route(&mut self) {
+        let start = skip(self.rest);
         let from = self.route_end();
         let (rest, to) = word(skip(self.rest)).unwrap_or((self.rest, &[]));
         if to == b"TO" {
@@ -439,14 +440,16 @@ impl<'s> AsciiReader<'_, '_, 's> {
         }
         let to = self.route_end();
         if let (Some((from, output)), Some((to, input))) = (from, to) {
-            let stated = self.asm.in_protos == 0;
-            self.asm.document.routes.push(Route {
+            let route = Route {
                 from,
                 output,
                 to,
                 input,
-                stated,
-            });
+                stated: self.asm.in_protos == 0,
+            };
+            let span = self.span(start, self.rest);
+            self.asm.check_route(&route, span);
+            self.asm.document.routes.push(route);
         }
     }
 
