@@ -6,6 +6,7 @@ use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::state::State;
 
 use super::drawing::{Canvas, MaterialsBy, Wants};
+use super::mistake::Mistake;
 use super::picture_view::PictureView;
 use super::points::Points;
 use super::reports::Reports;
@@ -193,6 +194,10 @@ impl Canvas for BoundsCanvas {
         &mut self.census
     }
 
+    fn report(&mut self, node: NodeRef<'_>, what: &str) {
+        self.reports.not_drawn(node, what);
+    }
+
     fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
         self.reports.cut(node, what);
     }
@@ -203,5 +208,13 @@ impl Canvas for BoundsCanvas {
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {
         self.reports.bad_parts(node);
+    }
+
+    fn note(&mut self, mistake: Mistake) {
+        self.reports.note(mistake);
+    }
+
+    fn report_mistakes(&mut self, node: NodeRef<'_>) {
+        self.reports.mistakes(node);
     }
 }

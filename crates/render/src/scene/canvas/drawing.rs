@@ -5,6 +5,7 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::state::State;
 
+use super::mistake::Mistake;
 use super::picture_view::PictureView;
 use super::runs::Runs;
 use super::triangle_list::TriangleList;
@@ -189,6 +190,12 @@ pub(crate) trait Canvas {
 
     /// Reports that parts of a shape are left out, once for each node.
     fn report_bad_parts(&mut self, node: NodeRef<'_>);
+
+    /// Notes a mistake in the lists of the current shape.
+    fn note(&mut self, _mistake: Mistake) {}
+
+    /// Reports the mistakes that were noted, once for each node.
+    fn report_mistakes(&mut self, _node: NodeRef<'_>) {}
 }
 
 impl dyn Canvas + '_ {

@@ -7,6 +7,8 @@
 
 mod bounds;
 mod drawing;
+mod list_lengths;
+mod mistake;
 mod one_by_one;
 mod picture_view;
 mod points;
@@ -17,11 +19,13 @@ mod vertices;
 
 pub(crate) use bounds::{BoundsCanvas, grow};
 pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants};
+pub(crate) use list_lengths::check_lists;
+pub(crate) use mistake::Mistake;
 pub(crate) use one_by_one::{draw_facets, draw_mesh, draw_triangles};
 pub(crate) use picture_view::PictureView;
 pub(crate) use points::{Points, SPARSE_RATIO};
 pub(crate) use reports::Reports;
-pub(crate) use runs::{Broken, Runs, counted};
+pub(crate) use runs::{Broken, Runs, ShapeSize, check_counts, counted};
 pub(crate) use triangle_list::{IndexedTriangle, TriangleList};
 pub(crate) use vertices::{
     NormalPer, Normals, VertexPlace, Vertices, count, faces_are_parts, indices, is_per_vertex,

@@ -1,6 +1,6 @@
 //! The diagnostics of drawing.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Source, Span};
@@ -10,6 +10,7 @@ use ivcam_inventor::grammar::{
 };
 use ivcam_inventor::iv::{NodeId, NodeRef};
 
+use super::mistake::Mistake;
 use crate::geometry::text::MissingCharacters;
 use crate::scene::unapplied::{unapplied, unapplied_fields};
 
@@ -26,6 +27,12 @@ pub(crate) struct Reports {
     missing: Option<(MissingCharacters, Option<Arc<Source>>, Span)>,
     /// The classes of nodes that were reported as not applied.
     unapplied: HashSet<&'static str>,
+    /// The mistakes in the lists of the current shape.
+    noted: Vec<Mistake>,
+    /// The shapes whose mistakes were reported.
+    mistaken: HashSet<NodeId>,
+    /// The place among the diagnostics of each mistake of each class.
+    mistakes: HashMap<(&'static str, Mistake), usize>,
 }
 
 impl Reports {
@@ -60,6 +67,33 @@ impl Reports {
                 format!("parts of this `{class}` are left out"),
                 Some(help),
             );
+        }
+    }
+
+    /// Notes a mistake in the lists of the current shape.
+    pub(crate) fn note(&mut self, mistake: Mistake) {
+        if !self.noted.contains(&mistake) {
+            self.noted.push(mistake);
+        }
+    }
+
+    /// Reports the mistakes that were noted. Each is reported once for a class, with the number of
+    /// its nodes and the place of the first.
+    pub(crate) fn mistakes(&mut self, node: NodeRef<'_>) {
+        let noted = std::mem::take(&mut self.noted);
+        if noted.is_empty() || !self.mistaken.insert(node.id) {
+            return;
+        }
+        let class = node.known_class().map_or("", |class| class.name);
+        for mistake in noted {
+            match self.mistakes.get(&(class, mistake)) {
+                Some(&first) => self.diagnostics[first].count += 1,
+                None => {
+                    self.mistakes
+                        .insert((class, mistake), self.diagnostics.len());
+                    self.at(node, format!("this `{class}` {}", mistake.text()), None);
+                }
+            }
         }
     }
 

@@ -5,6 +5,7 @@ use std::ops::Range;
 use ivcam_inventor::traversal::state::Coordinates;
 
 use super::drawing::Canvas;
+use super::mistake::Mistake;
 
 /// The corners of a face or a strip, as positions. A position is an index into the shape's index,
 /// or counts from the first coordinate if there is no index.
@@ -37,6 +38,17 @@ impl Run {
     pub(crate) fn start(&self) -> usize {
         self.start as usize
     }
+}
+
+/// The numbers of corners, faces and parts of a shape.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ShapeSize {
+    /// The number of corners.
+    pub corners: usize,
+    /// The number of faces, or of segments of lines.
+    pub faces: usize,
+    /// The number of strips, lines or faces.
+    pub parts: usize,
 }
 
 /// How a run is treated if one of its coordinates does not exist.
@@ -93,6 +105,9 @@ impl<'a> Runs<'a> {
             }
             bad += bad_here;
             start += len + 1;
+            if index.get(start - 1).is_some_and(|&end| end < -1) {
+                out.note(Mistake::NegativeIndex);
+            }
         }
         out.census().bad_corners += bad;
         Self {
@@ -116,7 +131,13 @@ impl<'a> Runs<'a> {
     }
 
     /// Makes consecutive runs with the given numbers of corners.
-    pub(crate) fn by_count(counts: &[i32], first: usize, available: usize) -> Self {
+    pub(crate) fn by_count(
+        counts: &[i32],
+        first: usize,
+        available: usize,
+        out: &mut dyn Canvas,
+    ) -> Self {
+        check_counts(counts, first, available, out);
         let runs = counted(counts, first, available).into_iter();
         Self {
             index: None,
@@ -187,6 +208,15 @@ impl<'a> Runs<'a> {
         counts
     }
 
+    /// The numbers of corners, faces and runs, of which each is a face.
+    pub(crate) fn size(&self) -> ShapeSize {
+        ShapeSize {
+            corners: self.runs.iter().map(Run::len).sum(),
+            faces: self.runs.len(),
+            parts: self.runs.len(),
+        }
+    }
+
     /// The largest possible number of triangles.
     pub(crate) fn triangles(&self) -> usize {
         self.runs.iter().map(|r| r.len().saturating_sub(2)).sum()
@@ -208,4 +238,20 @@ pub(crate) fn counted(counts: &[i32], start: usize, available: usize) -> Vec<(us
         at += n;
     }
     out
+}
+
+/// Notes the mistakes in a list of numbers of corners, of which −1 means all remaining coordinates.
+pub(crate) fn check_counts(counts: &[i32], start: usize, available: usize, out: &mut dyn Canvas) {
+    let takes_rest = counts.last() == Some(&-1);
+    let stated = &counts[..counts.len() - usize::from(takes_rest)];
+    if stated.iter().any(|&n| n < 0) {
+        out.note(Mistake::NegativeCount);
+        return;
+    }
+    let needed = stated
+        .iter()
+        .fold(start, |sum, &n| sum.saturating_add(n as usize));
+    if needed > available && !stated.is_empty() {
+        out.note(Mistake::FewCoordinates);
+    }
 }

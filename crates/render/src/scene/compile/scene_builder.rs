@@ -13,7 +13,7 @@ use crate::bvh::Bvh;
 use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind};
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
+    Canvas, MaterialsBy, Mistake, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
     draw_facets,
 };
 use crate::scene::census::Census;
@@ -477,6 +477,14 @@ impl Canvas for SceneBuilder {
 
     fn report_bad_parts(&mut self, node: NodeRef<'_>) {
         self.reports.bad_parts(node);
+    }
+
+    fn note(&mut self, mistake: Mistake) {
+        self.reports.note(mistake);
+    }
+
+    fn report_mistakes(&mut self, node: NodeRef<'_>) {
+        self.reports.mistakes(node);
     }
 }
 

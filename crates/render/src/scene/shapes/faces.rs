@@ -8,8 +8,8 @@ use ivcam_inventor::traversal::state::{Binding, Language, State};
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
 use crate::scene::canvas::{
-    Broken, Canvas, NormalPer, Normals, Runs, VertexPlace, Vertices, count, faces_are_parts,
-    indices, is_per_vertex, without_index,
+    Broken, Canvas, NormalPer, Normals, Runs, VertexPlace, Vertices, check_lists, count,
+    faces_are_parts, indices, is_per_vertex, without_index,
 };
 
 /// The index fields of an indexed shape.
@@ -79,7 +79,7 @@ pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &
 pub(super) fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(face_set::NUM_VERTICES);
     let start = count(node, face_set::START_INDEX);
-    let faces = Runs::by_count(counts, start, state.coordinates.len());
+    let faces = Runs::by_count(counts, start, state.coordinates.len(), out);
     let normal_binding = without_index(faces_are_parts(state.normal_binding));
     let mut vertices = Vertices {
         state,
@@ -166,6 +166,7 @@ fn corners(faces: &Runs<'_>, state: &State<'_>, by_position: bool) -> Vec<(u32, 
 
 /// Draws the faces, as triangles or as outlines.
 fn draw<'a>(faces: &Runs<'_>, vertices: &Vertices<'a, '_>, convex: bool, out: &mut dyn Canvas) {
+    check_lists(vertices, faces.size(), out);
     if out.wants().outlines {
         return outlines(faces, vertices, out);
     }

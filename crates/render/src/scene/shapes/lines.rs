@@ -9,7 +9,8 @@ use ivcam_inventor::traversal::state::{Binding, DrawStyle, Language, State};
 use super::markers;
 use crate::geometry::BoxCoordinates;
 use crate::scene::canvas::{
-    Canvas, Normals, VertexPlace, Vertices, count, counted, indices, without_index,
+    Canvas, Mistake, Normals, ShapeSize, VertexPlace, Vertices, check_counts, check_lists, count,
+    counted, indices, without_index,
 };
 
 /// Returns the lists of a line set or point set.
@@ -62,7 +63,8 @@ pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     let start = count(node, line_set::START_INDEX);
     let binding = without_index(segments_and_lines(state.material_binding));
     let vertices = vertices(state, binding, None, None, out);
-    let (mut count, mut segment) = (0, 0);
+    check_counts(counts, start, state.coordinates.len(), out);
+    let (mut count, mut segment, mut lines) = (0, 0, 0);
     for (part, (first, n)) in counted(counts, start, state.coordinates.len())
         .into_iter()
         .enumerate()
@@ -75,7 +77,14 @@ pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
         polyline(&line, &vertices, (count, segment, part), out);
         count += n;
         segment += n.saturating_sub(1);
+        lines = part + 1;
     }
+    let size = ShapeSize {
+        corners: count,
+        faces: segment,
+        parts: lines,
+    };
+    check_lists(&vertices, size, out);
 }
 
 /// Draws an `IndexedLineSet` of Inventor.
@@ -126,8 +135,17 @@ pub(super) fn indexed_lines<'a>(
         count += line.len();
         segment += line.len().saturating_sub(1);
         part += 1;
+        if index.get(end).is_some_and(|&end| end < -1) {
+            out.note(Mistake::NegativeIndex);
+        }
         start = end + 1;
     }
+    let size = ShapeSize {
+        corners: count,
+        faces: segment,
+        parts: part,
+    };
+    check_lists(&vertices, size, out);
 }
 
 /// Draws one line. `line` has the coordinate and the position of each point. `before` has the

@@ -73,6 +73,7 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
     if out.census().bad_corners > bad || out.placement().is_collapsed() {
         out.report_bad_parts(node);
     }
+    out.report_mistakes(node);
 }
 
 /// Draws a shape or its bounding box. Returns `false` if its class is not drawn.

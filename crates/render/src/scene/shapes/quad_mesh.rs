@@ -10,7 +10,8 @@ use ivcam_inventor::traversal::state::{Binding, Coordinates, State};
 use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{grid_face_normals, grid_vertex_normals, unit};
 use crate::scene::canvas::{
-    Canvas, NormalPer, Normals, Runs, Vertices, count, is_per_vertex, without_index,
+    Canvas, NormalPer, Normals, Runs, ShapeSize, Vertices, check_lists, count, is_per_vertex,
+    without_index,
 };
 
 /// Draws a `QuadMesh`.
@@ -42,6 +43,12 @@ pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
         coord_index: None,
         boxed: None,
     };
+    let size = ShapeSize {
+        corners: rows * columns,
+        faces: (rows - 1) * (columns - 1),
+        parts: rows - 1,
+    };
+    check_lists(&vertices, size, out);
     if out.wants().coordinates {
         let used = (start..start + rows * columns).filter_map(|c| state.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));

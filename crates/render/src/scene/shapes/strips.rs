@@ -8,8 +8,8 @@ use ivcam_inventor::traversal::state::{Binding, State};
 use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::scene::canvas::{
-    Broken, Canvas, NormalPer, Normals, Runs, Vertices, count, indices, is_per_vertex,
-    without_index,
+    Broken, Canvas, NormalPer, Normals, Runs, ShapeSize, Vertices, check_lists, count, indices,
+    is_per_vertex, without_index,
 };
 
 /// Draws an `IndexedTriangleStripSet`.
@@ -39,7 +39,7 @@ pub(super) fn indexed_triangle_strip_set<'a>(
 pub(super) fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     let counts = node.get(triangle_strip_set::NUM_VERTICES);
     let start = count(node, triangle_strip_set::START_INDEX);
-    let strips = Runs::by_count(counts, start, state.coordinates.len());
+    let strips = Runs::by_count(counts, start, state.coordinates.len(), out);
     let mut vertices = Vertices {
         state,
         coordinates: state.coordinates,
@@ -62,6 +62,11 @@ fn finish<'a>(
     by_position: bool,
     out: &mut dyn Canvas,
 ) {
+    let size = ShapeSize {
+        faces: strips.triangles(),
+        ..strips.size()
+    };
+    check_lists(vertices, size, out);
     if out.wants().coordinates {
         let used = strips.all().filter_map(|c| vertices.coordinates.get(c));
         vertices.boxed = Some(BoxCoordinates::of(used));
