@@ -79,7 +79,7 @@ impl<'a> Visitor<'a> for Events {
         if through > 0.0 {
             let _ = write!(self.0, " transparency {}", number(f64::from(through)));
         }
-        if state.base_color {
+        if state.is_unlit() {
             self.0.push_str(" unlit");
         }
         if !state.lights.is_empty() {

@@ -131,6 +131,7 @@ fn is_same_material(a: &MaterialElement<'_>, b: &MaterialElement<'_>) -> bool {
         && a.physical == b.physical
         && a.is_linear == b.is_linear
         && a.alpha == b.alpha
+        && a.is_unlit == b.is_unlit
 }
 
 fn is_same_coordinates(a: &Coordinates<'_>, b: &Coordinates<'_>) -> bool {

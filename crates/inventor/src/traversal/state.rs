@@ -125,6 +125,8 @@ pub struct MaterialElement<'a> {
     pub is_linear: bool,
     /// What the opacity means.
     pub alpha: AlphaMode,
+    /// Whether the diffuse colors are those of computed light, which is not lit (VRML 1.0).
+    pub is_unlit: bool,
 }
 
 impl MaterialElement<'_> {
@@ -141,6 +143,7 @@ impl MaterialElement<'_> {
         physical: None,
         is_linear: false,
         alpha: AlphaMode::Blend,
+        is_unlit: false,
     };
 
     /// Returns Phong's diffuse color for a color of the material, as a screen shows it.
@@ -820,6 +823,12 @@ impl<'a> State<'a> {
         std::mem::swap(&mut self.texture, &mut other.texture);
         std::mem::swap(&mut self.texture_matrix, &mut other.matrix);
         std::mem::swap(&mut self.texture_coordinates, &mut other.coordinates);
+    }
+
+    /// Whether shapes show their diffuse color without lighting, by the light model or by their
+    /// material.
+    pub fn is_unlit(&self) -> bool {
+        self.base_color || self.material.is_unlit
     }
 
     /// The state at the root of a scene.

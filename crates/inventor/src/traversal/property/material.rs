@@ -8,10 +8,14 @@ use crate::grammar::{
     packed_color,
 };
 use crate::iv::NodeRef;
-use crate::traversal::state::{Binding, Diffuse, Highlight, List, State};
+use crate::traversal::state::{Binding, Diffuse, Highlight, Language, List, State};
 
 /// Applies a `Material`; empty fields change nothing.
+///
+/// In VRML 1.0 a material of emissive colors alone is one of computed light, which is not lit: the
+/// fields `ambientColor`, `diffuseColor` and `specularColor` are stated and empty.
 pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    let language = state.language;
     let colors = |field: Field<[Vec3]>| node.acting(field).filter(|c| !c.is_empty());
     let numbers = |field: Field<[f32]>| node.acting(field).filter(|c| !c.is_empty());
     let m = &mut state.material;
@@ -27,8 +31,21 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(c) = colors(material::SPECULAR_COLOR) {
         m.specular = c[0];
     }
-    if let Some(c) = colors(material::EMISSIVE_COLOR) {
+    let emissive = colors(material::EMISSIVE_COLOR);
+    if let Some(c) = emissive {
         m.emissive = c[0];
+    }
+    let lit = [
+        material::AMBIENT_COLOR,
+        material::DIFFUSE_COLOR,
+        material::SPECULAR_COLOR,
+    ];
+    let is_empty = |field: Field<[Vec3]>| node.acting(field).is_some_and(<[Vec3]>::is_empty);
+    let computed =
+        emissive.filter(|_| language == Language::Vrml1 && lit.into_iter().all(is_empty));
+    m.is_unlit = computed.is_some();
+    if let Some(colors) = computed {
+        m.diffuse = Diffuse::Colors(List::Many(colors));
     }
     if let Some(c) = numbers(material::SHININESS) {
         m.shininess = c[0];

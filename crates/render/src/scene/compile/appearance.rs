@@ -79,7 +79,7 @@ impl SceneBuilder {
             transparency,
             refraction: m.refraction,
             physical: PhysicalSurface::of(m),
-            base_color: state.base_color,
+            base_color: state.is_unlit(),
             local_viewer: state.language == Language::Vrml97,
             two_sided: state.hints.two_sided(),
             culls: state.hints.culls(),

@@ -171,7 +171,7 @@ impl Surface {
             Some(intensity) => intensity == 0.2 || intensity == 0.0,
             None => (m.ambient - Vec3::splat(0.2)).abs().max_element() < 1e-6,
         };
-        if !is_usual && !state.base_color {
+        if !is_usual && !state.is_unlit() {
             features.push(Feature::AmbientColor);
         }
         let material = Material {
@@ -186,7 +186,7 @@ impl Surface {
                 roughness: own.roughness,
                 dielectric: own.dielectric,
             }),
-            unlit: state.base_color,
+            unlit: state.is_unlit(),
             double_sided: !state.hints.culls(),
             texture: found.as_ref().map(|(element, (_, image))| Texture {
                 image: *image,
