@@ -17,7 +17,7 @@ use crate::grammar::{
     Class, class, node_kit_list_part, vrml97_group, vrml97_lod, vrml97_switch_node,
     vrml97_transform,
 };
-use crate::iv::{Document, NodeId, NodeRef};
+use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::snapshot::Snapshot;
 
 /// The steps of work that a visit takes.
@@ -228,7 +228,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         self.visitor.node(node, role);
         match role {
             // Unknown classes and invisible nodes are skipped, as in SGI's library and in Coin.
-            Role::Kept | Role::Held => {}
+            Role::Kept | Role::Held => self.alternative(node),
             Role::Property => {
                 property::apply(&mut self.state, node, self.time);
             }
@@ -242,6 +242,15 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
             Role::Sensor => self.visitor.sensor(node, &self.state),
             _ => self.enter_once(node, role),
+        }
+    }
+
+    /// Walks the node that the file gives for a node whose class is not known, or for a file that
+    /// is not there (SGI's reference pages of `SoUnknownNode` and `SoWWWInline`).
+    fn alternative(&mut self, node: NodeRef<'a>) {
+        let is_known = node.known_class().is_some_and(|c| c.role != Role::File);
+        if let Some(Value::Node(Some(id))) = node.value("alternateRep").filter(|_| !is_known) {
+            self.stack.push(WalkFrame::Visit(*id));
         }
     }
 
@@ -296,6 +305,8 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
                     }
                     self.light_group(list);
                     self.stack.push(WalkFrame::List { list, next: 0 });
+                } else {
+                    self.alternative(node);
                 }
             }
             Role::Separator => {
