@@ -2,14 +2,16 @@
 //!
 //! A field that V2.1 does not have is read with its old type and replaced by the newer fields.
 
+use std::collections::HashMap;
+
 use glam::{Vec2, Vec3};
 use ivcam_base::diag::Span;
 
 use super::header::Header;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
-    ClassId, Dialect, FieldType, class, environment, material, packed_color, shape_hints,
-    texture_coordinate_plane, texture2_transform,
+    ClassId, Dialect, FieldType, class, environment, light_model, material, packed_color,
+    shape_hints, texture_coordinate_plane, texture2_transform,
 };
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 
@@ -118,6 +120,9 @@ const FILTERS: &[(&str, i64)] = &[
     ("MIPMAP_TRILINEAR", 5),
 ];
 
+/// The number of V1.0's light model `DEPTH`, which V2.1 does not have.
+const DEPTH: i32 = i32::MIN;
+
 /// Returns today's name of a class that V1.0 named otherwise. A `LayerGroup` restores the state
 /// after its children.
 pub(super) fn renamed_class(name: &str) -> Option<&'static str> {
@@ -146,8 +151,8 @@ pub(super) fn old_names(class: ClassId, index: u16) -> fn(&str) -> Option<i64> {
             _ => None,
         },
         (class::PICK_STYLE, "style") => |name| (name == "PICKABLE").then_some(0),
-        // V2.1 has no depth cueing, so such shapes are drawn in their own color.
-        (class::LIGHT_MODEL, "model") => |name| (name == "DEPTH").then_some(0),
+        // `replace_depth_cueing` replaces the node.
+        (class::LIGHT_MODEL, "model") => |name| (name == "DEPTH").then_some(DEPTH.into()),
         _ => |_| None,
     }
 }
@@ -170,6 +175,7 @@ pub(super) fn upgrade(
             remove_dull_highlight(document, i);
         }
     }
+    replace_depth_cueing(document, first, &old);
 }
 
 /// Sets a field of a node and replaces an earlier value.
@@ -207,6 +213,35 @@ fn remove_dull_highlight(document: &mut Document, node: usize) {
             Value::Vec3s(vec![Vec3::ZERO]),
         );
         document.nodes[node].fields.retain(|f| f.index != shininess);
+    }
+}
+
+/// Replaces each `LightModel` with the model `DEPTH` by an `Environment` with haze of its
+/// `farColor`, as SGI's upgrader does. The haze is complete at the far plane.
+fn replace_depth_cueing(
+    document: &mut Document,
+    first: usize,
+    old: &[(NodeId, &'static OldField, Value)],
+) {
+    let far_color = old.iter().filter(|(_, field, _)| field.name == "farColor");
+    let colors: HashMap<NodeId, &Value> = far_color.map(|(id, _, color)| (*id, color)).collect();
+    let (kind, model) = (
+        ClassRef::Known(class::LIGHT_MODEL),
+        light_model::MODEL.index,
+    );
+    for i in first..document.nodes.len() {
+        let node = &mut document.nodes[i];
+        let is_depth = |f: &FieldEntry| f.index == model && f.value == Value::Int(DEPTH);
+        if node.class != kind || !node.fields.iter().any(is_depth) {
+            continue;
+        }
+        node.class = ClassRef::Known(class::ENVIRONMENT);
+        node.fields.clear();
+        let haze = Value::Int(environment::FOG_TYPE_HAZE);
+        set_field(document, i, environment::FOG_TYPE.index, haze);
+        let color = colors.get(&NodeId(i as u32)).copied().cloned();
+        let color = color.unwrap_or(Value::Vec3(Vec3::ZERO));
+        set_field(document, i, environment::FOG_COLOR.index, color);
     }
 }
 
