@@ -8,6 +8,7 @@ use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::events::SnapshotOptions;
+use ivcam_inventor::grammar::camera;
 use ivcam_inventor::grammar::value::Rotation;
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping, quat};
@@ -182,8 +183,13 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
             },
         ),
     };
+    // A far plane that the scene does not state is behind everything, and a default is not.
+    let far = match pose.has_far {
+        true => format!("farDistance {} ", pose.far as f32),
+        false => String::new(),
+    };
     let text = format!(
-        "{class} {{ position {} {} {} orientation {} {} {} {angle} nearDistance {} farDistance {} \
+        "{class} {{ position {} {} {} orientation {} {} {} {angle} nearDistance {} {far}\
          focalDistance {} aspectRatio {} {size}{} }}",
         p.x,
         p.y,
@@ -192,7 +198,6 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
         axis.y,
         axis.z,
         pose.near as f32,
-        pose.far as f32,
         pose.focal_distance as f32,
         pose.aspect_ratio as f32,
         mapping(pose.viewport_mapping),
@@ -202,7 +207,11 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
         orientation: quat(Rotation { axis, angle }).normalize(),
         projection,
         near: float(pose.near),
-        far: float(pose.far),
+        far: match pose.has_far {
+            true => float(pose.far),
+            false => camera::FAR_DISTANCE.default().into(),
+        },
+        has_far: pose.has_far,
         focal_distance: float(pose.focal_distance),
         aspect_ratio: float(pose.aspect_ratio),
         viewport_mapping: pose.viewport_mapping,

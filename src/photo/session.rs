@@ -718,6 +718,10 @@ impl Session {
         let options = ShadeOptions {
             headlight: self.headlight,
             backward: (self.pose.orientation * DVec3::Z).as_vec3(),
+            start: match (&self.plan.optics, self.pose.projection) {
+                (Optics::Pinhole, Projection::Orthographic { .. }) => self.pose.near as f32,
+                _ => 0.0,
+            },
             viewer: (self.pose.position - self.scene.origin).as_vec3(),
             max_depth: self.max_depth(),
             mirrors: self.plan.mirrors,

@@ -44,6 +44,13 @@ impl<'a> NodeRef<'a> {
         self.acting(field).unwrap_or_else(|| field.default())
     }
 
+    /// Returns whether the file states the field of a node of the handle's class or one below it.
+    pub(crate) fn states<T: ?Sized>(self, field: Field<T>) -> bool {
+        self.index_of(field)
+            .and_then(|index| self.stated(index))
+            .is_some()
+    }
+
     /// Returns the node that an `SFNode` field holds.
     pub fn get_node(self, field: Field<NodeRefValue>) -> Option<NodeRef<'a>> {
         self.find(field)?.map(|id| self.document.node(id))

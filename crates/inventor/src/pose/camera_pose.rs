@@ -41,6 +41,8 @@ pub struct CameraPose {
     pub near: f64,
     /// The distance of the far clipping plane.
     pub far: f64,
+    /// Whether the scene or Inventor's `viewAll` states the far plane, so that fog may end there.
+    pub has_far: bool,
     /// The focus distance in the scene file.
     pub focal_distance: f64,
     /// The width of the view over its height.
@@ -113,6 +115,7 @@ impl CameraPose {
             projection,
             near: number(camera::NEAR_DISTANCE),
             far: number(camera::FAR_DISTANCE),
+            has_far: class.descends_from(class::CAMERA) && node.states(camera::FAR_DISTANCE),
             focal_distance: number(camera::FOCAL_DISTANCE),
             aspect_ratio: number(camera::ASPECT_RATIO),
             viewport_mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
@@ -138,6 +141,7 @@ impl CameraPose {
             },
             near: f64::from(camera::NEAR_DISTANCE.default()),
             far: f64::from(camera::FAR_DISTANCE.default()),
+            has_far: false,
             focal_distance: f64::from(camera::FOCAL_DISTANCE.default()),
             aspect_ratio: 1.0,
             viewport_mapping: ViewportMapping::AdjustCamera,
@@ -190,6 +194,7 @@ impl CameraPose {
             projection: Projection::Perspective { height_angle },
             near: distance - radius,
             far: distance + radius,
+            has_far: true,
             focal_distance: distance,
             aspect_ratio: 1.0,
             viewport_mapping: ViewportMapping::AdjustCamera,

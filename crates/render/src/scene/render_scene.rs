@@ -195,7 +195,8 @@ impl RenderScene {
         }
     }
 
-    /// Sets the visibility of fog that has none to the depth of the scene's far side (Coin).
+    /// Sets the visibility of fog that has none, and that no far plane ends, to the depth of the
+    /// scene's far side, where Inventor's viewers put the far plane.
     fn resolve_fog_distance(&mut self) {
         let Some((min, max)) = self.bounds else {
             return;

@@ -71,6 +71,7 @@ impl Shader<'_> {
             own: &self.options.path,
             headlight: self.options.headlight.as_ref(),
             backward: self.options.backward,
+            start: self.options.start,
             shadows_at_eye: self.options.shadows_at_eye,
             mirrors: self.options.mirrors,
         };

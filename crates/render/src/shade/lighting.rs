@@ -37,6 +37,14 @@ pub(super) fn direct(
     sum
 }
 
+/// The eye that fog counts from, for a camera ray that starts at a depth of `start` behind it.
+pub(super) fn eye(origin: Vec3, backward: Vec3, start: f32) -> Vec3 {
+    match start {
+        0.0 => origin,
+        _ => origin + start * backward,
+    }
+}
+
 /// Mixes a point's color with the fog between the eye and the point.
 ///
 /// The densities are Coin's: at the visibility distance an 8-bit picture no longer shows the color.

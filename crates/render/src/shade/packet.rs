@@ -4,9 +4,9 @@ use glam::Vec3;
 use ivcam_base::math::lanes::{LANES, Lanes, Vec3Lanes, bits, of_lane, set_lane};
 
 use super::lanes::PointLanes;
-use super::lighting::fogged;
+use super::lighting::{eye, fogged};
 use super::many_lights::MANY_LIGHTS;
-use super::shader::{Pending, Shader, Work};
+use super::shader::{Pending, ShadeOptions, Shader, Work};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::scene::{Light, Point};
@@ -145,8 +145,11 @@ impl Shader<'_> {
         for lane in bits(lanes) {
             let mut color = of_lane(&sum, lane);
             if let Some(point) = &points[lane] {
-                let eye = of_lane(&rays.origin, lane);
-                color = fogged(point.textured(color), point, eye, self.options.backward);
+                let ShadeOptions {
+                    backward, start, ..
+                } = self.options;
+                let eye = eye(of_lane(&rays.origin, lane), backward, start);
+                color = fogged(point.textured(color), point, eye, backward);
             }
             set_lane(radiances, lane, color);
         }

@@ -22,6 +22,9 @@ pub struct ShadeOptions {
     pub headlight: Option<Light>,
     /// The camera's backward direction, used for highlights and fog. Default: +z.
     pub backward: Vec3,
+    /// How far in front of the camera its rays start, in meters, which fog counts too: the near
+    /// distance of an orthographic camera. Default: 0.
+    pub start: f32,
     /// The viewer's position in the scene's coordinates, used for highlights of VRML97. Default:
     /// the origin.
     pub viewer: Vec3,
@@ -46,6 +49,7 @@ impl Default for ShadeOptions {
         Self {
             headlight: None,
             backward: Vec3::Z,
+            start: 0.0,
             viewer: Vec3::ZERO,
             max_depth: 5,
             shadows_at_eye: false,
@@ -331,11 +335,17 @@ impl<'a> Shader<'a> {
         }
     }
 
-    /// The light that leaves a point with its texture, through the fog before it.
+    /// The light that leaves a point with its texture, through the fog between it and the camera of
+    /// a ray.
     #[inline]
     fn fogged(&self, ray: &Ray, point: &Point<'_>, light: Vec3) -> Vec3 {
         let color = point.textured(light);
-        lighting::fogged(color, point, ray.origin, self.options.backward)
+        lighting::fogged(color, point, self.eye(ray), self.options.backward)
+    }
+
+    /// The eye of a camera ray.
+    fn eye(&self, ray: &Ray) -> Vec3 {
+        lighting::eye(ray.origin, self.options.backward, self.options.start)
     }
 
     /// The direction to the viewer for the highlight at a point.
@@ -429,7 +439,13 @@ impl<'a> Shader<'a> {
         let ray = &path.ray;
         let surface = point.surface;
         let opaque = 1.0 - point.transparency;
-        *color += path.share * opaque * self.fogged(ray, point, lit);
+        let eye = match path.any_side {
+            true => ray.origin, // A mirror or glass has turned the ray here.
+            false => self.eye(ray),
+        };
+        let backward = self.options.backward;
+        let seen = lighting::fogged(point.textured(lit), point, eye, backward);
+        *color += path.share * opaque * seen;
         if path.depth >= self.options.max_depth {
             return;
         }
@@ -437,7 +453,7 @@ impl<'a> Shader<'a> {
         if point.transparency <= 0.0 && mirror.max_element() <= 0.0 {
             return;
         }
-        let clear = || lighting::clearness(point, ray.origin, self.options.backward);
+        let clear = || lighting::clearness(point, eye, backward);
         let d = ray.direction.normalize_or(Vec3::NEG_Z);
         let facing = if point.normal.dot(d) > 0.0 {
             -point.normal

@@ -56,6 +56,14 @@ impl SceneBuilder {
         let colors = self.options.colors;
         let mut environment = state.environment;
         environment.fog_color = colors.light(environment.fog_color);
+        let far = self
+            .options
+            .camera
+            .as_ref()
+            .filter(|c| c.has_far && c.far > 0.0);
+        if let (Some(camera), true) = (far, environment.visibility <= 0.0) {
+            environment.visibility = camera.far as f32; // as SGI's reference page of `Environment`
+        }
         let texture = state.texture.and_then(|element| {
             self.texture_use(element, state.texture_matrix, state.texture_coordinates)
         });

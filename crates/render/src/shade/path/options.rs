@@ -66,6 +66,8 @@ pub(in crate::shade) struct PathSettings<'a> {
     pub headlight: Option<&'a Light>,
     /// The camera's backward direction.
     pub backward: Vec3,
+    /// How far in front of the camera its rays start.
+    pub start: f32,
     /// Whether lights at the camera cast shadows.
     pub shadows_at_eye: bool,
     /// The least fraction of light that a mirror reflects; `None` makes no surface a mirror.

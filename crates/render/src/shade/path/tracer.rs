@@ -11,7 +11,7 @@ use super::vertex::{Vertex, refract};
 use crate::bvh::{Hit, Ray, RayPacket};
 use crate::scene::{LitFace, Point, RenderScene, sound_color};
 use crate::shade::counts::RayCounts;
-use crate::shade::lighting::clearness;
+use crate::shade::lighting::{clearness, eye};
 
 /// The pairs of random numbers of a turn.
 const PAIRS: u32 = 8;
@@ -246,7 +246,10 @@ impl PathTracer<'_> {
             return self.pass(walk, &hit, &point, lobe);
         }
         if walk.is_straight {
-            let clear = clearness(&point, walk.ray.origin, self.settings.backward);
+            let clear = match walk.turns {
+                0 => self.clearness(&point, &walk.ray),
+                _ => clearness(&point, walk.ray.origin, self.settings.backward),
+            };
             if clear < 1.0 {
                 walk.add(
                     (1.0 - clear) * point.surface.environment.fog_color,
@@ -324,11 +327,20 @@ impl PathTracer<'_> {
         walk.add(emission * weight, walk.turns);
     }
 
+    /// The fraction of a point's light that the fog between it and the camera of a ray lets
+    /// through.
+    fn clearness(&self, point: &Point<'_>, ray: &Ray) -> f32 {
+        let PathSettings {
+            backward, start, ..
+        } = self.settings;
+        clearness(point, eye(ray.origin, backward, start), backward)
+    }
+
     /// The light that a camera ray gets from the emission of the surface that it meets.
     pub(in crate::shade) fn seen_emission(&self, ray: &Ray, hit: &Hit) -> Vec3 {
         let point = self.scene.point(ray, hit);
         let emission = ScatteringMaterial::emission_of(&point, &self.settings);
-        let clear = clearness(&point, ray.origin, self.settings.backward);
+        let clear = self.clearness(&point, ray);
         sound_color(emission * (clear * (1.0 - point.transparency)))
     }
 
