@@ -3,6 +3,9 @@
 use glam::DVec2;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_inventor::events::{Action, ActionKind};
+use ivcam_inventor::pose::CameraPose;
+
+use super::camera_choice::CameraNode;
 
 /// Parses an event: `NODE.EVENT=VALUE`, and `@SECONDS` if it is not sent at the beginning.
 ///
@@ -31,6 +34,7 @@ pub(super) fn parse_event(word: &str) -> Result<Action> {
         time,
         node: node.into(),
         what,
+        viewer: None,
     })
 }
 
@@ -40,6 +44,7 @@ pub(super) fn parse_event(word: &str) -> Result<Action> {
 /// # Errors
 /// Returns an error if there is neither a name nor a place.
 pub(super) fn parse_touch(word: &str) -> Result<Action> {
+    let (word, viewer) = seen_from(word)?;
     let (target, time) = timed(word);
     let (node, path) = pointed(target);
     let (node, place) = match path.as_deref() {
@@ -56,6 +61,7 @@ pub(super) fn parse_touch(word: &str) -> Result<Action> {
         time,
         node: node.into(),
         what: ActionKind::Touch { place },
+        viewer,
     })
 }
 
@@ -65,6 +71,7 @@ pub(super) fn parse_touch(word: &str) -> Result<Action> {
 /// # Errors
 /// Returns an error if a part is missing, or the end is before the beginning.
 pub(super) fn parse_drag(word: &str) -> Result<Action> {
+    let (word, viewer) = seen_from(word)?;
     let parts = word.rsplit_once('@').and_then(|(target, times)| {
         let (start, end) = times.split_once("..")?;
         let (time, end) = (seconds(start)?, seconds(end)?);
@@ -83,7 +90,23 @@ pub(super) fn parse_drag(word: &str) -> Result<Action> {
         time,
         node: node.into(),
         what,
+        viewer,
     })
+}
+
+/// Splits the camera that sees a place from the end of a word: `0.5,0.4@3s from CAMERA`, where the
+/// camera is a node.
+///
+/// # Errors
+/// Returns an error if the node is no camera.
+fn seen_from(word: &str) -> Result<(&str, Option<CameraPose>)> {
+    match word
+        .split_once(" from ")
+        .filter(|(_, camera)| camera.contains('{'))
+    {
+        Some((word, camera)) => Ok((word, Some(CameraNode::read(camera)?.pose().clone()))),
+        None => Ok((word, None)),
+    }
 }
 
 /// Splits places in the picture from the end of a word: `NODE:X,Y-X,Y` or `X,Y-X,Y`. The rest is
@@ -129,10 +152,14 @@ pub(super) fn action_word(action: &Action) -> String {
         let parts: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
         parts.join(":")
     };
+    let viewer = action.viewer.as_ref().map(CameraNode::from_pose);
+    let from = viewer.map_or(String::new(), |camera| format!(" from {}", camera.text()));
     match &action.what {
         ActionKind::Send { event, value } => format!("{}.{event}={value}{time}", action.node),
-        ActionKind::Drag { path, end } => format!("{}@{}s..{end}s", target(path), action.time),
-        ActionKind::Touch { place } => format!("{}{time}", target(place.as_slice())),
+        ActionKind::Drag { path, end } => {
+            format!("{}@{}s..{end}s{from}", target(path), action.time)
+        }
+        ActionKind::Touch { place } => format!("{}{time}{from}", target(place.as_slice())),
         _ => String::new(),
     }
 }
@@ -153,6 +180,8 @@ fn seconds(word: &str) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
+    use glam::DVec3;
+
     use super::*;
 
     #[test]
@@ -173,6 +202,27 @@ mod tests {
             "Door@3s"
         );
     }
+    #[test]
+    fn a_place_may_be_seen_from_a_camera_of_its_own() {
+        let pose = CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5);
+        let camera = CameraNode::from_pose(&pose);
+        let words = [
+            format!("0.25,0.5@3s from {}", camera.text()),
+            format!("S:0,0-1,1@1s..2s from {}", camera.text()),
+        ];
+        let touch = parse_touch(&words[0]).expect("a touch");
+        let drag = parse_drag(&words[1]).expect("a drag");
+        for (action, word) in [touch, drag].iter().zip(&words) {
+            assert_eq!(action.viewer.as_ref(), Some(camera.pose()));
+            assert_eq!(action_word(action), *word);
+        }
+        assert!(parse_touch("0.5,0.5 from Cube { }").is_err());
+        assert_eq!(
+            parse_touch("here from there").expect("a name").node,
+            "here from there"
+        );
+    }
+
     #[test]
     fn a_touch_may_have_a_place_and_a_drag_has_two() {
         for word in ["Door", "0.25,0.5@3s", "A:b:0.25,-0.5@3s", "Door:1,0"] {

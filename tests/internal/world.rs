@@ -23,6 +23,7 @@ fn event(time: f64, node: &str, event: &str, value: &str) -> Action {
         time,
         node: node.into(),
         what,
+        viewer: None,
     }
 }
 
@@ -88,6 +89,7 @@ fn a_drag_is_seen_from_the_camera_of_the_picture() {
                 time: 1.0,
                 node: "P".into(),
                 what: ActionKind::Drag { path, end: 2.0 },
+                viewer: None,
             }];
             let (width, height) = (plan.resolution.width, plan.resolution.height);
             let places = [0.5, 0.625, 0.75];

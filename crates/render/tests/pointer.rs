@@ -70,6 +70,7 @@ fn touch(node: &str, place: Option<DVec2>) -> Action {
         time: 1.0,
         node: node.into(),
         what: ActionKind::Touch { place },
+        viewer: None,
     }
 }
 
@@ -83,6 +84,7 @@ fn drag(node: &str, points: &[DVec3]) -> Action {
             path: points.iter().map(|point| place(*point)).collect(),
             end: 2.0,
         },
+        viewer: None,
     }
 }
 
@@ -390,6 +392,7 @@ fn a_sensor_that_is_disabled_in_a_drag_ends_it() {
             event: "enabled".into(),
             value: "FALSE".into(),
         },
+        viewer: None,
     };
     let points = [DVec3::new(0.0, 0.0, 3.0), DVec3::new(1.0, 0.0, 3.0)];
     let scene = SLIDER.replace("FIELDS", "");

@@ -11,6 +11,7 @@ use super::wires::output_name;
 use super::world::{Event, World};
 use crate::grammar::FieldType;
 use crate::iv::{Document, Limits, NoFiles, NodeId, Value};
+use crate::pose::CameraPose;
 
 /// Something that a user does at a time, or that stands for it in a still picture.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,12 +23,23 @@ pub struct Action {
     pub node: String,
     /// What is done with it.
     pub what: ActionKind,
+    /// The viewer that sees the places of the pointer. Without it they are those of the picture.
+    pub viewer: Option<CameraPose>,
 }
 
 impl Action {
     /// Returns whether what happens depends on where the viewer is.
     pub fn depends_on_viewer(&self) -> bool {
         !matches!(self.what, ActionKind::Send { .. })
+    }
+
+    /// Returns whether the pointer has a place in a picture.
+    pub fn has_place(&self) -> bool {
+        match &self.what {
+            ActionKind::Send { .. } => false,
+            ActionKind::Touch { place } => place.is_some(),
+            ActionKind::Drag { .. } => true,
+        }
     }
 }
 
@@ -65,14 +77,15 @@ impl World {
     pub(super) fn act(&mut self, action: &Action) {
         self.document.sink.set_source(None);
         let (node, now) = (&action.node, action.time);
+        let from = action.viewer.clone();
         let done = match &action.what {
             ActionKind::Send { event, value } => self.send_from_user(node, event, value),
             ActionKind::Touch { place } => {
                 let path = place.iter().copied().collect();
-                self.press(node, PointerPath::new(path, [now, now]))
+                self.press(node, PointerPath::new(path, [now, now]), from)
             }
             ActionKind::Drag { path, end } => {
-                self.press(node, PointerPath::new(path.clone(), [now, *end]))
+                self.press(node, PointerPath::new(path.clone(), [now, *end]), from)
             }
         };
         if let Err(problem) = done {

@@ -37,6 +37,7 @@ pub use action::{Action, ActionKind};
 pub use engine::{Played, ScriptEngine, Scripts};
 pub use options::SnapshotOptions;
 pub use picker::{ShapeHit, ShapePicker};
+pub use pointer::PointerTarget;
 pub use reach::script_input;
 pub use source::{ProgramSource, scripts, source};
 pub use survey::depends_on_viewer;

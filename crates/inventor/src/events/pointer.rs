@@ -35,6 +35,53 @@ pub(super) struct PointerFound {
     pub sensors: Vec<Target>,
 }
 
+/// What the pointer acts on at a place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct PointerTarget {
+    /// The name of a sensor or an `Anchor`, which is empty if it has none.
+    pub name: String,
+    /// Its class.
+    pub class: &'static str,
+    /// Whether it is dragged, and not only touched.
+    pub is_dragged: bool,
+}
+
+impl PointerTarget {
+    /// Returns what acts for the nearest shape on a ray, in a document as events have left it at a
+    /// time in seconds. Of several, a sensor that is dragged comes first.
+    pub fn find(
+        document: &Document,
+        now: f64,
+        viewer: &CameraPose,
+        ray: &ViewRay,
+        picker: &Arc<dyn ShapePicker>,
+    ) -> Option<Self> {
+        let world = PointerWorld {
+            document,
+            now,
+            viewer,
+            picker,
+        };
+        let hit = world.search(ray, None).hit?;
+        let targets = hit.targets.iter().filter_map(|(id, _)| {
+            let node = document.node(*id);
+            let class = node.class()?;
+            Some(Self {
+                name: node.data().name.as_deref().unwrap_or_default().to_owned(),
+                class: class.name,
+                is_dragged: !matches!(class.id, class::ANCHOR | class::TOUCH_SENSOR),
+            })
+        });
+        targets.min_by_key(|target| !target.is_dragged)
+    }
+
+    /// Returns whether a document has a node that acts for the pointer.
+    pub fn exist_in(document: &Document) -> bool {
+        let mut nodes = (0..document.nodes.len() as u32).map(|i| document.node(NodeId(i)));
+        nodes.any(|node| is_sensor(node) || node.class_id() == Some(class::ANCHOR))
+    }
+}
+
 /// A document that is searched, as a viewer sees it.
 pub(super) struct PointerWorld<'d> {
     pub document: &'d Document,

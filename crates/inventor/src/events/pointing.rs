@@ -22,6 +22,8 @@ use crate::traversal::{Parents, each_child};
 #[derive(Debug)]
 pub(super) struct Grab {
     path: PointerPath,
+    /// The viewer that sees the path, if it is not that of the picture.
+    from: Option<CameraPose>,
     /// Where the pointer is now.
     place: Option<DVec2>,
     targets: Vec<Grabbed>,
@@ -64,11 +66,17 @@ impl Grab {
 impl World {
     /// Presses the pointer on a node, or on what is at the first place of its path if the name is
     /// empty. The outputs wait.
-    pub(super) fn press(&mut self, name: &str, path: PointerPath) -> Result<()> {
+    pub(super) fn press(
+        &mut self,
+        name: &str,
+        path: PointerPath,
+        from: Option<CameraPose>,
+    ) -> Result<()> {
         let place = path.first();
+        let viewer = from.clone().unwrap_or_else(|| self.present_viewer());
         let pointed = match place {
-            Some(place) => self.pointed_at(name, place)?,
-            None => self.pointed_by_name(name)?,
+            Some(place) => self.pointed_at(name, place, &viewer)?,
+            None => self.pointed_by_name(name, &viewer)?,
         };
         let mut targets = Vec::new();
         for (id, place) in &pointed.targets {
@@ -77,6 +85,7 @@ impl World {
         }
         self.grabs.push(Grab {
             path,
+            from,
             place,
             targets,
         });
@@ -91,7 +100,8 @@ impl World {
         for grab in &mut grabs {
             let place = grab.path.at(now);
             if let Some(place) = place.filter(|_| place != grab.place) {
-                self.move_grab(&mut grab.targets, place);
+                let viewer = grab.from.clone().unwrap_or_else(|| self.present_viewer());
+                self.move_grab(&mut grab.targets, place, &viewer);
             }
             grab.place = place;
         }
@@ -135,14 +145,13 @@ impl World {
     }
 
     /// Moves the pointer with what is pressed to a place in the picture.
-    fn move_grab(&mut self, targets: &mut Vec<Grabbed>, place: DVec2) {
-        let viewer = self.present_viewer();
+    fn move_grab(&mut self, targets: &mut Vec<Grabbed>, place: DVec2, viewer: &CameraPose) {
         let ray = viewer.ray(place, self.aspect);
         let touches = |target: &Grabbed| matches!(target.kind, GrabKind::Touch { .. });
         let under = targets
             .iter()
             .any(touches)
-            .then(|| self.under(&viewer, &ray));
+            .then(|| self.under(viewer, &ray));
         let under = under.flatten();
         targets.retain_mut(|target| {
             let document = &self.document;
@@ -234,15 +243,14 @@ impl World {
     ///
     /// # Errors
     /// Returns a warning if nothing is there that acts, or not the node that is named.
-    fn pointed_at(&self, name: &str, place: DVec2) -> Result<Pointed> {
+    fn pointed_at(&self, name: &str, place: DVec2, viewer: &CameraPose) -> Result<Pointed> {
         let wanted = match name {
             "" => None,
             name => Some(self.document.node(self.named(name)?).id),
         };
         let at = format!("{},{}", place.x, place.y);
-        let viewer = self.present_viewer();
         let ray = viewer.ray(place, self.aspect);
-        let Some(hit) = self.under(&viewer, &ray) else {
+        let Some(hit) = self.under(viewer, &ray) else {
             let message = format!("nothing is at {at} of the picture to be touched");
             let help = "0,0 is the upper left corner and 1,1 the lower right one, without a lens";
             return Err(Diagnostic::warning(message).with_help(help));
@@ -276,7 +284,7 @@ impl World {
     ///
     /// # Errors
     /// Returns a warning if there is no such node, or nothing acts for it.
-    fn pointed_by_name(&self, name: &str) -> Result<Pointed> {
+    fn pointed_by_name(&self, name: &str, viewer: &CameraPose) -> Result<Pointed> {
         let id = self.named(name)?;
         let targets = self.touched_with(id);
         if targets.is_empty() {
@@ -285,9 +293,8 @@ impl World {
                 .with_help("neither a sensor nor an `Anchor` is in it, beside it or above it"));
         }
         let id = self.document.node(id).id;
-        let viewer = self.present_viewer();
         let only = self.shapes_for(id);
-        let found = self.pointer_world(&viewer).and_then(|world| {
+        let found = self.pointer_world(viewer).and_then(|world| {
             let middle: DVec3 = world.middle(only.as_ref())?;
             let ray = viewer.ray_through(middle);
             Some((ray, world.search(&ray, only.as_ref())))

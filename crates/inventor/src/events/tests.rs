@@ -49,6 +49,7 @@ fn event(time: f64, node: &str, event: &str, value: &str) -> Action {
             event: event.into(),
             value: value.into(),
         },
+        viewer: None,
     }
 }
 
@@ -58,6 +59,7 @@ fn touch(time: f64, node: &str) -> Action {
         time,
         node: node.into(),
         what: ActionKind::Touch { place: None },
+        viewer: None,
     }
 }
 

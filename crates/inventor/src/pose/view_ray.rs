@@ -120,6 +120,19 @@ impl CameraPose {
     }
 }
 
+impl CameraPose {
+    /// Returns the place in a picture of an aspect ratio at which a point of the world is seen, as
+    /// [`Self::ray`] takes it. Returns `None` behind the viewer.
+    pub fn place_of_point(&self, point: DVec3, aspect: f64) -> Option<DVec2> {
+        if matches!(self.projection, Projection::Perspective { .. }) {
+            return self.place_of(point - self.position, aspect);
+        }
+        let seen = self.orientation.inverse() * (point - self.position);
+        let at = seen.truncate() / self.view_extent(aspect).half;
+        Some(DVec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -138,6 +151,8 @@ mod tests {
                 let ray = pose.ray(place, aspect);
                 let again = pose.place_of(ray.direction, aspect).expect("in front");
                 assert!((again - place).length() < 1e-12, "{place} {again}");
+                let of_point = pose.place_of_point(ray.at(7.0), aspect).expect("in front");
+                assert!((of_point - place).length() < 1e-12, "{place} {of_point}");
                 let through = pose.ray_through(ray.at(7.0));
                 assert!((through.direction - ray.direction).length() < 1e-12);
             }

@@ -52,6 +52,11 @@ impl<'a> Snapshot<'a> {
         &self.document
     }
 
+    /// Returns the evaluated document, which is copied if nothing changed it.
+    pub fn into_document(self) -> Document {
+        self.document.into_owned()
+    }
+
     /// Returns the time in seconds since the scene was opened.
     pub fn time(&self) -> f64 {
         self.time

@@ -55,6 +55,6 @@ pub use precision::precision_warning;
 pub use render_scene::OracleTriangle;
 pub use render_scene::RenderScene;
 pub(crate) use small_lights::SmallLight;
-pub use snapshot::snapshot;
+pub use snapshot::{shape_picker, snapshot};
 pub use studio::Studio;
 pub use survey::{Survey, draws_nothing, unused_prototypes};

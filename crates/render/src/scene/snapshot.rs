@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ivcam_inventor::events::{Action, SnapshotOptions};
+use ivcam_inventor::events::{Action, ShapePicker, SnapshotOptions};
 use ivcam_inventor::iv::{Document, NodeId};
 use ivcam_inventor::snapshot::{Bounds, Corners, Snapshot};
 use ivcam_inventor::traversal::state::{Language, State};
@@ -22,10 +22,15 @@ pub fn snapshot<'a>(
         return Snapshot::take(document, at, &SurveyBounds(options));
     }
     let at = SnapshotOptions {
-        picker: Some(Arc::new(Picker(options.clone()))),
+        picker: Some(shape_picker(options)),
         ..at.clone()
     };
     Snapshot::take(document, &at, &SurveyBounds(options))
+}
+
+/// Returns what tells where the pointer meets shapes that are compiled with some options.
+pub fn shape_picker(options: &CompileOptions) -> Arc<dyn ShapePicker> {
+    Arc::new(Picker(options.clone()))
 }
 
 /// Measures bounding boxes by surveys.
