@@ -434,13 +434,18 @@ impl Session {
         budget.check()
     }
 
+    /// Returns the viewer of the scene, if what happens depends on one that is not at the scene's
+    /// own camera.
+    pub(super) fn viewer(&self) -> Option<&CameraPose> {
+        has_viewer(&self.document, &self.plan)
+            .then_some(&self.pose)
+            .filter(|pose| self.scene_pose(&self.plan).as_ref() != Some(pose))
+    }
+
     fn compile_again(&mut self, needs: Needs) -> Result<()> {
         let projection = self.camera.projection(&self.pose);
         let options = options(&self.plan, needs, &self.pose, projection);
-        let viewer = has_viewer(&self.document, &self.plan)
-            .then_some(&self.pose)
-            .filter(|pose| self.scene_pose(&self.plan).as_ref() != Some(pose));
-        let snapshot = snapshot_of(&self.document, &self.plan, viewer);
+        let snapshot = snapshot_of(&self.document, &self.plan, self.viewer());
         let options = CompileOptions {
             studio: studio_of(&self.plan, &snapshot),
             ..options
@@ -1083,7 +1088,12 @@ pub(super) fn is_left_dark(sources: HeadlightSources, lit: HeadlightState) -> bo
 
 /// Returns the options for compiling a plan's scene. Features that depend on the camera (levels of
 /// detail, lines, texture filtering) use the lens's angle of view, and not that of the camera node.
-fn options(plan: &Plan, needs: Needs, pose: &CameraPose, projection: Projection) -> CompileOptions {
+pub(super) fn options(
+    plan: &Plan,
+    needs: Needs,
+    pose: &CameraPose,
+    projection: Projection,
+) -> CompileOptions {
     CompileOptions {
         origin: pose.position,
         camera: Some(CameraPose {
@@ -1150,7 +1160,7 @@ fn has_viewer(document: &Document, plan: &Plan) -> bool {
 }
 
 /// Returns the document at the plan's time. The viewer is given if it is not at the scene's camera.
-fn snapshot_of<'a>(
+pub(super) fn snapshot_of<'a>(
     document: &'a Document,
     plan: &Plan,
     viewer: Option<&CameraPose>,

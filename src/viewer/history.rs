@@ -8,7 +8,7 @@ const TOGETHER: f64 = 0.5;
 const MOST: usize = 200;
 
 /// Controls with discrete choices, each of which is a step of its own.
-const CHOICES: [&str; 2] = ["lens", "camera file"];
+const CHOICES: [&str; 3] = ["lens", "camera file", "touch"];
 
 /// The setups before and after the present one.
 #[derive(Default)]

@@ -16,7 +16,7 @@ use ivcam_render::shade::Shading;
 use super::draft::{self, Preview};
 use super::setup::Setup;
 use super::view::View;
-use crate::photo::{Optics, Plan, Session};
+use crate::photo::{Optics, Plan, PointerScene, Session};
 
 /// The time for the rays of a first frame: the part of 50 ms that the lens, the window and a busy
 /// machine leave.
@@ -113,6 +113,8 @@ pub(crate) struct Live {
     session: Session,
     request: Request,
     view: Arc<View>,
+    /// The scene as the pointer searches it, at the time of the request.
+    pointer: Option<Arc<PointerScene>>,
     exposing: Exposing,
     /// The measured number of film rays per second.
     rate: f64,
@@ -140,8 +142,10 @@ impl Live {
             serial: 0,
             at: Instant::now(),
         };
+        let pointer = session.pointer_scene().map(Arc::new);
         Ok(Self {
-            view: Arc::new(view(&session, &request)),
+            view: Arc::new(view(&session, &request, &pointer)),
+            pointer,
             exposing: Exposing::new(plan.resolution, 1),
             rate: GUESS,
             session,
@@ -173,14 +177,21 @@ impl Live {
     ///
     /// # Errors
     /// Fails if the lens cannot be opened or focused.
-    pub(crate) fn show(&mut self, request: Request) -> Result<()> {
-        let plan = &request.setup.plan;
+    pub(crate) fn show(&mut self, mut request: Request) -> Result<()> {
         let before = self.request.setup.clone();
+        let world = |plan: &Plan| (plan.time, plan.actions.clone());
+        let plays = world(&request.setup.plan) != world(&before.plan);
+        // The scene's own camera may move with time, and an `Anchor` may lead to another one.
+        if plays && request.setup.plan.camera.is_none() {
+            let own = self.session.scene_pose(&request.setup.plan);
+            request.setup.pose = own.unwrap_or(request.setup.pose);
+        }
+        let plan = &request.setup.plan;
         self.session
             .aim(as_shown(plan), request.setup.pose.clone())?;
         let compiled = |plan: &Plan| {
             let shading = compiled_for(plan.shading);
-            (plan.time, plan.resolution, shading, plan.light.clone())
+            (world(plan), plan.resolution, shading, plan.light.clone())
         };
         if compiled(plan) != compiled(&before.plan)
             && let Err(fault) = self.session.compile(compiled_for(plan.shading))
@@ -188,7 +199,10 @@ impl Live {
             let _ = self.session.aim(as_shown(&before.plan), before.pose);
             return Err(fault);
         }
-        self.view = Arc::new(view(&self.session, &request));
+        if plays {
+            self.pointer = self.session.pointer_scene().map(Arc::new);
+        }
+        self.view = Arc::new(view(&self.session, &request, &self.pointer));
         let whole = self.view.resolution;
         self.exposing = Exposing::new(whole, self.first_divisor(whole));
         self.request = request;
@@ -270,7 +284,7 @@ impl Live {
         // A scene that cannot be recompiled is kept.
         let shading = compiled_for(self.request.setup.plan.shading);
         if self.session.compile(shading).is_ok() {
-            self.view = Arc::new(view(&self.session, &self.request));
+            self.view = Arc::new(view(&self.session, &self.request, &self.pointer));
             self.exposing = Exposing::new(self.view.resolution, 1);
         }
     }
@@ -355,7 +369,7 @@ fn as_shown(plan: &Plan) -> Plan {
     }
 }
 
-fn view(session: &Session, request: &Request) -> View {
+fn view(session: &Session, request: &Request, pointer: &Option<Arc<PointerScene>>) -> View {
     let pose = session.pose.clone();
     View {
         camera: draft::camera(
@@ -366,6 +380,7 @@ fn view(session: &Session, request: &Request) -> View {
         ),
         scene: session.scene.clone(),
         pose,
+        pointer: pointer.clone(),
         resolution: request.resolution.unwrap_or(session.plan.resolution),
     }
 }

@@ -19,6 +19,7 @@ pub(crate) mod panels;
 pub(crate) mod saving;
 pub mod setup;
 pub(crate) mod sharpness;
+pub(crate) mod touch;
 pub(crate) mod view;
 #[cfg(feature = "viewer")]
 pub(crate) mod window;

@@ -27,6 +27,7 @@ use super::navigate::{self, Tool, Viewpoint};
 use super::saving::Saving;
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
+use super::touch::{Hovered, SensorDrag};
 use super::view::{DepthMap, FocalSurface};
 use crate::photo::headlight::HeadlightSources;
 use crate::photo::{
@@ -149,6 +150,14 @@ pub(crate) struct WindowModel {
     /// Whether a mouse button is held.
     pub held: bool,
     pub flight: Option<Flight>,
+    /// What was last under the cursor.
+    pub hovered: Option<Hovered>,
+    /// The drag of a sensor in progress.
+    pub sensor_drag: Option<SensorDrag>,
+    /// The time of the scene until which it plays.
+    pub playing: Option<f64>,
+    /// The present time at which the time of the scene was last set.
+    pub clock: f64,
     orders: Vec<EngineOrder>,
     saves: Vec<(Setup, Arc<Saving>)>,
     request: Option<(Setup, Preview, Option<Resolution>)>,
@@ -195,6 +204,10 @@ impl WindowModel {
             now: 0.0,
             held: false,
             flight: None,
+            hovered: None,
+            sensor_drag: None,
+            playing: None,
+            clock: 0.0,
             orders: Vec::new(),
             saves: Vec::new(),
             request: None,
@@ -241,6 +254,7 @@ impl WindowModel {
         let other = |a: &Plan, b: &Plan| a.scene != b.scene || a.environment != b.environment;
         let reopen = other(&setup.plan, &self.setup.plan);
         self.setup = setup;
+        self.playing = None;
         if reopen {
             self.reopen();
         }
@@ -250,6 +264,7 @@ impl WindowModel {
     pub(crate) fn open_scene(&mut self, path: &Path) {
         let mut plan = self.setup.plan.clone();
         (plan.scene, plan.camera, plan.focus) = (path.to_owned(), None, None);
+        (plan.actions, plan.time) = (Vec::new(), 0.0);
         self.order_open(plan);
     }
 
@@ -295,6 +310,7 @@ impl WindowModel {
         let camera = CameraChoice::File(path.to_owned());
         let pose = camera.pose()?;
         self.edit("camera file", |setup| {
+            setup.keep_places();
             setup.plan.camera = Some(camera);
             setup.plan.focus = None;
             setup.pose = pose;
@@ -414,6 +430,26 @@ impl WindowModel {
         })
     }
 
+    /// Returns whether the picture is that of the present setup.
+    pub(crate) fn shows_request(&self) -> bool {
+        let shown = self.frame.as_ref().is_some_and(|f| f.serial == self.serial);
+        let asked = self
+            .request
+            .as_ref()
+            .is_some_and(|(setup, ..)| *setup == self.setup);
+        shown && asked
+    }
+
+    /// Moves the camera where the scene's own camera has moved.
+    fn follow_scene(&mut self, pose: &CameraPose) {
+        let setup = &mut self.setup;
+        if setup.plan.camera.is_some() || setup.pose == *pose {
+            return;
+        }
+        setup.keep_places();
+        setup.pose = pose.clone();
+    }
+
     /// Handles news of the renderer.
     pub(crate) fn handle(&mut self, news: News) {
         match news {
@@ -426,6 +462,7 @@ impl WindowModel {
             News::Frame(frame) => {
                 if frame.serial == self.serial {
                     self.refusal = None;
+                    self.follow_scene(&frame.view.pose);
                 }
                 self.frame = Some(*frame);
             }
@@ -488,6 +525,7 @@ impl WindowModel {
         self.messages = opened.messages;
         self.messages.retain(|m| m.severity >= Severity::Warning);
         self.shown_message = None;
+        (self.hovered, self.sensor_drag, self.playing) = (None, None, None);
         let other = opened.setup.plan.scene != self.setup.plan.scene;
         self.setup = opened.setup;
         if other && self.output == self.made_up {

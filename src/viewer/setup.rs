@@ -53,8 +53,18 @@ impl Setup {
         }
     }
 
+    /// Lets the places of touches and drags stay those of the present camera when it moves.
+    pub(crate) fn keep_places(&mut self) {
+        let seen_from = CameraNode::from_pose(&self.pose);
+        let touched = self.plan.actions.iter_mut();
+        for action in touched.filter(|action| action.has_place() && action.viewer.is_none()) {
+            action.viewer = Some(seen_from.pose().clone());
+        }
+    }
+
     /// Moves the camera to the nearest pose that a camera node can represent.
     pub fn set_pose(&mut self, pose: &CameraPose) {
+        self.keep_places();
         let node = CameraNode::from_pose(pose);
         self.pose = node.pose().clone();
         self.plan.camera = Some(CameraChoice::Node(node));

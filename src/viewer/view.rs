@@ -12,7 +12,7 @@ use ivcam_render::camera::{Camera, LensCamera};
 use ivcam_render::scene::RenderScene;
 use rayon::prelude::*;
 
-use crate::photo::{VisiblePoint, visible_at};
+use crate::photo::{PointerScene, VisiblePoint, visible_at};
 
 /// A scene seen by a camera.
 #[derive(Clone, Debug)]
@@ -21,12 +21,23 @@ pub struct View {
     pub camera: Camera,
     pub pose: CameraPose,
     pub resolution: Resolution,
+    /// The scene as the pointer searches it, if something in it acts for the pointer.
+    pub(crate) pointer: Option<Arc<PointerScene>>,
 }
 
 impl View {
     /// Returns the visible point at a place of the picture; x and y are from 0 to 1.
     pub(crate) fn look(&self, x: f64, y: f64) -> Option<VisiblePoint> {
         visible_at(&self.scene, &self.camera, &self.pose, [x, y])
+    }
+
+    /// Returns the point at a place of the picture and at a depth in meters along the axis,
+    /// whatever is there; `None` if no ray comes through the lens.
+    pub(crate) fn at_depth(&self, x: f64, y: f64, depth: f64) -> Option<DVec3> {
+        let ray = self.camera.at(x, y).ray([0.5, 0.5])?;
+        let (axis, origin) = (self.pose.direction(), ray.origin + self.scene.origin);
+        let along = (depth - (origin - self.pose.position).dot(axis)) / ray.direction.dot(axis);
+        along.is_finite().then(|| origin + along * ray.direction)
     }
 
     /// Returns whether a surface lies on the way between two points of the world, or within

@@ -107,6 +107,7 @@ pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
             }
         }
         ui.separator();
-        ui.add(egui::Label::new(&model.status).truncate());
+        let under = model.hovered.as_ref().and_then(|hovered| hovered.text());
+        ui.add(egui::Label::new(under.as_ref().unwrap_or(&model.status)).truncate());
     });
 }

@@ -16,6 +16,7 @@ mod picture;
 mod rays;
 mod settings;
 mod wheel;
+mod world;
 
 use std::sync::Arc;
 
@@ -108,7 +109,11 @@ impl Window {
         keys(ctx, model, &mut self.kit);
         self.panels(ctx);
         let model = &mut self.model;
-        if model.continue_flight() || model.archive.mode == super::archive::ArchiveMode::Blink {
+        let plays = model.continue_playing();
+        if model.continue_flight()
+            || plays
+            || model.archive.mode == super::archive::ArchiveMode::Blink
+        {
             ctx.request_repaint();
         }
         for order in model.orders() {
@@ -155,6 +160,7 @@ impl Window {
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     settings::focus(ui, model, kit);
                     settings::aperture(ui, model, kit);
+                    world::show(ui, model);
                     light::show(ui, model, kit);
                     overlay::choices(ui, model);
                     file::show(ui, model, kit);

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 use ivcam_optics::film::{Resolution, Response as FilmResponse};
 
 use super::dialog::{Dialog, Purpose};
-use super::{Kit, compare, overlay};
+use super::{Kit, compare, overlay, world};
 use crate::viewer::develop::{Marking, histogram, levels, mark};
 use crate::viewer::model::{Marks, WindowModel};
 use crate::viewer::navigate::Tool;
@@ -130,6 +130,9 @@ fn mouse(ui: &Ui, response: &Response, rect: Rect, model: &mut WindowModel) {
         .hover_pos()
         .filter(|p| rect.contains(*p))
         .map(place);
+    if world::feel(ui, response, rect, model) {
+        return;
+    }
     if response.clicked()
         && let Some((x, y)) = response.interact_pointer_pos().map(place)
     {

@@ -11,3 +11,4 @@ mod motion;
 mod opening;
 mod raster;
 mod saving;
+mod touching;
