@@ -401,3 +401,57 @@ fn a_sensor_that_is_disabled_in_a_drag_ends_it() {
     let moved = played.last("P.translation_changed");
     assert!((moved[1] + 0.25).abs() < 0.02, "{moved:?}");
 }
+
+/// The viewer is 10 m from the origin, and 0.25 m is the avatar's size unless a scene states
+/// another.
+#[test]
+fn a_collision_is_sent_when_the_viewer_is_within_the_avatars_size_of_a_shape() {
+    let scene = |fields: &str, shapes: &str, rest: &str| {
+        format!(
+            "DEF C Collision {{ {fields} children {shapes} }}
+             DEF T TimeSensor {{ }} ROUTE C.collideTime TO T.set_startTime {rest}"
+        )
+    };
+    let shape = |z: f64, geometry: &str| {
+        format!("Transform {{ translation 0 0 {z} children Shape {{ geometry {geometry} }} }}")
+    };
+    let is_sent = |scene: &str| !play(scene, &[], 1.0).all("C.collideTime").is_empty();
+    // The nearest face of the box is one in front of its middle.
+    for (z, geometry, met) in [
+        (8.76, "Box { }", true),
+        (8.74, "Box { }", false),
+        (8.76, "Sphere { }", true),
+        (8.74, "Sphere { }", false),
+        (11.2, "Box { }", true),
+    ] {
+        let scene = scene("", &shape(z, geometry), "");
+        assert_eq!(is_sent(&scene), met, "{z} {geometry}");
+    }
+    let near = shape(8.76, "Box { }");
+    assert!(!is_sent(&scene("collide FALSE", &near, "")));
+    let inner = format!("Collision {{ collide FALSE children {near} }}");
+    assert!(!is_sent(&scene("", &inner, "")));
+    let far = shape(0.0, "Box { }");
+    assert!(is_sent(&scene(&format!("proxy {near}"), &far, "")));
+    assert!(!is_sent(&scene(&format!("proxy {far}"), &near, "")));
+    assert!(is_sent(&scene(
+        "",
+        &shape(8.0, "Box { }"),
+        "NavigationInfo { avatarSize [ 1.1 ] }"
+    )));
+}
+
+#[test]
+fn a_shape_that_moves_to_the_viewer_collides_once() {
+    let scene =
+        "DEF C Collision { children DEF M Transform { children Shape { geometry Box { } } } }
+        DEF T TimeSensor { cycleInterval 10 loop TRUE }
+        DEF P PositionInterpolator { key [ 0 1 ] keyValue [ 0 0 0, 0 0 10 ] }
+        ROUTE T.fraction_changed TO P.set_fraction ROUTE P.value_changed TO M.set_translation
+        DEF S TimeSensor { } ROUTE C.collideTime TO S.set_startTime";
+    let sent = play(scene, &[], 9.9).all("C.collideTime");
+    assert_eq!(sent.len(), 1, "{sent:?}");
+    // Its face is 0.25 m away after 8.75 s, and is measured 25 times a second.
+    let late = sent[0].0 - 8.75;
+    assert!((0.0..0.04 + 1e-9).contains(&late), "{sent:?}");
+}

@@ -13,6 +13,7 @@ mod action;
 mod bind;
 mod binding;
 mod cascade;
+mod collision;
 mod drag;
 mod engine;
 mod log;
@@ -34,6 +35,7 @@ mod wires;
 mod world;
 
 pub use action::{Action, ActionKind};
+pub use collision::hears_collisions;
 pub use engine::{Played, ScriptEngine, Scripts};
 pub use options::SnapshotOptions;
 pub use picker::{ShapeHit, ShapePicker};

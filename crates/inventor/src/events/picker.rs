@@ -29,6 +29,16 @@ pub trait ShapePicker: Debug + Send + Sync {
     /// Lines and points are not met.
     fn hit<'a>(&self, shape: NodeRef<'a>, state: &State<'a>, ray: &ViewRay) -> Option<ShapeHit>;
 
+    /// Returns whether the faces of a shape with its state come within a distance in meters of a
+    /// point of the world.
+    fn is_near<'a>(
+        &self,
+        shape: NodeRef<'a>,
+        state: &State<'a>,
+        point: DVec3,
+        distance: f64,
+    ) -> bool;
+
     /// Returns the bounding box of a shape with its state.
     fn bounds<'a>(&self, shape: NodeRef<'a>, state: &State<'a>) -> Option<Corners>;
 }

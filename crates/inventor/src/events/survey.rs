@@ -2,6 +2,7 @@
 
 use glam::DMat4;
 
+use super::collision::hears_collisions;
 use crate::grammar::class;
 use crate::iv::{Document, NodeId, NodeRef};
 use crate::pose::CameraPose;
@@ -49,10 +50,11 @@ impl WorldSurvey {
     }
 }
 
-/// Returns whether a scene has sensors that depend on where the viewer is.
+/// Returns whether a scene has sensors that depend on where the viewer is, or a route from a
+/// `Collision`.
 pub fn depends_on_viewer(document: &Document) -> bool {
     let mut nodes = (0..document.nodes.len() as u32).map(NodeId);
-    nodes.any(|id| is_viewer_sensor(NodeRef { document, id }))
+    nodes.any(|id| is_viewer_sensor(NodeRef { document, id })) || hears_collisions(document)
 }
 
 /// Returns whether a node is a sensor that depends on the viewer.

@@ -1,21 +1,29 @@
 //! Where the viewer is, and what the sensors that depend on it send.
 
+use std::collections::BTreeSet;
+
 use glam::DMat4;
 
+use super::collision::{collisions, hears_collisions};
 use super::survey::{WorldSurvey, is_viewer_sensor};
 use super::viewer_sensor::{Output, ViewerSensor};
 use super::world::World;
+use crate::grammar::{class, navigation_info};
 use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
 use crate::snapshot::{BindableKind, move_viewer};
 
 impl World {
-    /// Finds the sensors that depend on the viewer among the nodes of the arena from an index on.
+    /// Finds the sensors that depend on the viewer, and the `Collision`s if one has a route, among
+    /// the nodes of the arena from an index on.
     pub(super) fn find_viewer_sensors(&mut self, first: usize) {
+        let hears = hears_collisions(&self.document);
         for index in first..self.document.nodes.len() {
             let id = NodeId(index as u32);
             let document = &self.document;
-            if is_viewer_sensor(NodeRef { document, id }) && !document.is_template(id) {
+            let node = NodeRef { document, id };
+            let is_collision = hears && node.class_id() == Some(class::COLLISION);
+            if (is_collision || is_viewer_sensor(node)) && !document.is_template(id) {
                 self.viewer_sensors.insert(id, ViewerSensor::default());
             }
         }
@@ -49,6 +57,26 @@ impl World {
         pose
     }
 
+    /// Returns the `Collision`s that the viewer meets: those with a shape nearer than the first
+    /// number of the `avatarSize` of the bound `NavigationInfo`.
+    fn met_collisions(&self, viewer: &CameraPose) -> BTreeSet<NodeId> {
+        let document = &self.document;
+        let mut sensors = self
+            .viewer_sensors
+            .keys()
+            .map(|&id| NodeRef { document, id });
+        let is_heard = sensors.any(|node| node.class_id() == Some(class::COLLISION));
+        let Some(picker) = self.picker.as_ref().filter(|_| is_heard) else {
+            return BTreeSet::new();
+        };
+        let bound = self.binding.top(BindableKind::NavigationInfo);
+        let sizes = bound.map_or(navigation_info::AVATAR_SIZE.default(), |id| {
+            document.node(id).get(navigation_info::AVATAR_SIZE)
+        });
+        let distance = f64::from(sizes.first().copied().unwrap_or(0.25));
+        collisions(document, self.now, (viewer.position, distance), &**picker)
+    }
+
     /// Returns what the sensors that depend on the viewer send now.
     pub(super) fn look(&mut self) -> Vec<Output> {
         if self.viewer_sensors.is_empty() {
@@ -57,6 +85,7 @@ impl World {
         let survey = self.survey();
         let bound = self.binding.top(BindableKind::Viewpoint);
         let viewer = self.viewer_at(&survey, bound, self.binding.viewpoint_from_viewer);
+        let met = self.met_collisions(&viewer);
         let mut outputs = Vec::new();
         let mut sensors = std::mem::take(&mut self.viewer_sensors);
         for (id, sensor) in &mut sensors {
@@ -64,6 +93,11 @@ impl World {
                 document: &self.document,
                 id: *id,
             };
+            if node.class_id() == Some(class::COLLISION) {
+                let events = sensor.collide(met.contains(id), self.now);
+                outputs.extend(events.into_iter().map(|(name, value)| (*id, name, value)));
+                continue;
+            }
             let places = survey.sensors.iter().filter(|(other, _)| other == id);
             let places: Vec<DMat4> = places.map(|(_, place)| *place).collect();
             let events = sensor.look(node, &places, (&viewer, self.aspect), self.now);

@@ -1,5 +1,5 @@
-//! `ProximitySensor` and `VisibilitySensor`, which depend on where the viewer is (VRML97, 6.38 and
-//! 6.57).
+//! `ProximitySensor`, `VisibilitySensor` and `Collision`, which depend on where the viewer is
+//! (VRML97, 6.38, 6.57 and 6.8).
 
 use glam::{DMat4, DVec3};
 
@@ -72,6 +72,18 @@ impl ViewerSensor {
             self.sent = Some((position, orientation));
         }
         events
+    }
+}
+
+impl ViewerSensor {
+    /// Returns what a `Collision` sends, which the viewer meets or not.
+    pub(super) fn collide(&mut self, meets: bool, now: f64) -> Vec<(&'static str, Value)> {
+        let met_before = std::mem::replace(&mut self.is_active, meets);
+        let begins = meets && !met_before;
+        begins
+            .then_some(("collideTime", Value::Double(now)))
+            .into_iter()
+            .collect()
     }
 }
 

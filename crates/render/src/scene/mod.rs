@@ -20,6 +20,7 @@ mod left_out;
 mod lit_face;
 mod looks;
 pub mod model;
+mod near;
 mod options;
 mod packets;
 mod pick;

@@ -12,6 +12,7 @@ use super::canvas::{
     draw_mesh, draw_triangles,
 };
 use super::census::Census;
+use super::near::is_near;
 use super::options::CompileOptions;
 use super::placement::Placement;
 use super::shapes;
@@ -34,6 +35,16 @@ impl ShapePicker for Picker {
         };
         shapes::draw(shape, state, &mut canvas);
         canvas.nearest
+    }
+
+    fn is_near<'a>(
+        &self,
+        shape: NodeRef<'a>,
+        state: &State<'a>,
+        point: DVec3,
+        distance: f64,
+    ) -> bool {
+        is_near(shape, state, (point, distance), PictureView::of(&self.0))
     }
 
     fn bounds<'a>(&self, shape: NodeRef<'a>, state: &State<'a>) -> Option<Corners> {

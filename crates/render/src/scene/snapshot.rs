@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ivcam_inventor::events::{Action, ShapePicker, SnapshotOptions};
+use ivcam_inventor::events::{Action, ShapePicker, SnapshotOptions, hears_collisions};
 use ivcam_inventor::iv::{Document, NodeId};
 use ivcam_inventor::snapshot::{Bounds, Corners, Snapshot};
 use ivcam_inventor::traversal::state::{Language, State};
@@ -18,7 +18,8 @@ pub fn snapshot<'a>(
     at: &SnapshotOptions,
     options: &CompileOptions,
 ) -> Snapshot<'a> {
-    if at.picker.is_some() || !at.actions.iter().any(Action::depends_on_viewer) {
+    let points = at.actions.iter().any(Action::depends_on_viewer);
+    if at.picker.is_some() || !(points || hears_collisions(document)) {
         return Snapshot::take(document, at, &SurveyBounds(options));
     }
     let at = SnapshotOptions {
