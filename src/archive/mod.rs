@@ -2,8 +2,9 @@
 //!
 //! `jobs` pairs every scene with the file that is made of it, `record` decides which of these files
 //! are up to date, and `work` runs the rest on threads and survives a scene that fails. `picture`
-//! is the work of `ivcam render FOLDER`. Nothing here prints.
+//! is the work of `ivcam render FOLDER`, and `csv` reads and writes tables. Nothing here prints.
 
+pub(crate) mod csv;
 mod jobs;
 mod picture;
 mod record;

@@ -7,7 +7,6 @@
 //! as CSV, `page` as HTML. `progress` counts the work. All names come from strangers, so `page`
 //! escapes every string.
 
-mod csv;
 mod entry;
 mod files;
 mod make;

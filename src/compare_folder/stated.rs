@@ -5,9 +5,9 @@ use std::path::{Component, Path};
 use ivcam_base::diag::{Diagnostic, Result, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
 
-use super::csv::{self, CsvRow};
 use super::files::PictureFile;
 use super::pairing::{FilePair, PairedBy};
+use crate::archive::csv::{self, CsvRow};
 
 /// The columns of the two pictures.
 const COLUMNS: [&str; 2] = ["new", "old"];

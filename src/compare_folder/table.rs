@@ -2,8 +2,8 @@
 
 use serde_json::Value as Json;
 
-use super::csv::row;
 use super::entry::{PairEntry, ReportData};
+use crate::archive::csv::row;
 use crate::compare::METRICS;
 
 /// Returns the table: a row for each pair. A value that does not exist is empty.

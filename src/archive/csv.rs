@@ -2,14 +2,14 @@
 
 /// A row of a table, with the number of its first line from 1.
 #[derive(Debug, PartialEq)]
-pub(super) struct CsvRow {
+pub(crate) struct CsvRow {
     pub line: usize,
     pub fields: Vec<String>,
 }
 
 /// Returns the rows of a table. Empty lines and a byte order mark are left out. Quotes inside a
 /// field that does not begin with one stand for themselves.
-pub(super) fn rows(text: &str) -> Vec<CsvRow> {
+pub(crate) fn rows(text: &str) -> Vec<CsvRow> {
     let mut rows = Vec::new();
     let (mut line, mut first) = (1, 1);
     let mut fields = vec![String::new()];
@@ -45,7 +45,7 @@ fn add(rows: &mut Vec<CsvRow>, line: usize, fields: &mut Vec<String>) {
 }
 
 /// Returns a row as text with its end. Fields are quoted where they have to be.
-pub(super) fn row<T: AsRef<str>>(fields: impl IntoIterator<Item = T>) -> String {
+pub(crate) fn row<T: AsRef<str>>(fields: impl IntoIterator<Item = T>) -> String {
     let quoted = |field: T| {
         let text = field.as_ref();
         match text.contains([',', '"', '\n', '\r']) || text.trim() != text {
