@@ -3,6 +3,7 @@
 
 import { Crew } from './crew.js';
 import { chosen, contents, dropped, sorted } from './opened.js';
+import { askedScene, published } from './published.js';
 import { moved, orbited, posed } from './turns.js';
 
 const $ = (id) => document.getElementById(id);
@@ -319,6 +320,38 @@ function giveFiles() {
     crew.setFiles([...state.files]);
 }
 
+/** Takes files in place of those before, with the controls as for a new scene. */
+function replaceFiles(files, scenes) {
+    Object.assign(state, { files, scenes, isShipped: 0, old: undefined, fits: true });
+    for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more', 'search']) {
+        $(id).value = '';
+    }
+    $('exposure').value = 0;
+    $('studio').checked = false;
+    showStops();
+    chooseLens(state.lens);
+}
+
+/** Opens the scene that the address of the page names. */
+async function openPublished(asked) {
+    showScenes();
+    say('Loading the scene…');
+    let read;
+    try {
+        read = await published(asked, location.href);
+    } catch (error) {
+        showMessages(`error: ${asked.scene} cannot be opened: ${error.message}`);
+        say(`The scene cannot be opened: ${error.message}`, true);
+        document.body.dataset.finished = 'failed';
+        return;
+    }
+    const others = sorted(read.files).scenes.filter((path) => path !== read.scene);
+    replaceFiles(read.files, [read.scene, ...others]);
+    state.notes = read.lines;
+    giveFiles();
+    setScene(read.scene);
+}
+
 /** Opens files: a scene replaces all files, anything else goes beside the scene. */
 async function openFiles(found) {
     if (found.length === 0) {
@@ -335,19 +368,7 @@ async function openFiles(found) {
     const kinds = sorted(read.files);
     const hasScene = kinds.scenes.length > 0;
     if (hasScene) {
-        state.files = read.files;
-        state.isShipped = 0;
-        state.scenes = kinds.scenes;
-        state.old = undefined;
-        state.notes = [];
-        state.fits = true;
-        for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more', 'search']) {
-            $(id).value = '';
-        }
-        $('exposure').value = 0;
-        $('studio').checked = false;
-        showStops();
-        chooseLens(state.lens);
+        replaceFiles(read.files, kinds.scenes);
     } else {
         read.files.forEach((bytes, path) => state.files.set(path, bytes));
     }
@@ -799,6 +820,11 @@ async function start() {
     for (const id of ['samples', 'size']) {
         const known = [...$(id).options].some((o) => o.value === asked.get(id));
         $(id).value = known ? asked.get(id) : $(id).value;
+    }
+    const scene = askedScene(location.href);
+    if (scene) {
+        await openPublished(scene);
+        return;
     }
     await openShipped(Math.min(Math.max(Number(asked.get('scene') ?? 1), 1), shipped.length) - 1);
 }

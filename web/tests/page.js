@@ -281,6 +281,39 @@ const separate = {
         return page;
     },
 
+    async 'the address names a scene of the same server, and files that it needs'() {
+        const list = join(dist, 'scenes/book.json');
+        writeFileSync(list, JSON.stringify({ files: BOOK.slice(1).map((name) => `livroom/${name}`) }));
+        try {
+            const page = await open({}, '?scene=scenes/livroom/book.iv&files=scenes/book.json&samples=4&size=180');
+            const line = await isProgram(page, join(dist, 'scenes/livroom'));
+            assert.match(line, /book\.iv/);
+            assert.doesNotMatch(await text(page, 'messages'), /not found/);
+            const alone = await open({}, '?scene=scenes/livroom/book.iv&samples=4&size=180');
+            assert.match(await text(alone, 'messages'), /book-cover\.png` was not found/);
+            await alone.context().close();
+            return page;
+        } finally {
+            rmSync(list);
+        }
+    },
+
+    async 'an address of another server is refused before anything is fetched'() {
+        const page = await open();
+        const outside = ['https://example.com/a.iv', '//example.com/a.iv', 'data:text/plain,%23Inventor', 'blob:null/1',
+            'file:///etc/hostname', 'javascript:alert(1)', 'http://127.0.0.1:1/a.iv', '../a%2F..%2Fb.iv'];
+        const asked = [];
+        page.on('request', (request) => asked.push(request.url()));
+        for (const address of outside) {
+            await page.goto(`${server.address}?scene=${encodeURIComponent(address)}`);
+            assert.equal(await finished(page), 'failed', address);
+            assert.match(await text(page, 'status'), /not on the server|no name of a file/, address);
+        }
+        const home = new URL(server.address).origin;
+        assert.deepEqual(asked.filter((address) => !address.startsWith(home)), []);
+        return page;
+    },
+
     async 'one worker and several make the same bits'() {
         const page = await open({}, '?workers=1&scene=3&samples=16');
         const one = await pixels(page);
