@@ -278,6 +278,11 @@ impl Fonts {
         })
     }
 
+    /// Returns whether there is a typeface for a name in a scene file.
+    pub fn has(&self, name: &str) -> bool {
+        self.find(name, false, false).is_some()
+    }
+
     /// Returns the typeface for a name in a scene file, such as `Times-Roman` or `Helvetica:Bold`.
     pub(crate) fn find(&self, name: &str, bold: bool, italic: bool) -> Option<UserFont<'_>> {
         let whole = normalized(name);
