@@ -22,9 +22,15 @@ impl Archive {
         let path = self.0.join("in").join(file);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
         std::fs::write(&path, text).unwrap();
-        let hour = SystemTime::now() - Duration::from_secs(3600);
-        let file = std::fs::File::options().append(true).open(&path).unwrap();
-        file.set_modified(hour).unwrap();
+        self.set_age(file, 1);
+    }
+
+    /// Sets the age of a file of the archive in hours.
+    fn set_age(&self, file: &str, hours: u64) {
+        let time = SystemTime::now() - Duration::from_secs(3600 * hours);
+        let path = self.0.join("in").join(file);
+        let file = std::fs::File::options().append(true).open(path).unwrap();
+        file.set_modified(time).unwrap();
     }
 
     /// Runs the program in the folder, and returns its exit code and what it prints.
@@ -164,6 +170,8 @@ fn an_output_folder_that_cannot_be_used_is_one_clear_error() {
         ("catalog gone -o out", "is not a folder"),
         ("catalog in -o out --size 0x9", "from 1 to 1024"),
         ("catalog none -o out", "no scene files below `none`"),
+        ("catalog in -o out --page none", "is not a built page"),
+        ("catalog in -o out --about gone.txt", "gone.txt"),
     ] {
         let (code, said) = archive.run(line);
         assert_eq!(
@@ -222,16 +230,21 @@ fn a_catalog_shows_every_scene_and_reads_only_what_changed() {
     assert!(said.contains(sum), "{said}");
     let page = String::from_utf8(archive.read("out/index.html")).unwrap();
     for part in [
-        "<h1>in</h1>",
+        "<h1><bdi>in</bdi></h1>",
         "href=\"../in/%3Cb%3E%26%22.iv\"",
         "Created by &lt;i&gt;hand&lt;/i&gt;",
         "src=\"pictures/b/c.iv.png\"",
         "href=\"../glb/b/c.glb\">glb</a>",
         "1 with nothing to draw",
-        "<dd><bdi>gone.rgb</bdi></dd>",
+        "href=\"scenes/gone.iv.html\"",
     ] {
         assert!(page.contains(part), "{part} missing in {page}");
     }
+    let gone = String::from_utf8(archive.read("out/scenes/gone.iv.html")).unwrap();
+    assert!(
+        gone.contains("<bdi>gone.rgb</bdi> <span class=\"line\">texture, missing"),
+        "{gone}"
+    );
     assert!(!page.contains("http://") && !page.contains("https://"));
     let data = archive.json("out/catalog.json");
     let scenes = data["scenes"].as_array().unwrap();
@@ -258,6 +271,216 @@ fn a_catalog_shows_every_scene_and_reads_only_what_changed() {
         said.contains("cannot be read") && !said.contains("up to date"),
         "{said}"
     );
+}
+
+#[test]
+fn a_catalog_reads_a_scene_again_whose_texture_or_inlined_scene_changed() {
+    let texture = "#Inventor V2.1 ascii\nTexture2 { filename \"wood.png\" } Cube { }\n";
+    let outer = "#Inventor V2.1 ascii\nFile { name \"b/part.iv\" }\n";
+    let scenes = [("a.iv", texture), ("outer.iv", outer), ("b/part.iv", CUBE)];
+    let archive = Archive::new("uses", &scenes);
+    let wood = |level: u8| {
+        let picture = image::RgbImage::from_pixel(4, 4, image::Rgb([level; 3]));
+        picture.save(archive.0.join("in/wood.png")).unwrap();
+    };
+    wood(250);
+    archive.set_age("wood.png", 1);
+    let line = "catalog in -o out --size 12x9";
+    let read_again = || {
+        let before = ["a.iv", "outer.iv", "b/part.iv"]
+            .map(|name| archive.read(&format!("out/pictures/{name}.png")));
+        let (code, said) = archive.run(line);
+        assert_eq!(code, Some(0), "{said}");
+        let after = ["a.iv", "outer.iv", "b/part.iv"]
+            .map(|name| archive.read(&format!("out/pictures/{name}.png")));
+        (said, [0, 1, 2].map(|i| before[i] != after[i]))
+    };
+    archive.run(line);
+    let (said, changed) = read_again();
+    assert!(said.contains("3 scenes: 3 up to date"), "{said}");
+    assert_eq!(changed, [false; 3]);
+    // The copies of an older state are older than the pictures that were made of the newer one.
+    wood(40);
+    archive.set_age("wood.png", 9);
+    let (said, changed) = read_again();
+    assert!(said.contains("3 scenes: 2 up to date"), "{said}");
+    assert_eq!(changed, [true, false, false]);
+    archive.write("b/part.iv", "#Inventor V2.1 ascii\nSphere { }\n");
+    archive.set_age("b/part.iv", 9);
+    let (said, changed) = read_again();
+    assert!(said.contains("3 scenes: 1 up to date"), "{said}");
+    assert_eq!(changed, [false, true, true]);
+    std::fs::remove_file(archive.0.join("in/wood.png")).unwrap();
+    let (said, _) = read_again();
+    assert!(
+        said.contains("2 up to date, 1 with missing files"),
+        "{said}"
+    );
+    std::fs::remove_file(archive.0.join("out/scenes/outer.iv.html")).unwrap();
+    archive.run(line);
+    assert!(
+        archive.has("out/scenes/outer.iv.html"),
+        "a page that is gone is written again"
+    );
+}
+
+#[test]
+fn a_catalog_finds_equal_files_equal_nodes_and_pictures_that_look_alike() {
+    let archive = Archive::new(
+        "alike",
+        &[
+            ("a.iv", CUBE),
+            ("b/copy.iv", CUBE),
+            (
+                "c.iv",
+                "#Inventor V2.1 ascii\n# Another comment\nCube   {\n}\n",
+            ),
+            (
+                "d.iv",
+                "#Inventor V2.1 ascii\nSeparator { Cube { width 4 height 4 depth 4 } }\n",
+            ),
+            ("e.wrl", SPHERE),
+        ],
+    );
+    let (code, said) = archive.run("catalog in -o out --size 24x18 --title Cubes --quiet");
+    assert_eq!((code, &*said), (Some(0), ""));
+    let data = archive.json("out/catalog.json");
+    let scene = |i: usize| &data["scenes"][i];
+    let files = |i: usize, key: &str| scene(i)[key]["files"].clone();
+    assert_eq!(files(0, "duplicates"), serde_json::json!(["b/copy.iv"]));
+    assert_eq!(files(0, "same_scene"), serde_json::json!(["c.iv"]));
+    assert_eq!(files(0, "alike"), serde_json::json!(["d.iv"]));
+    assert_eq!(
+        files(2, "same_scene"),
+        serde_json::json!(["a.iv", "b/copy.iv"])
+    );
+    assert_eq!(files(4, "alike"), serde_json::json!([]));
+    assert_eq!(
+        [&scene(0)["pronom"], &scene(4)["pronom"]],
+        ["fmt/833", "fmt/94"]
+    );
+    // As `sha256sum` prints it.
+    let sum = "0ccd538595280c7cb6820d667658fbc14dcfbc65aac13313da962f1029cd614b";
+    assert_eq!(scene(0)["sha256"], sum);
+    assert_eq!(scene(0)["sha256"], scene(1)["sha256"]);
+
+    let page = String::from_utf8(archive.read("out/scenes/b/copy.iv.html")).unwrap();
+    for part in [
+        "<a href=\"../../scenes/a.iv.html\"><bdi>a.iv</bdi></a>",
+        "href=\"../../index.html\"><bdi>Cubes</bdi>",
+        "href=\"../../../in/b/copy.iv\"",
+        "src=\"../../large/b/copy.iv.jpg\"",
+        "fmt/833",
+    ] {
+        assert!(page.contains(part), "{part} missing in {page}");
+    }
+    let large = image::load_from_memory(&archive.read("out/large/a.iv.jpg")).unwrap();
+    assert_eq!((large.width(), large.height()), (72, 54));
+    let table = String::from_utf8(archive.read("out/catalog.csv")).unwrap();
+    assert_eq!(table.lines().count(), 6);
+    assert!(
+        table.contains("\nb/copy.iv,") && table.contains(",fmt/94,"),
+        "{table}"
+    );
+    let linked = archive.json("out/catalog.jsonld");
+    assert_eq!([&linked["@type"], &linked["name"]], ["Collection", "Cubes"]);
+    assert_eq!(linked["hasPart"].as_array().unwrap().len(), 5);
+    assert_eq!(linked["hasPart"][1]["contentUrl"], "../in/b/copy.iv");
+    assert_eq!(linked["hasPart"][1]["sha256"], scene(1)["sha256"]);
+
+    // The pages of scenes are written again if a relation changed, and the scene is not read.
+    std::fs::remove_file(archive.0.join("in/a.iv")).unwrap();
+    let (_, said) = archive.run("catalog in -o out --size 24x18 --title Cubes");
+    assert!(said.contains("4 scenes: 4 up to date"), "{said}");
+    let page = String::from_utf8(archive.read("out/scenes/b/copy.iv.html")).unwrap();
+    assert!(!page.contains("a.iv.html"), "{page}");
+}
+
+#[test]
+fn markup_in_a_file_and_in_the_text_about_an_archive_stays_text() {
+    let hostile = "#Inventor V2.1 ascii\n# Created by <script>alert(1)</script>\n\
+        DEF <img/src=x/onerror=alert(2)> Separator { Material { <b> 3 } Cube { }\n\
+        Info { string \"</bdi></p><iframe src=x>\" } Font { name \"<svg/onload=alert(3)>\" }\n\
+        Texture2 { filename \"<object data=x>.rgb\" } <embed> { } }\n";
+    let archive = Archive::new(
+        "hostile",
+        &[("'\"><img src=x onerror=alert(4)>.iv", hostile)],
+    );
+    std::fs::write(
+        archive.0.join("about.txt"),
+        "Old <scenes>\n\n<style>*{}</style>",
+    )
+    .unwrap();
+    archive.run("catalog in -o out --size 12x9 --about about.txt --title <u>x</u>");
+    let name = "'\"><img src=x onerror=alert(4)>.iv";
+    let scene = format!("out/scenes/{name}.html");
+    for (file, pictures) in [("out/index.html", 2), (&*scene, 1)] {
+        let page = String::from_utf8(archive.read(file)).unwrap();
+        // The page of the catalog has a picture of the scene, and the large one.
+        assert_eq!(page.matches("<img").count(), pictures, "{page}");
+        for tag in [
+            "<u>",
+            "<iframe",
+            "<svg",
+            "<object",
+            "<embed",
+            "<style>*",
+            "<scenes>",
+            "<script>alert",
+        ] {
+            assert!(!page.contains(tag), "{tag} in {page}");
+        }
+        assert!(page.contains("Created by &lt;script&gt;"), "{page}");
+    }
+    let page = String::from_utf8(archive.read(&scene)).unwrap();
+    assert!(page.contains("line 3, column "), "{page}");
+    assert!(page.contains("drawn with a typeface of ivcam"), "{page}");
+}
+
+#[test]
+fn a_catalog_with_a_page_has_what_opens_each_scene() {
+    let texture = "#Inventor V2.1 ascii\nTexture2 { filename \"wood.png\" } Cube { }\n\
+        Texture2 { filename \"far.png\" } Sphere { }\n";
+    let archive = Archive::new("live", &[("b/a b.iv", texture), ("bad.iv", "nonsense")]);
+    let wood = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 9, 9]));
+    for (folder, file) in [("in/b", "wood.png"), ("other", "far.png")] {
+        std::fs::create_dir_all(archive.0.join(folder)).unwrap();
+        wood.save(archive.0.join(folder).join(file)).unwrap();
+    }
+    std::fs::create_dir_all(archive.0.join("dist/scenes")).unwrap();
+    for file in ["index.html", "main.js", "ivcam.wasm", "scenes/x.iv"] {
+        std::fs::write(archive.0.join("dist").join(file), file).unwrap();
+    }
+    let line = "catalog in -o out --size 12x9 --page dist --search other";
+    let (_, said) = archive.run(line);
+    assert!(
+        said.contains("outside the folder and not copied: 1"),
+        "{said}"
+    );
+    assert_eq!(archive.read("out/page/scenes/x.iv"), b"scenes/x.iv");
+    assert_eq!(archive.read("out/files/b/a b.iv"), texture.as_bytes());
+    assert_eq!(
+        archive.read("out/files/b/wood.png"),
+        archive.read("in/b/wood.png")
+    );
+    assert!(!archive.has("out/files/bad.iv") && !archive.has("out/files/far.png"));
+    let list = archive.json("out/scenes/b/a b.iv.json");
+    assert_eq!(list["files"], serde_json::json!(["../../files/b/wood.png"]));
+    let page = String::from_utf8(archive.read("out/index.html")).unwrap();
+    let live = "href=\"page/index.html?scene=../files/b/a%2520b.iv&amp;files=../scenes/b/a%2520b.iv.json\"";
+    assert!(page.contains(live), "{page}");
+    assert!(!page.contains("scene=../files/bad.iv"));
+    let own = String::from_utf8(archive.read("out/scenes/b/a b.iv.html")).unwrap();
+    assert!(
+        own.contains("href=\"../../page/index.html?scene=../files/b/a%2520b.iv"),
+        "{own}"
+    );
+    // A scene that changed is copied again.
+    archive.write("b/a b.iv", CUBE);
+    archive.run(line);
+    assert_eq!(archive.read("out/files/b/a b.iv"), CUBE.as_bytes());
+    let (code, said) = archive.run("catalog in -o dist/out --page dist");
+    assert!(code == Some(2) && said.contains("into itself"), "{said}");
 }
 
 #[test]

@@ -10,6 +10,11 @@ pub(crate) struct Entry {
     pub file: String,
     /// The size of the file in bytes.
     pub bytes: u64,
+    /// The SHA-256 of the file in hexadecimal digits. Empty if it could not be read.
+    pub sha256: String,
+    /// The SHA-256 of the nodes as `ivcam convert --to ascii` writes them, which does not depend on
+    /// comments and spaces. `None` if nothing was read.
+    pub scene_sha256: Option<String>,
     /// The time of the last modification in seconds since the beginning of 1970, UTC.
     pub modified: u64,
     /// `whole`, `damaged` or `unreadable`.
@@ -18,6 +23,10 @@ pub(crate) struct Entry {
     pub error: Option<String>,
     /// The format that the header states.
     pub format: Option<String>,
+    /// The identifier of the format in PRONOM, such as `fmt/94`, if it has one.
+    pub pronom: Option<String>,
+    /// The unit of length that the file or its format states.
+    pub units: Option<String>,
     /// The line of `notes` that seems to name the program or the person that made the file.
     pub producer: Option<String>,
     /// What the file says about itself: the comments at its beginning, and the texts of `Info` and
@@ -48,13 +57,62 @@ pub(crate) struct Entry {
     /// The files that the scene uses: below the folder of scenes by their paths there, elsewhere by
     /// their whole paths.
     pub uses: Vec<String>,
+    /// The files that the scene names, with what became of each.
+    pub needs: Vec<Need>,
+    /// The typefaces that the scene names.
+    pub typefaces: Vec<Typeface>,
     /// The path of the picture below the folder of the catalog.
     pub picture: Option<String>,
+    /// The path of the larger picture below the folder of the catalog.
+    pub large: Option<String>,
+    /// The mean colors of the parts of the picture, in hexadecimal digits (see `alike`).
+    pub look: Option<String>,
     /// The reason why there is no picture of a scene that was read.
     pub no_picture: Option<String>,
     /// The files that were converted from the scene.
     #[serde(default)]
     pub converted: Vec<Converted>,
+    /// Scenes with the same bytes.
+    #[serde(default)]
+    pub duplicates: Others,
+    /// Scenes with other bytes and the same nodes.
+    #[serde(default)]
+    pub same_scene: Others,
+    /// Scenes with other nodes whose pictures look alike.
+    #[serde(default)]
+    pub alike: Others,
+}
+
+/// Some other scenes of the catalog.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Others {
+    /// Their paths below the folder of scenes.
+    pub files: Vec<String>,
+    /// Whether there are more than are listed.
+    pub more: bool,
+}
+
+/// A file that a scene names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Need {
+    /// A file that is there: its path below the folder of scenes, elsewhere its whole path. A file
+    /// that is missing or may not be read: its name in the scene.
+    pub file: String,
+    /// `scene`, `texture` or `other`.
+    pub kind: String,
+    /// `found`, `missing` or `outside`.
+    pub state: String,
+    /// The size in bytes and the time of the last modification in seconds since the beginning of
+    /// 1970, of a file that is there.
+    pub size_and_time: Option<(u64, u64)>,
+}
+
+/// A typeface that a scene names.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Typeface {
+    pub name: String,
+    /// Whether the folders of `--fonts` have it. Otherwise a typeface of the program is drawn.
+    pub found: bool,
 }
 
 /// A problem of a scene.
@@ -62,8 +120,10 @@ pub(crate) struct Entry {
 pub(crate) struct Message {
     /// `error`, `damaged` or `warning`.
     pub severity: String,
-    /// The line in the scene's own file, counted from 1.
+    /// The line, counted from 1.
     pub line: Option<u32>,
+    /// The column, counted from 1.
+    pub column: Option<u32>,
     /// The file that the problem is in, if it is not the scene itself.
     pub file: Option<String>,
     /// The text of the problem.
@@ -79,6 +139,13 @@ pub(crate) struct Converted {
     pub kind: String,
     /// Its address, relative to the page.
     pub link: String,
+}
+
+impl Need {
+    /// Returns whether the file is there and below the folder of scenes.
+    pub(crate) fn is_inside(&self) -> bool {
+        self.state == "found" && !std::path::Path::new(&self.file).is_absolute()
+    }
 }
 
 impl Entry {

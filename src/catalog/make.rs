@@ -1,8 +1,7 @@
-//! Makes a catalog: the entries that are out of date, the page and its data.
+//! Makes a catalog: the entries that are out of date, the pages and the data.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
-use std::time::UNIX_EPOCH;
 
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{read_file, write_whole};
@@ -10,33 +9,39 @@ use ivcam_base::platform::real_path;
 use ivcam_render::scene::check::without_ending;
 use serde::{Deserialize, Serialize};
 
+use super::alike::relate;
 use super::entry::Entry;
+use super::heading::Heading;
+use super::linked::write_linked;
 use super::links::{converted, link};
+use super::live;
+use super::needs::size_and_time;
 use super::options::CatalogOptions;
-use super::page::page;
+use super::page::write_page;
+use super::place;
+use super::scene_page::ScenePages;
 use super::survey::survey;
+use super::table::write_table;
+use super::template::STYLE;
 use crate::archive::{Job, Jobs, Naming, for_each, is_newer};
 
-/// The names of the files of a catalog, and of the folder with its pictures.
-const PAGE: &str = "index.html";
-const DATA: &str = "catalog.json";
-const PICTURES: &str = "pictures";
 /// The largest size of `catalog.json`, in bytes.
 const MOST_DATA: usize = 1 << 30;
 /// The number of new entries after which the data are written, so that an interrupted run loses
-/// few.
+/// few, and the most times that this is done in a run.
 const SAVED: usize = 200;
+const MOST_SAVES: usize = 20;
 
-/// The content of `catalog.json`.
+/// The content of `catalog.json`. `E` is [`Entry`] or a reference to one.
 #[derive(Debug, Serialize, Deserialize)]
-struct Data {
+struct Data<E> {
     /// The version of the program that made the catalog.
     ivcam: String,
     /// The options that entries depend on.
     options: Vec<String>,
-    /// The folder of scenes as an address relative to the page.
-    folder: String,
-    scenes: Vec<Entry>,
+    #[serde(flatten)]
+    heading: Heading,
+    scenes: Vec<E>,
 }
 
 /// The numbers of scenes of a catalog.
@@ -53,6 +58,9 @@ pub(crate) struct CatalogSum {
     pub without_picture: usize,
     pub with_missing: usize,
     pub with_unknown: usize,
+    /// Files that scenes use, outside the folder of scenes, and that were not copied for a page
+    /// that opens scenes.
+    pub not_copied: usize,
 }
 
 /// The scenes of a catalog, before they are read.
@@ -61,8 +69,11 @@ pub(crate) struct Catalog {
     jobs: Vec<Job>,
     /// The canonical path of the folder of the catalog.
     out: PathBuf,
+    heading: Heading,
     /// The entries of the last run, by file. Empty if they were made with other options.
     old: HashMap<String, Entry>,
+    /// Whether the last run had the same heading, so that the pages of scenes show it.
+    same_heading: bool,
     /// Warnings about files that are not read.
     pub sink: Sink,
 }
@@ -71,17 +82,20 @@ impl Catalog {
     /// Finds the scenes, creates the folder of the catalog, and reads the last catalog in it.
     ///
     /// # Errors
-    /// Returns an error if there are no scenes, if the folder cannot be created, or if it has an
-    /// `index.html` that is not a catalog's.
+    /// Returns an error if there are no scenes, if the folder cannot be created, if it has an
+    /// `index.html` that is not a catalog's, or if the folder of `--page` has no built page.
     pub(crate) fn open(mut options: CatalogOptions) -> Result<Self> {
         let found = Jobs::find(&options.folder, &options.out, "png", Naming::Full)?;
         let mut sink = found.sink;
         let mut jobs = found.list;
-        let (page, data) = (options.out.join(PAGE), options.out.join(DATA));
+        let (page, data) = (options.out.join(place::PAGE), options.out.join(place::DATA));
         if page.exists() && !data.exists() && !options.force {
             let text = format!("`{}` exists and is not a catalog", page.display());
             return Err(Diagnostic::error(text)
                 .with_help("choose another output folder, or replace it with `--force`"));
+        }
+        if let Some(page) = &options.page {
+            live::check_page(page, &options.out)?;
         }
         let io = |path: &Path, e: std::io::Error| Diagnostic::io(path.display(), &e);
         std::fs::create_dir_all(&options.out).map_err(|e| io(&options.out, e))?;
@@ -89,18 +103,23 @@ impl Catalog {
         let folder = real_path(&options.folder);
         let folder = folder.map_err(|e| io(&options.folder, e))?;
         for job in &mut jobs {
-            job.output = out.join(PICTURES).join(format!("{}.png", job.name));
+            job.output = out.join(place::picture(&job.name));
         }
         options.folder = folder;
+        let heading = Heading::new(&options, link(&out, &options.folder));
         let old = match options.force {
-            true => HashMap::new(),
-            false => old_entries(&data, &options.words, &mut sink),
+            true => None,
+            false => old_data(&data, &options.words, &mut sink),
         };
+        let same_heading = old.as_ref().is_some_and(|old| old.heading == heading);
+        let entries = old.map_or_else(Vec::new, |old| old.scenes).into_iter();
         Ok(Self {
             options,
             jobs,
             out,
-            old,
+            heading,
+            old: entries.map(|entry| (entry.file.clone(), entry)).collect(),
+            same_heading,
             sink,
         })
     }
@@ -116,65 +135,85 @@ impl Catalog {
     /// # Errors
     /// Returns an error if the catalog cannot be written.
     pub(crate) fn make(&self, done: &mut dyn FnMut(&str, Option<String>)) -> Result<CatalogSum> {
-        let (current, waiting): (Vec<&Job>, Vec<&Job>) =
-            self.jobs.iter().partition(|job| self.is_current(job));
-        let mut entries: HashMap<String, Entry> = current
-            .iter()
-            .filter_map(|job| Some((job.name.clone(), self.old.get(&job.name)?.clone())))
+        let current = |job: &Job| self.is_current(job).then(|| self.old[&job.name].clone());
+        let mut entries: Vec<Option<Entry>> = self.jobs.iter().map(current).collect();
+        let up_to_date = entries.iter().flatten().count();
+        self.survey_all(&mut entries, done)?;
+        let mut entries: Vec<Entry> = entries.into_iter().flatten().collect();
+        self.find_converted(&mut entries);
+        relate(&mut entries);
+        self.write_data(&entries.iter().collect::<Vec<_>>())?;
+        self.write_pages(&entries)?;
+        let mut sum = sum(&entries, up_to_date);
+        if let Some(page) = &self.options.page {
+            live::copy_page(page, &self.out)?;
+            sum.not_copied = live::copy_files(&self.options.folder, &self.out, &entries)?;
+        }
+        Ok(sum)
+    }
+
+    /// Reads the scenes without an entry. The data are written from time to time.
+    fn survey_all(
+        &self,
+        entries: &mut [Option<Entry>],
+        done: &mut dyn FnMut(&str, Option<String>),
+    ) -> Result<()> {
+        let waiting: Vec<usize> = (0..entries.len())
+            .filter(|&i| entries[i].is_none())
             .collect();
-        let work = |job: &&Job| {
-            let name = format!("{PICTURES}/{}.png", job.name);
-            let options = &self.options;
-            let survey = || survey(options, &job.input, &job.name, &job.output, name);
-            Ok(options.allowance.during(survey))
+        let work = |&i: &usize| {
+            let survey = || survey(&self.options, &self.jobs[i], &self.out);
+            self.options.allowance.during(survey)
         };
-        let mut failure = None;
-        let mut add = |job: &&Job, result: Result<Entry>| {
-            let mut entry = result.unwrap_or_else(|error| failed(job, &error));
-            (entry.bytes, entry.modified) = size_and_time(&job.input).unwrap_or_default();
+        let between = SAVED.max(waiting.len() / MOST_SAVES);
+        let (mut failure, mut new) = (None, 0);
+        let mut add = |&i: &usize, result: Result<Entry>| {
+            let job = &self.jobs[i];
+            let entry = result.unwrap_or_else(|error| failed(job, &error));
             let why = entry.error.as_ref().or(entry.no_picture.as_ref());
             done(&job.name, why.map(|why| format!("{}: {why}", job.name)));
-            entries.insert(job.name.clone(), entry);
-            if entries.len().is_multiple_of(SAVED) {
-                failure = failure.take().or(self.write_data(&entries).err());
+            entries[i] = Some(entry);
+            new += 1;
+            if new % between == 0 && failure.is_none() {
+                let made: Vec<&Entry> = entries.iter().flatten().collect();
+                failure = self.write_data(&made).err();
             }
         };
         for_each(&waiting, self.options.threads, &work, &mut add)?;
-        if let Some(error) = failure {
-            return Err(error);
-        }
-        let data = self.write_data(&entries)?;
-        let title = self.options.folder.file_name().unwrap_or_default();
-        let text = page(&title.to_string_lossy(), &data.folder, &data.scenes);
-        write_whole(&self.options.out.join(PAGE), |file| {
-            file.write_all(text.as_bytes())
-        })?;
-        Ok(sum(&data.scenes, current.len()))
+        failure.map_or(Ok(()), Err)
     }
 
-    /// Returns whether a scene and the files that it uses are as the last run saw them. A scene
-    /// with missing files never is: they may have been found.
+    /// Returns whether a scene and the files that it uses are as the last run saw them, and what
+    /// was made of them is there. A scene with missing files never is current: they may have been
+    /// found.
     fn is_current(&self, job: &Job) -> bool {
         let Some(old) = self.old.get(&job.name) else {
             return false;
         };
-        let uses: Vec<PathBuf> = old
-            .uses
-            .iter()
-            .map(|f| self.options.folder.join(f))
-            .collect();
+        let path = |file: &String| self.options.folder.join(file);
+        let uses: Vec<PathBuf> = old.uses.iter().map(path).collect();
         let uses: Vec<&Path> = uses.iter().map(PathBuf::as_path).collect();
+        let is_same = |file: &String, before| size_and_time(&path(file)) == before;
+        let found = old.needs.iter().filter(|need| need.state == "found");
+        let made = [old.large.clone(), Some(place::detail(&job.name))];
         old.missing.is_empty()
             && old.outside.is_empty()
-            && size_and_time(&job.input) == Some((old.bytes, old.modified))
+            && is_same(&job.name, Some((old.bytes, old.modified)))
+            && found
+                .into_iter()
+                .all(|need| is_same(&need.file, need.size_and_time))
+            && made
+                .iter()
+                .flatten()
+                .all(|file| self.out.join(file).exists())
             && match old.picture {
                 Some(_) => is_newer(&job.output, &uses),
-                None => is_newer(&self.options.out.join(DATA), &uses),
+                None => is_newer(&self.out.join(place::DATA), &uses),
             }
     }
 
-    /// Writes `catalog.json` and returns its content, with the scenes in order.
-    fn write_data(&self, entries: &HashMap<String, Entry>) -> Result<Data> {
+    /// Finds the files that were converted from each scene.
+    fn find_converted(&self, entries: &mut [Entry]) {
         let mut stems: HashMap<&str, usize> = HashMap::new();
         for job in &self.jobs {
             *stems.entry(without_ending(&job.name)).or_default() += 1;
@@ -183,62 +222,71 @@ impl Catalog {
             .chain(&self.options.converted)
             .cloned()
             .collect();
-        let listed = self.jobs.iter().filter_map(|job| {
-            let mut entry = entries.get(&job.name)?.clone();
-            let stem = Some(without_ending(&job.name)).filter(|stem| stems[stem] == 1);
-            let scene = self.options.folder.join(&job.name);
-            entry.converted = converted(&self.out, &folders, &job.name, stem, &scene);
-            Some(entry)
-        });
+        for entry in entries {
+            let stem = Some(without_ending(&entry.file)).filter(|stem| stems[stem] == 1);
+            let scene = self.options.folder.join(&entry.file);
+            entry.converted = converted(&self.out, &folders, &entry.file, stem, &scene);
+        }
+    }
+
+    /// Writes `catalog.json`.
+    fn write_data(&self, entries: &[&Entry]) -> Result<()> {
         let data = Data {
             ivcam: env!("CARGO_PKG_VERSION").to_owned(),
             options: self.options.words.clone(),
-            folder: link(&self.out, &self.options.folder),
-            scenes: listed.collect(),
+            heading: self.heading.clone(),
+            scenes: entries.to_vec(),
         };
-        write_whole(&self.options.out.join(DATA), |file| {
+        write_whole(&self.out.join(place::DATA), |file| {
             serde_json::to_writer_pretty(&mut *file, &data)?;
             writeln!(file)
+        })
+    }
+
+    /// Writes the pages and the other forms of the data. Pages of scenes that show the same as
+    /// those of the last run are kept.
+    fn write_pages(&self, entries: &[Entry]) -> Result<()> {
+        let pages = ScenePages::new(&self.out, &self.heading);
+        for entry in entries {
+            let is_same = self.same_heading && self.old.get(&entry.file) == Some(entry);
+            if !is_same || !self.out.join(place::scene_page(&entry.file)).exists() {
+                pages.write(entry)?;
+            }
+        }
+        write_whole(&self.out.join(place::STYLE_FILE), |file| {
+            write!(file, "{STYLE}{}", include_str!("catalog.css"))
         })?;
-        Ok(data)
+        write_table(&self.out, entries)?;
+        write_linked(&self.out, &self.heading, entries)?;
+        write_page(&self.out, &self.heading, entries)
     }
 }
 
-/// Reads the entries of the last catalog, if it was made with the same options.
-fn old_entries(data: &Path, words: &[String], sink: &mut Sink) -> HashMap<String, Entry> {
-    let Ok(bytes) = read_file(data, MOST_DATA) else {
-        return HashMap::new();
-    };
-    match serde_json::from_slice::<Data>(&bytes) {
-        Ok(old) if old.options == words && old.ivcam == env!("CARGO_PKG_VERSION") => {
-            let entries = old.scenes.into_iter();
-            entries.map(|entry| (entry.file.clone(), entry)).collect()
-        }
-        Ok(_) => HashMap::new(),
+/// Reads the last catalog, if it was made with the same options.
+fn old_data(data: &Path, words: &[String], sink: &mut Sink) -> Option<Data<Entry>> {
+    let bytes = read_file(data, MOST_DATA).ok()?;
+    match serde_json::from_slice::<Data<Entry>>(&bytes) {
+        Ok(old) => (old.options == words && old.ivcam == env!("CARGO_PKG_VERSION")).then_some(old),
         Err(error) => {
             let text = format!("`{}` cannot be read: {error}", data.display());
             let help = "all scenes are read again";
             sink.add(*Diagnostic::warning(text).with_help(help));
-            HashMap::new()
+            None
         }
     }
 }
 
 /// Returns the entry of a scene on which the program failed.
 fn failed(job: &Job, error: &Diagnostic) -> Entry {
+    let (bytes, modified) = size_and_time(&job.input).unwrap_or_default();
     Entry {
         file: job.name.clone(),
+        bytes,
+        modified,
         state: "unreadable".to_owned(),
         error: Some(error.message.clone()),
         ..Entry::default()
     }
-}
-
-/// Returns the size of a file in bytes, and the time of its last modification in seconds.
-fn size_and_time(path: &Path) -> Option<(u64, u64)> {
-    let about = path.metadata().ok()?;
-    let time = about.modified().ok()?.duration_since(UNIX_EPOCH);
-    Some((about.len(), time.map_or(0, |time| time.as_secs())))
 }
 
 /// Counts the entries of each kind.
@@ -253,5 +301,6 @@ fn sum(scenes: &[Entry], up_to_date: usize) -> CatalogSum {
         without_picture: count(&|e| e.no_picture.is_some()),
         with_missing: count(&|e| !e.missing.is_empty()),
         with_unknown: count(&|e| e.unknown() > 0),
+        not_copied: 0,
     }
 }

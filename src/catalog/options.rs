@@ -35,8 +35,14 @@ pub(crate) struct CatalogOptions {
     pub thumbnail: Resolution,
     /// Whether the scenes are photographed in a studio.
     pub studio: bool,
-    /// The samples of each pixel of a thumbnail.
+    /// The samples of each pixel of a large picture.
     pub samples: u32,
+    /// The heading of the pages. `None` is the name of the folder.
+    pub title: Option<String>,
+    /// A text about the archive.
+    pub about: Option<String>,
+    /// The folder of a built page, which is copied beside the catalog to open scenes.
+    pub page: Option<PathBuf>,
     /// The words of the options that entries depend on.
     pub words: Vec<String>,
 }

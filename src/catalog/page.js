@@ -8,7 +8,7 @@
   const order = document.getElementById("order");
   const shown = document.getElementById("shown");
   const chosen = new Set();
-  const texts = new Map(rows.map((row) => [row, row.textContent.toLowerCase()]));
+  const texts = new Map(rows.map((row) => [row, `${row.textContent} ${row.dataset.words ?? ""}`.toLowerCase()]));
 
   const show = () => {
     const words = filter.value.toLowerCase().split(/\s+/).filter((word) => word);

@@ -1,36 +1,48 @@
-//! Reads one scene: its entry in the catalog, and its thumbnail.
+//! Reads one scene: its entry in the catalog, its pictures, and what its page shows of it.
 
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::folder_of;
+use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::Budget;
+use ivcam_inventor::iv::{Document, Format};
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
+use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_render::render::{Counts, Stop};
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, classes};
 
-use super::entry::{Entry, Message};
+use super::alike::look;
+use super::entry::{Entry, Message, Need};
+use super::formats::pronom;
+use super::links::joined;
+use super::needs::{inside, needs, size_and_time, typefaces, units};
 use super::notes::{notes, producer};
 use super::options::CatalogOptions;
+use super::place;
+use super::sha256;
+use super::tree::{Detail, MOST_PROBLEMS, tree};
+use crate::archive::Job;
 use crate::photo::{
     Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
 };
 
 /// The largest number of problems that an entry lists.
 const MOST_MESSAGES: usize = 20;
+/// The ratio of the sizes of the large picture of a scene and its thumbnail.
+const ENLARGED: u32 = 3;
 
-/// Reads a scene and makes its entry. `file` is its path below `folder`, and `picture` the file of
-/// its thumbnail, `name` that file as the page names it.
-pub(super) fn survey(
-    options: &CatalogOptions,
-    input: &Path,
-    file: &str,
-    picture: &Path,
-    name: String,
-) -> Entry {
+/// Reads a scene, writes its pictures and the file of its [`Detail`] below `out`, and returns its
+/// entry.
+///
+/// # Errors
+/// Returns an error if the file of the detail cannot be written.
+pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<Entry> {
+    // A file that changes while it is read is seen as changed by the next run.
+    let size_and_time = size_and_time(&job.input).unwrap_or_default();
+    let sha256 = sha256::of_file(&job.input).unwrap_or_default();
     let search: Vec<&Path> = options.search.iter().map(PathBuf::as_path).collect();
     let compile = CompileOptions {
         texture_folders: options.search.clone(),
@@ -40,14 +52,25 @@ pub(super) fn survey(
         ..CompileOptions::default()
     };
     let checked = Checked::read(
-        input,
+        &job.input,
         &search,
         options.contain.as_deref(),
         &options.limits,
         &snapshot_options(0.0),
         &compile,
     );
-    let mut entry = of_checked(&checked, file);
+    let mut entry = of_checked(&checked, &job.name);
+    let mut detail = Detail {
+        problems: problems(&checked, MOST_PROBLEMS),
+        ..Detail::default()
+    };
+    if let Ok((document, _)) = &checked.document {
+        entry.needs = needs(&checked, document, &options.folder);
+        entry.typefaces = typefaces(document, &options.fonts);
+        entry.scene_sha256 = scene_sha256(document);
+        detail.files = files(&entry.needs, &job.name);
+        (detail.nodes, detail.nodes_left_out) = tree(document);
+    }
     if let Ok((document, survey)) = checked.document {
         entry.uses = document
             .opened_files()
@@ -56,23 +79,41 @@ pub(super) fn survey(
             .collect();
         if survey.bounds.is_some() {
             let bounds = survey.inventor_bounds.or(survey.bounds);
-            let plan = plan(options, input);
+            let plan = plan(options, &job.input);
             let made = Session::with_document(plan, document)
-                .and_then(|session| thumbnail(session, bounds))
-                .and_then(|picture_of| save(&picture_of, picture));
-            match made {
-                Ok(()) => entry.picture = Some(name),
-                Err(error) => entry.no_picture = Some(error.message),
+                .and_then(|session| photograph(session, bounds))
+                .and_then(|large| save_both(&large, &mut entry, out));
+            if let Err(error) = made {
+                entry.no_picture = Some(error.message);
             }
         }
     }
-    entry
+    entry.sha256 = sha256;
+    (entry.bytes, entry.modified) = size_and_time;
+    // A page of an earlier run is out of date.
+    let _ = std::fs::remove_file(out.join(place::scene_page(&job.name)));
+    let path = out.join(place::detail(&job.name));
+    create_folder_of(&path)?;
+    write_whole(&path, |file| Ok(serde_json::to_writer(file, &detail)?))?;
+    Ok(entry)
+}
+
+/// Returns the hash of a scene's nodes as they are written, or `None` if there are no nodes.
+fn scene_sha256(document: &Document) -> Option<String> {
+    let written = || sha256::digest(&document.write(Format::Ascii));
+    (!document.roots.is_empty()).then(|| sha256::hex(&written()))
+}
+
+/// Returns the addresses, relative to the page of a scene, of the files that it needs and that a
+/// catalog can copy.
+fn files(needs: &[Need], name: &str) -> Vec<String> {
+    let found = needs.iter().filter(|need| need.is_inside());
+    let address = |need: &Need| place::root(name) + &joined(place::FILES, &need.file);
+    found.map(address).collect()
 }
 
 /// Returns the entry of a scene without what needs a picture.
 fn of_checked(checked: &Checked, file: &str) -> Entry {
-    let mut problems: Vec<&Diagnostic> = checked.problems().collect();
-    problems.sort_by_key(|d| std::cmp::Reverse(d.rank()));
     let named = |outside: bool| {
         let files = checked.missing.iter().filter(|m| m.outside == outside);
         files.map(|m| m.name.clone()).collect()
@@ -82,18 +123,17 @@ fn of_checked(checked: &Checked, file: &str) -> Entry {
         state: checked.state().name().to_owned(),
         missing: named(false),
         outside: named(true),
-        problems: problems.iter().map(|d| d.count).sum(),
-        messages: problems
-            .iter()
-            .take(MOST_MESSAGES)
-            .map(|d| message(d, checked))
-            .collect(),
+        problems: checked.problems().map(|d| d.count).sum(),
+        messages: problems(checked, MOST_MESSAGES),
         ..Entry::default()
     };
     match &checked.document {
         Err(error) => entry.error = Some(own_words(&error.message, checked)),
         Ok((document, survey)) => {
             entry.format = Some(document.format.clone());
+            let is_binary = document.sources.first().is_some_and(|source| source.binary);
+            entry.pronom = pronom(&document.format, is_binary).map(str::to_owned);
+            entry.units = units(document);
             entry.notes = notes(document);
             entry.producer = producer(&entry.notes);
             entry.nodes = document.nodes.len();
@@ -112,6 +152,14 @@ fn of_checked(checked: &Checked, file: &str) -> Entry {
     entry
 }
 
+/// Returns the most severe problems of a scene.
+fn problems(checked: &Checked, most: usize) -> Vec<Message> {
+    let mut problems: Vec<&Diagnostic> = checked.problems().collect();
+    problems.sort_by_key(|d| std::cmp::Reverse(d.rank()));
+    let listed = problems.into_iter().take(most);
+    listed.map(|d| message(d, checked)).collect()
+}
+
 /// Returns a problem for the catalog.
 fn message(d: &Diagnostic, checked: &Checked) -> Message {
     let (file, place) = d.location();
@@ -120,6 +168,7 @@ fn message(d: &Diagnostic, checked: &Checked) -> Message {
     Message {
         severity: d.class().to_owned(),
         line: place.map(|(line, _)| line),
+        column: place.map(|(_, column)| column),
         file: name.map(|name| name.to_string_lossy().into_owned()),
         text: own_words(&d.message, checked),
         count: d.count,
@@ -135,18 +184,7 @@ fn own_words(text: &str, checked: &Checked) -> String {
     }
 }
 
-/// Returns a path below the folder of scenes relative to it, with `/` between its parts.
-fn inside(path: &Path, folder: &Path) -> String {
-    match path.strip_prefix(folder) {
-        Err(_) => path.display().to_string(),
-        Ok(rest) => {
-            let parts = rest.components().map(|c| c.as_os_str().to_string_lossy());
-            parts.collect::<Vec<_>>().join("/")
-        }
-    }
-}
-
-/// Returns the plan of a thumbnail: the scene's camera as a pinhole, without shadows or in a
+/// Returns the plan of the large picture: the scene's camera as a pinhole, without shadows or in a
 /// studio.
 fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, input);
@@ -162,7 +200,11 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     } else {
         plan.background = Some(Override::IfUnstated(NEUTRAL));
     }
-    plan.resolution = options.thumbnail;
+    let Resolution { width, height } = options.thumbnail;
+    plan.resolution = Resolution {
+        width: ENLARGED * width,
+        height: ENLARGED * height,
+    };
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
     plan.contain = options.contain.clone();
@@ -173,8 +215,9 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     plan
 }
 
-/// Renders a thumbnail. If the scene's camera sees nothing, everything is seen from three sides.
-fn thumbnail(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -> Result<Picture> {
+/// Renders the large picture. If the scene's camera sees nothing, everything is seen from three
+/// sides.
+fn photograph(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -> Result<Picture> {
     let picture = |session: &Session| {
         let exposure = session.expose(&|_| {});
         Budget::current().check()?;
@@ -207,8 +250,46 @@ fn is_uniform(picture: &Picture) -> bool {
     picture.pixels.windows(2).all(|pair| pair[0] == pair[1])
 }
 
-fn save(picture: &Picture, path: &Path) -> Result<()> {
+/// Saves a large picture and its thumbnail, and enters them.
+fn save_both(large: &Picture, entry: &mut Entry, out: &Path) -> Result<()> {
+    let small = reduced(large);
+    let names = [place::picture(&entry.file), place::large(&entry.file)];
+    for (picture, name) in [&small, large].into_iter().zip(&names) {
+        let path = out.join(name);
+        create_folder_of(&path)?;
+        picture.save(&path, Depth::Eight)?;
+    }
+    entry.look = Some(look(&small));
+    [entry.picture, entry.large] = names.map(Some);
+    Ok(())
+}
+
+/// Returns the thumbnail of a large picture: each of its pixels is the mean exposure of
+/// [`ENLARGED`]² pixels.
+fn reduced(large: &Picture) -> Picture {
+    let (width, height) = (large.width / ENLARGED, large.height / ENLARGED);
+    let part = (0..ENLARGED).flat_map(|y| (0..ENLARGED).map(move |x| (x, y)));
+    let mean = |i: u32| {
+        let (left, top) = (ENLARGED * (i % width), ENLARGED * (i / width));
+        let mut sum = [0.0; 3];
+        for (x, y) in part.clone() {
+            let pixel = large.pixels[((top + y) * large.width + left + x) as usize];
+            sum.iter_mut()
+                .zip(pixel)
+                .for_each(|(sum, level)| *sum += level);
+        }
+        sum.map(|sum: f32| sum / (ENLARGED * ENLARGED) as f32)
+    };
+    Picture {
+        width,
+        height,
+        pixels: (0..width * height).map(mean).collect(),
+        response: large.response.clone(),
+        provenance: large.provenance.clone(),
+    }
+}
+
+fn create_folder_of(path: &Path) -> Result<()> {
     let folder = folder_of(path);
-    std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
-    picture.save(path, Depth::Eight)
+    std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))
 }

@@ -3,9 +3,11 @@
 
 use std::fmt::{self, Display, Write};
 
+use ivcam_base::memory::size_text;
 use minijinja::Environment;
 
 use super::links::joined;
+use super::numbers::{date, thousands};
 
 /// The style of a page with a table.
 pub(crate) const STYLE: &str = include_str!("page.css");
@@ -37,7 +39,8 @@ impl Display for EscapedText<'_> {
 }
 
 /// Returns the environment of a page's template, which escapes every text that is not marked as
-/// safe. The filter `address` encodes a path.
+/// safe. The filter `address` encodes a path, `date` shows a time in seconds since the beginning of
+/// 1970, `size_text` a number of bytes, and `thousands` groups digits.
 pub(crate) fn environment() -> Environment<'static> {
     let mut templates = Environment::new();
     templates.set_formatter(|out, _, value| match value.as_str() {
@@ -45,5 +48,8 @@ pub(crate) fn environment() -> Environment<'static> {
         _ => Ok(write!(out, "{value}")?),
     });
     templates.add_filter("address", |path: &str| joined("", path));
+    templates.add_filter("date", date);
+    templates.add_filter("size_text", size_text);
+    templates.add_filter("thousands", thousands);
     templates
 }

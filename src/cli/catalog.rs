@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_base::work::Allowance;
 use ivcam_optics::film::Resolution;
 
@@ -14,12 +15,13 @@ use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
 use crate::photo::options::all;
 
-/// The default size of a thumbnail in pixels, the largest, and the samples of each pixel.
+/// The default size of a thumbnail in pixels, the largest, and the samples of each pixel of the
+/// large picture, of which nine pixels are averaged in one of the thumbnail.
 const THUMBNAIL: (u32, u32) = (256, 192);
 const LARGEST: u32 = 1024;
 const SAMPLES: u32 = 4;
 /// The samples of each pixel in a studio, whose soft lamps need more.
-const STUDIO_SAMPLES: u32 = 64;
+const STUDIO_SAMPLES: u32 = 16;
 /// The time that each scene may take, unless `--time` gives another. No search is recorded: usual
 /// scenes take less than a second.
 const USUAL_TIME: Duration = Duration::from_secs(60);
@@ -35,7 +37,7 @@ pub(crate) fn command() -> Command {
     };
     let output = all().filter(|option| ["threads", "quiet"].contains(&option.name));
     Command::new("catalog")
-        .about("Makes a page with a picture of every scene below a folder, and its data as JSON")
+        .about("Makes pages with pictures of every scene below a folder, and their data")
         .args_override_self(true)
         .arg(
             path("folder")
@@ -49,7 +51,8 @@ pub(crate) fn command() -> Command {
                 .long("output")
                 .value_name("OUT")
                 .required(true)
-                .help("folder of the catalog, which gets index.html, catalog.json and pictures/"),
+                .help("folder of the catalog, which gets index.html, a page and two pictures of each scene, \
+                     and catalog.json, .csv and .jsonld"),
         )
         .arg(several("converted").help(
             "links to files below this folder that were converted from the scenes, as to those in OUT",
@@ -64,8 +67,22 @@ pub(crate) fn command() -> Command {
             Arg::new("size")
                 .long("size")
                 .value_name("WxH")
-                .help("size of the pictures in pixels, at most 1024 [256x192]"),
+                .help("size of the small pictures in pixels, at most 1024; the large ones are three times as \
+                       wide and high [256x192]"),
         )
+        .arg(
+            Arg::new("title")
+                .long("title")
+                .value_name("TEXT")
+                .help("title of the catalog [the folder's name]"),
+        )
+        .arg(path("about").long("about").value_name("FILE").help(
+            "text about the archive for the top of the page; empty lines separate paragraphs",
+        ))
+        .arg(path("page").long("page").value_name("FOLDER").help(
+            "copies this page, which `web/build` makes, and the scenes with the files below FOLDER \
+             that they need, and links each scene to open it live in a browser",
+        ))
         .arg(switch(
             "studio",
             "photographs every scene on white paper under soft lamps, as `render --studio` does",
@@ -103,6 +120,14 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
             (sum.without_picture, "without a picture"),
         ],
     );
+    if sum.not_copied > 0 {
+        let text = format!(
+            "files that scenes use, outside the folder and not copied: {}",
+            sum.not_copied
+        );
+        let help = "scenes that are opened live are without them";
+        print_diagnostic(&Diagnostic::warning(text).with_help(help));
+    }
     Ok(if sum.unreadable > 0 { ERROR } else { 0 })
 }
 
@@ -141,6 +166,8 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
             words.extend(values.map(|value| format!("--{name} {value}")));
         }
     }
+    let about = m.get_one::<PathBuf>("about");
+    let about = about.map(|path| read_file(path, MAX_TEXT)).transpose()?;
     let size = thumbnail(m)?;
     let threads = render::threads(m)?;
     let allowance = super::allowance(m, threads)?;
@@ -163,6 +190,9 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         force: m.get_flag("force"),
         thumbnail: size,
         studio,
+        title: m.get_one::<String>("title").cloned(),
+        about: about.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()),
+        page: m.get_one::<PathBuf>("page").cloned(),
         samples: if studio { STUDIO_SAMPLES } else { SAMPLES },
         words,
     })

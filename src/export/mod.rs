@@ -32,6 +32,7 @@ mod web3d;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use base64::base64;
 pub(crate) use conversion::rewritten;
 pub use conversion::{Conversion, ExportOptions, convert};
 pub use losses::{Loss, Losses};
