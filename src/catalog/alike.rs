@@ -17,7 +17,7 @@ const CELLS: (usize, usize) = (12, 9);
 /// a change of a smooth surface by three levels is not visible at the size of a thumbnail.
 const TOLERANCE: u8 = 3;
 /// The distance in a list of levels of one that is compared and the next: a prime, and so no factor
-/// of their number. Neighbors have similar levels, and the border of most pictures is the same gray.
+/// of their number. Neighbors have similar levels, and the border of most pictures is one gray.
 const STRIDE: usize = 163;
 /// The largest number of other scenes that are listed for one.
 const MOST: usize = 12;

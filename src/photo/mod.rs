@@ -22,6 +22,7 @@ pub(crate) mod overview;
 mod parts;
 mod picture_hint;
 mod plan;
+#[cfg(feature = "panels")]
 mod pointer_scene;
 mod pose;
 mod ray_section;
@@ -46,6 +47,7 @@ pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use light_plan::{Backdrop, LightPlan, Surroundings};
 pub(crate) use plan::free_name;
 pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
+#[cfg(feature = "panels")]
 pub(crate) use pointer_scene::PointerScene;
 #[cfg(feature = "panels")]
 pub(crate) use pose::view_through_lens;
