@@ -91,6 +91,7 @@ class Fit:
         efl, efl_error, start_efl: the focal length, its error and that of the start, in mm.
         focus, focus_error, start_focus: the focus distance, its error and that of the start, in
             meters. The error is `None` too if the focus was not fitted.
+        f_number, f_number_error: the f-number and its error; `None` if it was not fitted.
         distortion, distortion_error: the radial distortion of a pinhole, OpenCV's k1 and k2, and the
             error of k1; `None` if it was not fitted.
         moved, moved_error: the distance from the start's position, in meters.
@@ -114,6 +115,8 @@ class Fit:
     focus: float
     focus_error: Optional[float]
     start_focus: float
+    f_number: Optional[float]
+    f_number_error: Optional[float]
     distortion: Optional[Tuple[float, float]]
     distortion_error: Optional[float]
     moved: float
