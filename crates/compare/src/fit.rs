@@ -843,6 +843,63 @@ mod tests {
     }
 
     #[test]
+    fn the_nearest_of_several_starts_is_the_best_one() {
+        let target = blobs(&[0.52, 0.31, 1.1], (96, 64));
+        let fit = Fit {
+            target: &target,
+            sizes: Fit::pyramid((96, 64)),
+            steps: vec![0.003; 3],
+            blur: Vec::new(),
+            has_to_end: &|| false,
+        };
+        let starts = [[0.2, 0.6, 0.7], [0.5, 0.33, 1.05], [0.8, 0.1, 1.6]].map(|s| s.to_vec());
+        let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
+        let best = fit.best_start(&starts, &mut render).unwrap();
+        let off = |v: &[f64]| (v[0] - 0.52).abs() + (v[1] - 0.31).abs() + (v[2] - 1.1).abs();
+        assert!(off(&best) < 0.3 * off(&starts[1]), "{best:?}");
+    }
+
+    /// The wrong model bends the picture at its sides, as another lens does.
+    #[test]
+    fn a_model_that_bends_the_picture_is_judged_worse_by_several_errors() {
+        let grain = |i: usize| ((i * 7919 + i * i * 31) % 101) as f32 / 101.0 - 0.5;
+        let mut target = blobs(&[0.52, 0.31, 1.1], (192, 128));
+        for channel in &mut target.channels {
+            for (i, v) in channel.values.iter_mut().enumerate() {
+                *v += 0.01 * grain(i);
+            }
+        }
+        let fit = Fit {
+            target: &target,
+            sizes: Fit::pyramid((192, 128)),
+            steps: vec![0.003; 3],
+            blur: Vec::new(),
+            has_to_end: &|| false,
+        };
+        let start = [0.5, 0.33, 1.05];
+        let mut right = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
+        let right = fit.judge(&start, &mut right).unwrap();
+        let mut wrong = |v: &[f64], size: (usize, usize), _| {
+            let (width, height) = (size.0 as f64, size.1 as f64);
+            Ok(blobs(v, size).map(|p| {
+                Plane::from_fn(size.0, size.1, |x, y| {
+                    let (x, y) = (x as f64 + 0.5 - 0.5 * width, y as f64 + 0.5 - 0.5 * height);
+                    let bent = 1.0 + 0.1 * (x * x + y * y) / (0.25 * width * width);
+                    p.sample(bent * x + 0.5 * width, bent * y + 0.5 * height)
+                })
+            }))
+        };
+        let wrong = fit.judge(&start, &mut wrong).unwrap();
+        assert!(right.residual() < wrong.residual());
+        assert!(
+            wrong.worse_than(&right) > 3.0,
+            "{}",
+            wrong.worse_than(&right)
+        );
+        assert_eq!(right.worse_than(&right), 0.0);
+    }
+
+    #[test]
     fn a_fit_that_has_to_end_keeps_its_best_values_with_errors_that_hold_the_truth() {
         let truth = [0.52, 0.31, 1.1];
         let target = blobs(&truth, (96, 64));
