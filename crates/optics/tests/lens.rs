@@ -639,13 +639,13 @@ fn aimed_about(
 /// wavelengths. The target contains all three pupils and those between.
 #[test]
 fn no_ray_of_any_wavelength_that_passes_is_outside_the_pupil() {
-    for (name, count) in [
-        ("tessar", 0),
-        ("flektogon", 0),
-        ("nikkor-6", 0),
-        ("achromat", 0),
-        ("tessar", 6),
-        ("flektogon", 7),
+    for (name, count, radius) in [
+        ("tessar", 0, 24.0),
+        ("flektogon", 0, 24.0),
+        ("nikkor-6", 0, 14.4),
+        ("achromat", 0, 24.0),
+        ("tessar", 6, 24.0),
+        ("flektogon", 7, 24.0),
     ] {
         let lens = Lens::named(name).unwrap();
         let rotation = 0.1;
@@ -662,7 +662,7 @@ fn no_ray_of_any_wavelength_that_passes_is_outside_the_pupil() {
         let film_z = lens.first_order().focal.unwrap().rear_focal_point;
         let pupil = |nm: f64| {
             let place = ivcam_optics::lens::FilmPlace::flat(film_z);
-            ivcam_optics::lens::ExitPupil::new(&lens.at_wavelength(nm), &place, 24.0)
+            ivcam_optics::lens::ExitPupil::new(&lens.at_wavelength(nm), &place, radius)
         };
         let [blue, own, red] = [low, lens.wavelength(), high].map(pupil);
         let around = ivcam_optics::lens::ExitPupil::around(&[&blue, &own, &red]);
@@ -671,7 +671,7 @@ fn no_ray_of_any_wavelength_that_passes_is_outside_the_pupil() {
             let lens = lens.at_wavelength(nm);
             let mut dice = Dice(3);
             for _ in 0..1500 {
-                let film = 24.0 * dice.disc();
+                let film = radius * dice.disc();
                 let window = around.window(film);
                 for (aim, through) in aimed_about(&window, 1.1, &lens, film, film_z, &mut dice) {
                     tried += 1;
