@@ -7,13 +7,11 @@ use std::time::{Duration, Instant};
 use clap::ArgMatches;
 use ivcam_base::diag::Result;
 use ivcam_base::files::write_whole;
-use ivcam_base::math::Mm;
 
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::Plate;
 use crate::compare::camera_fit::{CameraFit, check_plan};
 use crate::compare::fit::FitStep;
-use crate::compare::lens_ranking::{ANY, LensRanking, focal_length_of};
 use crate::photo::{Era, Session};
 
 /// Fits the camera, writes it to `file`, and returns the best rendering.
@@ -30,20 +28,12 @@ pub(crate) fn run(
     let mut plan = render::plan(matches, Era::Modern)?;
     plan.scene = text(matches, "new").unwrap_or_default().into();
     check_plan(&plan)?;
-    let tries_all = plan.lens().is_some_and(|lens| lens.name == ANY);
-    if tries_all && let Some(lens) = plan.lens_mut() {
-        lens.name = "double-gauss".to_owned();
-        lens.efl = lens.efl.or(Some(Mm(50.0)));
-    }
     let quiet = matches.get_flag("quiet");
     let limit = plan.stop.time;
     let mut session = Session::open(plan)?;
     print_warnings(&session.sink);
     let clock = Instant::now();
     let bar = progress_bar(quiet);
-    if tries_all {
-        rank(&mut session, matches, target, &bar, out)?;
-    }
     let mut fit = CameraFit::of(&session)?;
     if matches.get_flag("fit-aperture") {
         fit = fit.with_aperture()?;
@@ -75,31 +65,6 @@ pub(crate) fn run(
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found.rendering)
-}
-
-/// Tries every shipped lens, writes their ranks, and gives the best one to the session.
-fn rank(
-    session: &mut Session,
-    matches: &ArgMatches,
-    target: &Plate,
-    bar: &indicatif::ProgressBar,
-    out: &mut dyn Write,
-) -> Result<()> {
-    if text(matches, "efl").is_none() {
-        let efl = focal_length_of(session);
-        let mut plan = session.plan.clone();
-        if let Some(lens) = plan.lens_mut() {
-            lens.efl = efl.or(lens.efl);
-        }
-        session.change(plan, session.pose.clone())?;
-    }
-    let mut tried = |name: &str, done: f64| {
-        bar.set_position((1000.0 * done) as u64);
-        bar.set_message(format!("trying {name}"));
-    };
-    let ranking = LensRanking::of(session, target, &mut tried)?;
-    exit_code(ranking.report(out))?;
-    Ok(())
 }
 
 /// Returns a progress bar of a thousand parts, on a terminal only.

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
-use ivcam_compare::fit::{Fit, FitStep, Fitted, Half, ModelMatch};
+use ivcam_compare::fit::{Fit, FitStep, Fitted, Half};
 use ivcam_compare::{CHANCE_LIMIT, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
@@ -434,43 +434,6 @@ impl CameraFit {
         values[5] = -found.rotation.to_radians();
         values[6] = -libm::log(found.scale);
         Some(values)
-    }
-
-    /// Fits small pictures, and returns how well the lens of the start does. `near` has values to
-    /// start from, of another lens with the same start.
-    ///
-    /// # Errors
-    /// Fails if the target's aspect differs from the rendering's, or if the start cannot be
-    /// rendered.
-    pub(crate) fn judge(
-        &self,
-        session: &mut Session,
-        target: &Plate,
-        near: Option<&[f64]>,
-    ) -> Result<ModelMatch> {
-        self.check_aspect(target)?;
-        let size = self.plan.resolution;
-        let stop = session.budget.stop().clone();
-        let fit = Fit {
-            has_to_end: &|| stop.is_set(),
-            target,
-            sizes: Fit::pyramid((size.width as usize, size.height as usize)),
-            steps: self.steps(),
-            blur: self.blur(),
-        };
-        let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-            render(session, self, values, size, half).map(|(drawn, _)| drawn)
-        };
-        let start = match near {
-            Some(values) => values.to_vec(),
-            None => {
-                let still = vec![0.0; self.count()];
-                let first = self.guess(target, &mut draw).unwrap_or(still);
-                let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
-                fit.best_start(&starts, &mut draw).unwrap_or(first)
-            }
-        };
-        fit.judge(&start, &mut draw)
     }
 
     /// Finds the camera whose rendering matches the target best. `report` receives every step that

@@ -3,7 +3,6 @@
 
 pub(crate) mod camera_fit;
 pub(crate) mod difference;
-pub(crate) mod lens_ranking;
 mod selection;
 pub(crate) mod sheet;
 
