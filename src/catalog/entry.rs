@@ -60,7 +60,7 @@ pub(crate) struct Entry {
     /// The files that the scene names, with what became of each.
     pub needs: Vec<Need>,
     /// The typefaces that the scene names.
-    pub typefaces: Vec<Typeface>,
+    pub typefaces: Vec<NamedTypeface>,
     /// The path of the picture below the folder of the catalog.
     pub picture: Option<String>,
     /// The path of the larger picture below the folder of the catalog.
@@ -109,7 +109,7 @@ pub(crate) struct Need {
 
 /// A typeface that a scene names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Typeface {
+pub(crate) struct NamedTypeface {
     pub name: String,
     /// Whether the folders of `--fonts` have it. Otherwise a typeface of the program is drawn.
     pub found: bool,

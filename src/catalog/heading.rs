@@ -6,7 +6,7 @@ use super::options::CatalogOptions;
 
 /// What a catalog says of itself, a part of `catalog.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(super) struct Heading {
+pub(super) struct CatalogHeading {
     /// The title: that of `--title`, or the name of the folder.
     #[serde(default)]
     pub title: String,
@@ -20,7 +20,7 @@ pub(super) struct Heading {
     pub folder: String,
 }
 
-impl Heading {
+impl CatalogHeading {
     /// Returns the heading of a catalog. `folder` is the address of the folder of scenes.
     pub(super) fn new(options: &CatalogOptions, folder: String) -> Self {
         let name = options

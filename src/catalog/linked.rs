@@ -8,7 +8,7 @@ use serde_json::{Value as Json, json};
 
 use super::entry::Entry;
 use super::formats::media_type;
-use super::heading::Heading;
+use super::heading::CatalogHeading;
 use super::links::joined;
 use super::numbers::date;
 use super::place;
@@ -20,7 +20,7 @@ const PRONOM: &str = "https://www.nationalarchives.gov.uk/PRONOM/";
 ///
 /// # Errors
 /// Returns an error if the file cannot be written.
-pub(super) fn write_linked(out: &Path, heading: &Heading, entries: &[Entry]) -> Result<()> {
+pub(super) fn write_linked(out: &Path, heading: &CatalogHeading, entries: &[Entry]) -> Result<()> {
     let mut collection = json!({
         "@context": "https://schema.org/",
         "@type": "Collection",
@@ -44,7 +44,7 @@ pub(super) fn write_linked(out: &Path, heading: &Heading, entries: &[Entry]) -> 
 }
 
 /// Returns a scene. What is not known is left out.
-fn model(heading: &Heading, entry: &Entry) -> Json {
+fn model(heading: &CatalogHeading, entry: &Entry) -> Json {
     let address = |path: &String| joined("", path);
     let pronom = entry.pronom.as_ref().map(|id| format!("{PRONOM}{id}"));
     let media = entry
@@ -80,9 +80,9 @@ mod tests {
 
     #[test]
     fn a_scene_is_a_model_with_what_is_known_of_it() {
-        let heading = Heading {
+        let heading = CatalogHeading {
             folder: "../in".to_owned(),
-            ..Heading::default()
+            ..CatalogHeading::default()
         };
         let entry = Entry {
             file: "a/b c.wrl".to_owned(),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::alike::relate;
 use super::entry::Entry;
-use super::heading::Heading;
+use super::heading::CatalogHeading;
 use super::linked::write_linked;
 use super::links::{converted, link};
 use super::live;
@@ -40,7 +40,7 @@ struct Data<E> {
     /// The options that entries depend on.
     options: Vec<String>,
     #[serde(flatten)]
-    heading: Heading,
+    heading: CatalogHeading,
     scenes: Vec<E>,
 }
 
@@ -69,7 +69,7 @@ pub(crate) struct Catalog {
     jobs: Vec<Job>,
     /// The canonical path of the folder of the catalog.
     out: PathBuf,
-    heading: Heading,
+    heading: CatalogHeading,
     /// The entries of the last run, by file. Empty if they were made with other options.
     old: HashMap<String, Entry>,
     /// Whether the last run had the same heading, so that the pages of scenes show it.
@@ -106,7 +106,7 @@ impl Catalog {
             job.output = out.join(place::picture(&job.name));
         }
         options.folder = folder;
-        let heading = Heading::new(&options, link(&out, &options.folder));
+        let heading = CatalogHeading::new(&options, link(&out, &options.folder));
         let old = match options.force {
             true => None,
             false => old_data(&data, &options.words, &mut sink),

@@ -11,7 +11,7 @@ use ivcam_inventor::iv::Document;
 use ivcam_render::geometry::text::Fonts;
 use ivcam_render::scene::check::Checked;
 
-use super::entry::{Need, Typeface};
+use super::entry::{NamedTypeface, Need};
 
 /// Endings of textures.
 const TEXTURES: [&str; 17] = [
@@ -84,7 +84,7 @@ pub(super) fn size_and_time(path: &Path) -> Option<(u64, u64)> {
 }
 
 /// Returns the typefaces that a scene names, each once.
-pub(super) fn typefaces(document: &Document, fonts: &Fonts) -> Vec<Typeface> {
+pub(super) fn typefaces(document: &Document, fonts: &Fonts) -> Vec<NamedTypeface> {
     let mut names: Vec<&str> = Vec::new();
     for node in document.descendants() {
         let field = match node.class_id() {
@@ -101,7 +101,7 @@ pub(super) fn typefaces(document: &Document, fonts: &Fonts) -> Vec<Typeface> {
     names.retain(|name| !GENERIC.contains(name));
     names.sort_unstable();
     names.dedup();
-    let typeface = |name: &str| Typeface {
+    let typeface = |name: &str| NamedTypeface {
         name: name.to_owned(),
         found: fonts.has(name),
     };

@@ -14,7 +14,7 @@ use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
 use super::entry::Entry;
-use super::heading::Heading;
+use super::heading::CatalogHeading;
 use super::links::joined;
 use super::place;
 use super::sha256::digest;
@@ -27,7 +27,7 @@ const ROWS: &str = "<!-- rows -->";
 /// The content of the page without the scenes, as the template names it.
 #[derive(Serialize)]
 struct CatalogPage<'a> {
-    heading: &'a Heading,
+    heading: &'a CatalogHeading,
     paragraphs: Vec<String>,
     style: String,
     script: String,
@@ -82,7 +82,7 @@ pub(super) struct SceneLabel {
 ///
 /// # Errors
 /// Returns an error if the file cannot be written.
-pub(super) fn write_page(out: &Path, heading: &Heading, entries: &[Entry]) -> Result<()> {
+pub(super) fn write_page(out: &Path, heading: &CatalogHeading, entries: &[Entry]) -> Result<()> {
     let templates = templates();
     let frame = render(&templates, "page.html", &frame(heading, entries));
     let (before, after) = frame
@@ -118,7 +118,7 @@ fn render(templates: &Environment<'_>, name: &str, content: &impl Serialize) -> 
     text.expect("the template fits its data")
 }
 
-fn frame<'a>(heading: &'a Heading, entries: &[Entry]) -> CatalogPage<'a> {
+fn frame<'a>(heading: &'a CatalogHeading, entries: &[Entry]) -> CatalogPage<'a> {
     let style = format!("{STYLE}{}", include_str!("catalog.css"));
     let script = format!("{SCRIPT}{}", include_str!("catalog.js"));
     let source = |text: &str| format!("'sha256-{}'", base64(&digest(text.as_bytes())));
@@ -217,7 +217,7 @@ pub(super) fn labels(entry: &Entry) -> Vec<SceneLabel> {
 }
 
 /// Returns the row of one scene.
-fn row<'a>(heading: &Heading, entry: &'a Entry) -> SceneRow<'a> {
+fn row<'a>(heading: &CatalogHeading, entry: &'a Entry) -> SceneRow<'a> {
     let (folders, name) = folders_and_name(&entry.file);
     let classes = entry.classes.values().flat_map(|list| list.keys());
     SceneRow {
@@ -265,7 +265,7 @@ pub(super) fn folders_and_name(file: &str) -> (&str, &str) {
 mod tests {
     use super::*;
 
-    fn page(heading: &Heading, entries: &[Entry]) -> String {
+    fn page(heading: &CatalogHeading, entries: &[Entry]) -> String {
         let templates = templates();
         let rows = entries
             .iter()
@@ -293,7 +293,7 @@ mod tests {
             large: Some(format!("large/a/{evil}.iv.jpg")),
             ..Entry::default()
         };
-        let heading = Heading {
+        let heading = CatalogHeading {
             title: evil.to_owned(),
             about: Some(format!("{evil}\n\n{evil}")),
             live: true,
@@ -325,9 +325,9 @@ mod tests {
             state: "whole".to_owned(),
             ..Entry::default()
         };
-        let heading = Heading {
+        let heading = CatalogHeading {
             live: true,
-            ..Heading::default()
+            ..CatalogHeading::default()
         };
         let page = page(&heading, &[unreadable, empty]);
         for part in [
@@ -346,7 +346,7 @@ mod tests {
     /// The hash was made by `openssl dgst -sha256 -binary | base64` of OpenSSL 3.0.
     #[test]
     fn the_policy_has_the_hashes_of_the_style_and_the_script() {
-        let heading = Heading::default();
+        let heading = CatalogHeading::default();
         let frame = frame(&heading, &[]);
         let page = page(&heading, &[]);
         for (tag, text) in [("style", &frame.style), ("script", &frame.script)] {

@@ -11,13 +11,13 @@ use serde::Serialize;
 
 use super::entry::{Entry, Message, Need, Others};
 use super::formats::media_type;
-use super::heading::Heading;
+use super::heading::CatalogHeading;
 use super::links::joined;
 use super::numbers::{date, short, thousands};
 use super::page::{SceneLabel, folders_and_name, instead, labels};
 use super::place;
 use super::template::environment;
-use super::tree::{Detail, TreeNode};
+use super::tree::{SceneDetail, TreeNode};
 
 /// The largest size of a file with the detail of a scene, in bytes.
 const MOST_DETAIL: usize = 1 << 26;
@@ -71,12 +71,12 @@ struct TreeLine {
 /// Writes the pages of scenes.
 pub(super) struct ScenePages<'a> {
     out: &'a Path,
-    heading: &'a Heading,
+    heading: &'a CatalogHeading,
     templates: Environment<'static>,
 }
 
 impl<'a> ScenePages<'a> {
-    pub(super) fn new(out: &'a Path, heading: &'a Heading) -> Self {
+    pub(super) fn new(out: &'a Path, heading: &'a CatalogHeading) -> Self {
         let mut templates = environment();
         templates
             .add_template("scene.html", include_str!("scene.html"))
@@ -101,14 +101,14 @@ impl<'a> ScenePages<'a> {
     }
 
     /// Reads the detail of a scene. A scene on which the program failed has none.
-    fn detail(&self, entry: &Entry) -> Detail {
+    fn detail(&self, entry: &Entry) -> SceneDetail {
         let bytes = read_file(&self.out.join(place::detail(&entry.file)), MOST_DETAIL).ok();
         let read = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
         read.unwrap_or_default()
     }
 
     /// Returns the page of a scene.
-    fn text(&self, entry: &Entry, detail: Detail) -> String {
+    fn text(&self, entry: &Entry, detail: SceneDetail) -> String {
         let root = place::root(&entry.file);
         let (folders, name) = folders_and_name(&entry.file);
         let listed: usize = detail.problems.iter().map(|problem| problem.count).sum();
@@ -260,7 +260,7 @@ fn lines(nodes: Vec<TreeNode>) -> Vec<TreeLine> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::entry::Typeface;
+    use super::super::entry::NamedTypeface;
     use super::*;
 
     #[test]
@@ -292,7 +292,7 @@ mod tests {
             notes: vec![text()],
             problems: 5,
             needs: vec![need],
-            typefaces: vec![Typeface {
+            typefaces: vec![NamedTypeface {
                 name: text(),
                 found: false,
             }],
@@ -309,16 +309,16 @@ mod tests {
             file: Some(text()),
             ..TreeNode::default()
         };
-        let detail = Detail {
+        let detail = SceneDetail {
             nodes: vec![node(0), node(1), node(2), node(0)],
             nodes_left_out: 4,
             problems: vec![message],
-            ..Detail::default()
+            ..SceneDetail::default()
         };
-        let heading = Heading {
+        let heading = CatalogHeading {
             title: text(),
             live: true,
-            ..Heading::default()
+            ..CatalogHeading::default()
         };
         let page = ScenePages::new(Path::new(""), &heading).text(&entry, detail);
         assert_eq!(page.matches("<img ").count(), 1, "only the picture: {page}");

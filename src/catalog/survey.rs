@@ -23,7 +23,7 @@ use super::notes::{notes, producer};
 use super::options::CatalogOptions;
 use super::place;
 use super::sha256;
-use super::tree::{Detail, MOST_PROBLEMS, tree};
+use super::tree::{MOST_PROBLEMS, SceneDetail, tree};
 use crate::archive::Job;
 use crate::photo::{
     Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
@@ -34,8 +34,8 @@ const MOST_MESSAGES: usize = 20;
 /// The ratio of the sizes of the large picture of a scene and its thumbnail.
 const ENLARGED: u32 = 3;
 
-/// Reads a scene, writes its pictures and the file of its [`Detail`] below `out`, and returns its
-/// entry.
+/// Reads a scene, writes its pictures and the file of its [`SceneDetail`] below `out`, and returns
+/// its entry.
 ///
 /// # Errors
 /// Returns an error if the file of the detail cannot be written.
@@ -60,9 +60,9 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
         &compile,
     );
     let mut entry = of_checked(&checked, &job.name);
-    let mut detail = Detail {
+    let mut detail = SceneDetail {
         problems: problems(&checked, MOST_PROBLEMS),
-        ..Detail::default()
+        ..SceneDetail::default()
     };
     if let Ok((document, _)) = &checked.document {
         entry.needs = needs(&checked, document, &options.folder);

@@ -19,7 +19,7 @@ const LONGEST: usize = 120;
 /// What the page of a scene shows and `catalog.json` does not have. It is the content of a file
 /// beside the page.
 #[derive(Debug, Default, Serialize, Deserialize)]
-pub(super) struct Detail {
+pub(super) struct SceneDetail {
     /// The addresses of the files that the scene needs, relative to this file. The built page
     /// fetches them.
     pub files: Vec<String>,

@@ -15,7 +15,7 @@ const AFTER_TOUCH: f64 = 3.0;
 
 /// What a click at a place of the picture would act on.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Pointed {
+pub(crate) struct PointedTarget {
     pub target: PointerTarget,
     /// The place in the picture of a viewer without a lens.
     place: DVec2,
@@ -23,7 +23,7 @@ pub(crate) struct Pointed {
     depth: f64,
 }
 
-impl Pointed {
+impl PointedTarget {
     /// Returns the name and the class of what acts.
     pub(crate) fn text(&self) -> String {
         let PointerTarget { name, class, .. } = &self.target;
@@ -38,7 +38,7 @@ impl Pointed {
 pub(crate) struct Hovered {
     /// The cursor, and the view that it was on, by its address.
     at: ((f64, f64), usize),
-    found: Option<Pointed>,
+    found: Option<PointedTarget>,
 }
 
 impl Hovered {
@@ -117,7 +117,7 @@ impl WindowModel {
     }
 
     /// Returns what a click at a place of the picture, from 0 to 1, would act on.
-    pub(crate) fn pointed(&self, x: f64, y: f64) -> Option<Pointed> {
+    pub(crate) fn pointed(&self, x: f64, y: f64) -> Option<PointedTarget> {
         let view = &self.frame.as_ref()?.view;
         let scene = view.pointer.as_ref()?;
         let seen = view.look(x, y)?;
@@ -125,7 +125,7 @@ impl WindowModel {
         let place = view.pose.place_of_point(seen.point, aspect)?;
         let place = DVec2::new(rounded(place.x), rounded(place.y));
         let target = scene.target(&view.pose, place, aspect)?;
-        Some(Pointed {
+        Some(PointedTarget {
             target,
             place,
             depth: seen.distance,
@@ -133,7 +133,7 @@ impl WindowModel {
     }
 
     /// Finds what is under the cursor, unless it is known.
-    pub(crate) fn hover(&mut self) -> Option<Pointed> {
+    pub(crate) fn hover(&mut self) -> Option<PointedTarget> {
         let (Some(cursor), Some(frame)) = (self.cursor, &self.frame) else {
             self.hovered = None;
             return None;
@@ -147,7 +147,7 @@ impl WindowModel {
     }
 
     /// Touches what is at a place, and lets the scene play for a while.
-    pub(crate) fn touch(&mut self, pointed: &Pointed) {
+    pub(crate) fn touch(&mut self, pointed: &PointedTarget) {
         let touch = Action {
             time: self.setup.plan.time,
             node: String::new(),
@@ -162,7 +162,7 @@ impl WindowModel {
     }
 
     /// Presses a sensor that is dragged.
-    pub(crate) fn begin_drag(&mut self, pointed: &Pointed) {
+    pub(crate) fn begin_drag(&mut self, pointed: &PointedTarget) {
         let drag = SensorDrag {
             places: vec![pointed.place, pointed.place],
             start: self.setup.plan.time,

@@ -46,7 +46,7 @@ pub(super) fn collisions(
 
 /// A group around a shape.
 #[derive(Clone, Copy)]
-enum Group {
+enum CollisionGroup {
     /// No `Collision`.
     Plain,
     /// A `Collision` whose children are met.
@@ -59,19 +59,19 @@ struct CollisionSearch<'p, 'a> {
     picker: &'p dyn ShapePicker,
     viewer: DVec3,
     distance: f64,
-    groups: Vec<Group>,
+    groups: Vec<CollisionGroup>,
     /// The proxies, each with the groups around it and the state.
-    proxies: Vec<(Vec<Group>, &'a [NodeId], State<'a>)>,
+    proxies: Vec<(Vec<CollisionGroup>, &'a [NodeId], State<'a>)>,
     met: BTreeSet<NodeId>,
 }
 
 impl<'a> Visitor<'a> for CollisionSearch<'_, 'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let around = self.groups.iter().rev();
-        let around = around.take_while(|group| !matches!(group, Group::Open));
+        let around = around.take_while(|group| !matches!(group, CollisionGroup::Open));
         let solid: Vec<NodeId> = around
             .filter_map(|group| match group {
-                Group::Solid(id) => Some(*id),
+                CollisionGroup::Solid(id) => Some(*id),
                 _ => None,
             })
             .collect();
@@ -83,10 +83,10 @@ impl<'a> Visitor<'a> for CollisionSearch<'_, 'a> {
 
     fn enter(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         if node.class_id() != Some(class::COLLISION) {
-            return self.groups.push(Group::Plain);
+            return self.groups.push(CollisionGroup::Plain);
         }
         let proxy = node.get_nodes(collision::PROXY);
-        let solid = Group::Solid(node.id);
+        let solid = CollisionGroup::Solid(node.id);
         let collides = node.get(collision::COLLIDE);
         if collides && !proxy.is_empty() {
             let around = self.groups.iter().copied().chain([solid]);
@@ -94,7 +94,7 @@ impl<'a> Visitor<'a> for CollisionSearch<'_, 'a> {
         }
         self.groups.push(match collides && proxy.is_empty() {
             true => solid,
-            false => Group::Open,
+            false => CollisionGroup::Open,
         });
     }
 
