@@ -43,7 +43,7 @@ pub(super) struct Method {
     /// The distance by which every box is enlarged: see [`padding`].
     pad: Vec3,
     /// The signal that ends the work. Nobody uses a tree that was built after it.
-    stop: StopSignal,
+    pub(super) stop: StopSignal,
 }
 
 impl Method {
@@ -127,7 +127,7 @@ impl Boundable for Item {
 impl BinaryBvh {
     /// Builds the tree over the boxes of a chunk, of which there is at least one. Reorders them.
     pub(super) fn build(items: &mut [Item], method: &Method) -> Self {
-        let above = sah::split_by_sah(items, method.part);
+        let above = sah::split_by_sah(items, method.part, &method.stop);
         let mut tree = Grafted {
             nodes: Vec::with_capacity(2 * items.len()),
             order: Vec::with_capacity(items.len()),

@@ -62,7 +62,7 @@ impl Bvh {
             return tree(items);
         }
         let most = (items.len() / CHUNKS).clamp(CHUNK, LARGEST);
-        let above = split_by_sah(&mut items, most);
+        let above = split_by_sah(&mut items, most, &method.stop);
         let mut chunks = Vec::new();
         let nodes = above.iter().map(|node| match node {
             Above::Inner { first, around } => method.node(*around, *first as u32, 0),

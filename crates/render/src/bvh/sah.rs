@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use glam::{Vec3, Vec4};
+use ivcam_base::work::StopSignal;
 
 use super::binary::Box3;
 
@@ -90,8 +91,9 @@ pub(super) enum Above {
 }
 
 /// Reorders items into consecutive parts of at most `most` items, and returns the tree above the
-/// parts, with the root first. A part is larger only if all its boxes are equal.
-pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
+/// parts, with the root first. A part is larger only if all its boxes are equal, or if the work is
+/// stopped.
+pub(super) fn split_by_sah(items: &mut [Item], most: usize, stop: &StopSignal) -> Vec<Above> {
     let mut above = vec![Above::Part(0..items.len())];
     if items.len() <= most {
         return above;
@@ -104,7 +106,8 @@ pub(super) fn split_by_sah(items: &mut [Item], most: usize) -> Vec<Above> {
             continue;
         };
         let (start, end) = (range.start, range.end);
-        if end - start <= most || is_one_box(&items[start..end], &extent) {
+        let is_done = end - start <= most || stop.is_set();
+        if is_done || is_one_box(&items[start..end], &extent) {
             continue;
         }
         let (left, extents) = cut(&mut items[start..end], &extent, depth > deep);
@@ -289,7 +292,7 @@ mod tests {
         for kind in 0..5 {
             let boxes: Vec<Box3> = (0..3000).map(|i| hard(kind, i)).collect();
             let mut items = items(&boxes);
-            let above = split_by_sah(&mut items, 64);
+            let above = split_by_sah(&mut items, 64, &StopSignal::default());
             let mut held = vec![false; boxes.len()];
             let mut ahead = vec![(0, (Vec3::NEG_INFINITY, Vec3::INFINITY))];
             while let Some((at, outer)) = ahead.pop() {

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::{DVec3, Vec3};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, counted};
-use ivcam_base::work::{Budget, StopSignal, WorkLimit};
+use ivcam_base::work::{Budget, StopSignal, WorkLimit, until_stopped};
 
 use super::census::Census;
 use super::emitter_list::Emitters;
@@ -83,9 +83,10 @@ impl RenderScene {
         let budget = Budget::of_thread();
         let work = budget.as_ref().map_or(WorkLimit::default(), Budget::work);
         self.most_steps = work.of_ray();
-        self.stop = budget
-            .map(|budget| budget.stop().clone())
-            .unwrap_or_default();
+        if let Some(budget) = budget {
+            budget.check()?;
+            self.stop = budget.stop().clone();
+        }
         let instances = self.instances.as_ref().map_or(0, |all| all.root.len());
         if u32::try_from(self.owners.len() + instances).is_err() {
             return Err(Diagnostic::beyond_limit(
@@ -179,7 +180,7 @@ impl RenderScene {
 
     fn build_tree(&self, refined: bool) -> Bvh {
         let corners = |primitive: u32| self.triangles.get(primitive as usize).copied();
-        Bvh::build(self.boxes(), refined, corners).measure_crowding()
+        Bvh::build(until_stopped(self.boxes()), refined, corners).measure_crowding()
     }
 
     /// Computes the center of the bounding box of each surface.

@@ -1,5 +1,6 @@
 //! Draws line sets, point sets and marker sets, which have sizes in pixels.
 
+use ivcam_base::work::until_stopped;
 use ivcam_inventor::grammar::{
     indexed_line_set, indexed_marker_set, indexed_point_set, line_set, marker_set, point_set,
 };
@@ -65,10 +66,8 @@ pub(super) fn line_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     let vertices = vertices(state, binding, None, None, out);
     check_counts(counts, start, state.coordinates.len(), out);
     let (mut count, mut segment, mut lines) = (0, 0, 0);
-    for (part, (first, n)) in counted(counts, start, state.coordinates.len())
-        .into_iter()
-        .enumerate()
-    {
+    let lines_of = counted(counts, start, state.coordinates.len());
+    for (part, (first, n)) in until_stopped(lines_of.into_iter().enumerate()) {
         let line: Vec<(usize, usize)> = (first..first + n).map(|c| (c, c - start)).collect();
         // A line of one point draws nothing, but its point extends the box.
         for p in (first..first + n).filter_map(|c| state.coordinates.get(c)) {
@@ -120,7 +119,8 @@ pub(super) fn indexed_lines<'a>(
     let mut vertices = vertices(state, binding, materials, Some(index), out);
     vertices.normal_index = normals;
     let (mut count, mut segment, mut part, mut start) = (0, 0, 0, 0);
-    while start < index.len() {
+    let mut turns = until_stopped(0..index.len());
+    while start < index.len() && turns.next().is_some() {
         let end = index[start..]
             .iter()
             .position(|&i| i < 0)
@@ -167,12 +167,12 @@ fn polyline(
         })
     };
     if out.wants().outlines && drawing.style == DrawStyle::Points {
-        let corners = (0..line.len()).filter_map(|i| corner(i, 0));
+        let corners = until_stopped(0..line.len()).filter_map(|i| corner(i, 0));
         corners.for_each(|c| out.dot(c, drawing.point_size));
         return;
     }
     out.begin_line();
-    for i in 0..line.len().saturating_sub(1) {
+    for i in until_stopped(0..line.len().saturating_sub(1)) {
         if let (Some(a), Some(b)) = (corner(i, 0), corner(i, 1)) {
             out.line([a, b], drawing.line_width);
         }
@@ -201,7 +201,7 @@ fn points<'a, 's>(
 pub(super) fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     unlit_without_normals(state, out);
     let (vertices, start, count) = points(node, state, out);
-    for i in 0..count {
+    for i in until_stopped(0..count) {
         dot(&vertices, start + i, i, state.drawing.point_size, out);
     }
 }
@@ -210,7 +210,7 @@ pub(super) fn point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
 pub(super) fn marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
     out.set_unlit();
     let (vertices, start, count) = points(node, state, out);
-    for i in 0..count {
+    for i in until_stopped(0..count) {
         marker(&vertices, start + i, i, node, out);
     }
 }
@@ -221,7 +221,7 @@ pub(super) fn indexed_marker_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: 
     let index = node.get(indexed_marker_set::COORD_INDEX);
     let materials = indices(node, indexed_marker_set::MATERIAL_INDEX);
     let vertices = vertices(state, state.material_binding, materials, Some(index), out);
-    for (i, &c) in index.iter().enumerate() {
+    for (i, &c) in until_stopped(index.iter().enumerate()) {
         if let Ok(c) = usize::try_from(c) {
             marker(&vertices, c, i, node, out);
         }
@@ -254,7 +254,7 @@ pub(super) fn indexed_point_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &
         Some(index),
         out,
     );
-    for (i, &c) in index.iter().enumerate() {
+    for (i, &c) in until_stopped(index.iter().enumerate()) {
         if let Ok(c) = usize::try_from(c) {
             dot(&vertices, c, i, state.drawing.point_size, out);
         }
