@@ -35,5 +35,5 @@ pub use lens_camera::half_field;
 pub use lens_in_scene::lens_in_scene;
 pub use pinhole::Pinhole;
 pub use rays::CameraRay;
-pub(crate) use rays::CameraRays;
+pub(crate) use rays::{CameraRays, ExitRays};
 pub(crate) use spectral::SpectralCorrections;

@@ -61,6 +61,10 @@ impl Pinhole {
         Self { distortion, ..self }
     }
 
+    fn is_distorted(&self) -> bool {
+        self.distortion != [0.0; 2]
+    }
+
     /// Returns the point without distortion, at distance 1, whose image is at `image`; none where
     /// the distortion folds the picture back.
     #[inline(always)]
@@ -82,7 +86,10 @@ impl Pinhole {
 
     /// The ray of a point of the picture from 0 to 1; none outside the view.
     pub(super) fn ray(&self, x: f64, y: f64) -> Option<CameraRay> {
-        let (is_inside, origin, direction) = self.any_ray(x, y);
+        let (is_inside, origin, direction) = match self.is_distorted() {
+            true => self.any_ray::<true>(x, y),
+            false => self.any_ray::<false>(x, y),
+        };
         is_inside.then_some(CameraRay {
             origin,
             direction,
@@ -91,14 +98,13 @@ impl Pinhole {
     }
 
     /// Returns the origin and the direction of the ray of a point of the picture, and whether the
-    /// point is inside the view.
+    /// point is inside the view. `DISTORTED` says whether the camera has distortion.
     #[inline(always)]
-    fn any_ray(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
+    fn any_ray<const DISTORTED: bool>(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
         let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
-        let is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
+        let mut is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
         let mut at = view * self.half;
-        let mut is_inside = is_inside;
-        if self.distortion != [0.0; 2] {
+        if DISTORTED {
             match self.undistorted(at) {
                 Some(point) => at = point,
                 None => is_inside = false,
@@ -145,10 +151,20 @@ impl SimdKernel for Projected<'_> {
 
     #[inline(always)]
     fn run<const FUSED: bool>(self) -> u32 {
+        match self.pinhole.is_distorted() {
+            true => self.project::<true>(),
+            false => self.project::<false>(),
+        }
+    }
+}
+
+impl Projected<'_> {
+    #[inline(always)]
+    fn project<const DISTORTED: bool>(self) -> u32 {
         let (out, [x, y]) = (self.out, self.places);
         let mut inside = [0u32; LANES];
         for i in 0..LANES {
-            let (is_inside, origin, direction) = self.pinhole.any_ray(x[i], y[i]);
+            let (is_inside, origin, direction) = self.pinhole.any_ray::<DISTORTED>(x[i], y[i]);
             inside[i] = u32::from(is_inside);
             for axis in 0..3 {
                 out.rays.origin[axis][i] = origin[axis] as f32;

@@ -15,7 +15,7 @@ use super::surfaces::SurfaceSum;
 use super::tile::Tile;
 use super::units::{is_border, pieces};
 use crate::bvh::{Hit, PacketHits};
-use crate::camera::{CameraRays, LampFinder, LampRays, SpectralCorrections};
+use crate::camera::{CameraRays, ExitRays, LampFinder, LampRays, SpectralCorrections};
 use crate::shade::{Shader, Work};
 
 /// Converts positions within pixels to positions on the film along one axis, from 0 to 1. There is
@@ -300,14 +300,11 @@ impl<'a> Batch<'a> {
         for (number, packet) in packets.iter().enumerate() {
             let hits = &mut hits[if keeps_hits { number } else { 0 }];
             let radiances = &mut self.radiances[number];
-            let points = shader
-                .follows_paths()
-                .then(|| packet.samples.map(|sample| path_of(&self.paths, sample)));
-            shader.radiances(
-                &packet.rays,
-                points.as_ref(),
-                hits,
-                radiances,
+            shade_packet(
+                shader,
+                packet,
+                &self.paths,
+                (hits, radiances),
                 &mut self.work,
             );
         }
@@ -315,6 +312,7 @@ impl<'a> Batch<'a> {
 
     /// Computes the radiances along all rays that passed through the lens, with the shares of the
     /// emission that they get where lamps are also found on purpose.
+    #[inline(never)]
     fn shade_with_lamps(&mut self, finder: &LampFinder<'_>) {
         let [hits, _] = &mut self.hits;
         hits.resize(self.rays.packets().len(), PacketHits::default());
@@ -329,6 +327,7 @@ impl<'a> Batch<'a> {
     }
 
     /// Adds the light of lamps that are found on purpose.
+    #[inline(never)]
     fn find_lamps(&mut self, finder: &LampFinder<'_>) {
         let Self {
             samples,
@@ -402,18 +401,33 @@ impl<'a> Batch<'a> {
         }
         for (packet, light) in packets.iter().zip(&mut self.light) {
             let hits = &mut others[0];
-            let points = shader
-                .follows_paths()
-                .then(|| packet.samples.map(|sample| path_of(&self.paths, sample)));
-            shader.radiances(&packet.rays, points.as_ref(), hits, light, &mut self.work);
+            shade_packet(shader, packet, &self.paths, (hits, light), &mut self.work);
         }
         let camera = self.render.camera;
         camera.expose(accepted, &self.light, &mut self.exposures);
     }
 }
 
+/// Computes the hits of the rays of a packet and the radiances along them.
+fn shade_packet(
+    shader: &Shader<'_>,
+    packet: &ExitRays,
+    paths: &[PathPoints],
+    (hits, radiances): (&mut PacketHits, &mut Vec3Lanes),
+    work: &mut Work,
+) {
+    match shader.follows_paths() {
+        true => {
+            let points = packet.samples.map(|sample| path_of(paths, sample));
+            shader.radiances(&packet.rays, Some(&points), hits, radiances, work);
+        }
+        false => shader.radiances(&packet.rays, None, hits, radiances, work),
+    }
+}
+
 /// Computes the hits of rays and the radiances along them, with the shares of the emission that
 /// they get where lamps are also found on purpose.
+#[inline(never)]
 fn shade_weighed(
     (shader, finder): (&Shader<'_>, &LampFinder<'_>),
     (samples, paths): (&Samples, &[PathPoints]),

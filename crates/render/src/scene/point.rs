@@ -26,8 +26,9 @@ pub struct Point<'a> {
     pub transparency: f32,
     /// The texture's color and alpha at the point, unless the diffuse color includes them.
     pub texel: Option<Vec4>,
-    /// What the textures of further units do to a color.
-    pub(crate) overlay: Option<Overlay>,
+    /// What the textures of further units do to a color. It is rare, and without it a point is
+    /// copied in two vectors.
+    pub(crate) overlay: Option<Box<Overlay>>,
     /// The surface of the shape.
     pub surface: &'a Surface,
     /// A bound of the position's rounding error, in meters.
@@ -128,7 +129,7 @@ impl Point<'_> {
             self.transparency = texture.transparency(self.transparency, texel);
             overlay = overlay.then(texture, texel);
         }
-        self.overlay = Some(overlay);
+        self.overlay = Some(Box::new(overlay));
     }
 
     /// Moves a texture that is part of the material to the diffuse color.
@@ -165,12 +166,13 @@ impl Point<'_> {
     }
 
     /// Applies the texture to a lit color by OpenGL's texture environment.
+    #[inline]
     pub(crate) fn textured(&self, color: Vec3) -> Vec3 {
         let color = match (self.texel, &self.surface.texture) {
             (Some(texel), Some(texture)) => texture.on(color, texel),
             _ => color,
         };
-        match self.overlay {
+        match &self.overlay {
             Some(overlay) => color * overlay.scale + overlay.offset,
             None => color,
         }
@@ -386,6 +388,7 @@ fn on_triangle(out: &mut Point<'_>, scene: &RenderScene, corners: &[Vec3; 3], hi
 
 impl TextureUse {
     /// Returns the color and alpha at a point, where a pixel covers `texels` texels across.
+    #[inline(always)]
     fn texel(&self, point: &Point<'_>, ray: &Ray, stored: Vec3, texels: f32) -> Vec4 {
         let at = self.at(point, ray, stored);
         let texel = self
@@ -398,6 +401,7 @@ impl TextureUse {
     }
 
     /// Returns the transparency of a surface with the texture.
+    #[inline(always)]
     fn transparency(&self, without: f32, texel: Vec4) -> f32 {
         match self.model {
             TextureModel::Decal => without,
@@ -407,6 +411,7 @@ impl TextureUse {
     }
 
     /// Applies a texel to a color by OpenGL's texture environment.
+    #[inline(always)]
     fn on(&self, color: Vec3, texel: Vec4) -> Vec3 {
         let rgb = texel.truncate();
         match self.model {

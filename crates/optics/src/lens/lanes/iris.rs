@@ -9,10 +9,17 @@ use crate::lens::trace::element::{edges_of, is_left_of};
 /// Blocks the rays that hit the closed middle of a surface.
 #[inline(always)]
 pub(super) fn block_at_obstruction(step: &LaneStep<'_>, b: &mut Bundle) {
-    let obstruction = step.element.obstruction;
-    if obstruction == 0.0 {
-        return;
+    if step.element.obstruction > 0.0 {
+        block_inside(step, b);
     }
+}
+
+/// Blocks the rays in the closed middle of a surface. It is no part of the kernel, because few
+/// lenses have one.
+#[cold]
+#[inline(never)]
+fn block_inside(step: &LaneStep<'_>, b: &mut Bundle) {
+    let obstruction = step.element.obstruction;
     let blocked = step.outcome(true, false, true);
     for i in 0..LANES {
         let inside = b.x[i] * b.x[i] + b.y[i] * b.y[i] < obstruction;
