@@ -88,7 +88,7 @@ impl<'a> Visitor<'a> for Events {
         self.0.push('\n');
     }
 
-    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
+    fn light(&mut self, _node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
         let at = triple(light.position.to_array());
         let _ = writeln!(self.0, "light {:?} at {at}", light.kind);
     }

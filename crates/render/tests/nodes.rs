@@ -339,3 +339,15 @@ fn a_survey_says_that_a_text_is_too_long() {
     assert_eq!(messages.len(), 1, "{messages:?}");
     assert!(messages[0].contains("more than 250000 characters"));
 }
+
+/// The light that a kit makes is not among the nodes of the document.
+#[test]
+fn a_light_that_a_kit_makes_has_its_class() {
+    let document = document("#Inventor V2.1 ascii\nLightKit { }\nCube { }");
+    let snapshot = Snapshot::at(&document, 0.0);
+    let survey = RenderScene::survey(&snapshot, &CompileOptions::default());
+    let surveyed: Vec<&str> = survey.lights.iter().map(|(class, _)| &**class).collect();
+    let model = Model::of(&snapshot, &ModelOptions::default());
+    let modeled: Vec<&str> = model.lights.iter().map(|l| &*l.place.class).collect();
+    assert_eq!([surveyed, modeled], [["DirectionalLight"]; 2]);
+}

@@ -27,15 +27,15 @@ pub(super) fn scene_lights<'a>(
     state: &State<'a>,
     options: &WalkOptions,
 ) -> Vec<LightElement> {
-    struct Collector<'d>(&'d Document, Vec<LightElement>, Leading);
-    impl<'a> Visitor<'a> for Collector<'_> {
+    struct Collector(Vec<LightElement>, Leading);
+    impl<'a> Visitor<'a> for Collector {
         fn shape(&mut self, _: NodeRef<'a>, _: &State<'a>) {}
         fn instance(&mut self, part: Instance<'a>, _: &State<'a>) -> bool {
-            !self.2.is_in(part)
+            !self.1.is_in(part)
         }
-        fn light(&mut self, light: &LightElement, _: &State<'a>) {
-            if property::reach(self.0.node(light.node)) == Some(LightReach::Scene) {
-                self.1.push(*light);
+        fn light(&mut self, node: NodeRef<'a>, light: &LightElement, _: &State<'a>) {
+            if property::reach(node) == Some(LightReach::Scene) {
+                self.0.push(*light);
             }
         }
     }
@@ -45,9 +45,9 @@ pub(super) fn scene_lights<'a>(
     }
     let is_scene_light = |node: NodeRef<'_>| property::reach(node) == Some(LightReach::Scene);
     let leading = Leading::to(document, is_scene_light);
-    let mut collector = Collector(document, Vec::new(), leading);
+    let mut collector = Collector(Vec::new(), leading);
     walk_list(snapshot, list, state.clone(), options, &mut collector);
-    collector.1
+    collector.0
 }
 
 impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
@@ -56,7 +56,7 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let Some(light) = property::light(&self.state, node) else {
             return;
         };
-        self.visitor.light(&light, &self.state);
+        self.visitor.light(node, &light, &self.state);
         let is_in_force = match property::reach(node) {
             Some(LightReach::Scene) => true,
             Some(LightReach::Group) => self.state.lights.backward().any(|l| l.node == node.id),

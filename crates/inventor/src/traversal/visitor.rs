@@ -84,8 +84,9 @@ impl<'a> Instance<'a> {
 pub trait Visitor<'a> {
     /// Draws a shape.
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>);
-    /// Receives a light that is on.
-    fn light(&mut self, _light: &LightElement, _state: &State<'a>) {}
+    /// Receives a light that is on. Its node may be one that a node kit makes, which is not in the
+    /// document of the walk.
+    fn light(&mut self, _node: NodeRef<'a>, _light: &LightElement, _state: &State<'a>) {}
     /// Receives a camera. [`first_pose`](super::first_pose) tells whether it may be the first.
     fn camera(&mut self, _node: NodeRef<'a>, _state: &State<'a>) {}
     /// Receives every node, before the other methods.

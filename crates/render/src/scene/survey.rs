@@ -30,8 +30,8 @@ pub struct Survey {
     pub inventor_bounds: Option<(DVec3, DVec3)>,
     /// The cameras and viewpoints in order of traversal.
     pub cameras: Vec<CameraPose>,
-    /// The lights that are on, in order of traversal.
-    pub lights: Vec<LightElement>,
+    /// The lights that are on, with the names of their classes, in order of traversal.
+    pub lights: Vec<(String, LightElement)>,
     /// The number of triangles as Inventor triangulates. A cube has 12; spheres, cones and
     /// cylinders are not counted.
     pub triangles: u64,
@@ -264,8 +264,9 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         }
     }
 
-    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
-        self.survey.lights.push(*light);
+    fn light(&mut self, node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
+        let class = node.class_name().to_owned();
+        self.survey.lights.push((class, *light));
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {

@@ -151,7 +151,7 @@ impl Checked {
             })),
             "triangles": survey.triangles,
             "shapes": survey.shapes,
-            "lights": survey.lights.iter().map(|l| json::light(document, l)).collect::<Vec<_>>(),
+            "lights": survey.lights.iter().map(json::light).collect::<Vec<_>>(),
             "events": self.sent.iter().map(json::event).collect::<Vec<_>>(),
             "camera": survey.cameras.first().map(json::camera),
         })
@@ -276,11 +276,7 @@ impl Checked {
             )?;
         }
         for light in &survey.lights {
-            writeln!(
-                out,
-                "  light      {}",
-                json::one_line(&json::light(document, light))
-            )?;
+            writeln!(out, "  light      {}", json::one_line(&json::light(light)))?;
         }
         for (heading, outside) in [("missing", false), ("outside", true)] {
             let files = self.missing.iter().filter(|m| m.outside == outside);

@@ -1,7 +1,6 @@
 //! Converts the contents of a scene to JSON, and JSON to text.
 
 use ivcam_base::diag::Diagnostic;
-use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::SentEvent;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
@@ -27,10 +26,10 @@ pub(super) fn diagnostic(d: &Diagnostic) -> Json {
     })
 }
 
-/// Converts a light.
-pub(super) fn light(document: &Document, light: &LightElement) -> Json {
+/// Converts a light with the name of its class.
+pub(super) fn light((class, light): &(String, LightElement)) -> Json {
     let mut object = json!({
-        "type": document.node(light.node).class_name(),
+        "type": class,
         "on": true,
         "intensity": plain(light.intensity),
         "color": light.color.to_array().map(plain),

@@ -171,7 +171,7 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         self.note_shape(node, before, state);
     }
 
-    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
+    fn light(&mut self, _node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
         self.lights.insert(light.node);
     }
 

@@ -44,7 +44,6 @@ struct Open {
 
 /// The visitor that builds a model.
 struct Builder<'a> {
-    snapshot: &'a Snapshot<'a>,
     /// Whether shapes are drawn.
     draws: bool,
     canvas: MeshCanvas,
@@ -60,7 +59,7 @@ struct Builder<'a> {
     lit: Vec<u64>,
     /// The total number of shapes that a light shines on.
     shapes: u64,
-    light_nodes: Vec<NodeId>,
+    light_nodes: Vec<NodeRef<'a>>,
     /// The least complexity of text and NURBS.
     complexity: f32,
     has_camera: bool,
@@ -127,7 +126,6 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
         is_fixed: false,
     };
     let mut builder = Builder {
-        snapshot,
         draws,
         canvas: MeshCanvas::new(options),
         model: Model {
@@ -272,10 +270,9 @@ impl Builder<'_> {
     /// Ends the walk.
     fn finish(mut self) -> Model {
         let lit_by = self.lights.uses(&self.lit);
-        for id in std::mem::take(&mut self.light_nodes) {
-            let lit = lit_by.get(&id).copied().unwrap_or(0);
+        for node in std::mem::take(&mut self.light_nodes) {
+            let lit = lit_by.get(&node.id).copied().unwrap_or(0);
             if lit < self.shapes {
-                let node = self.snapshot.document().node(id);
                 self.note(Feature::LightScope, node);
                 if let Some(o) = self.features.get_mut(&(Feature::LightScope, node.id)) {
                     o.count = self.shapes - lit;
@@ -356,7 +353,7 @@ fn hides(node: NodeRef<'_>) -> bool {
     hidden > 0
 }
 
-impl<'a> Visitor<'a> for Builder<'_> {
+impl<'a> Visitor<'a> for Builder<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let key = self.visit(node);
         if state.drawing.style == DrawStyle::Invisible && !Canvas::ignores_draw_style(&self.canvas)
@@ -440,11 +437,10 @@ impl<'a> Visitor<'a> for Builder<'_> {
         }
     }
 
-    fn light(&mut self, light: &LightElement, _state: &State<'a>) {
-        let node = self.snapshot.document().node(light.node);
+    fn light(&mut self, node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
         let place = Place::of(node);
         let name = place.name.clone().unwrap_or_else(|| place.class.clone());
-        self.light_nodes.push(light.node);
+        self.light_nodes.push(node);
         let light = Light::new(light, node, name, place);
         self.model.lights.push(light);
     }
