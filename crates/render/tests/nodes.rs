@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use ivcam_base::diag::Diagnostic;
+use ivcam_inventor::grammar::class;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::Snapshot;
@@ -350,4 +351,17 @@ fn a_light_that_a_kit_makes_has_its_class() {
     let model = Model::of(&snapshot, &ModelOptions::default());
     let modeled: Vec<&str> = model.lights.iter().map(|l| &*l.place.class).collect();
     assert_eq!([surveyed, modeled], [["DirectionalLight"]; 2]);
+}
+
+/// The cube that a kit makes has the number of its class, which a node of the file may have too.
+#[test]
+fn the_shape_that_a_kit_makes_is_no_repetition_of_a_node_with_its_number() {
+    let number = usize::from(class::CUBE.0);
+    let text = format!(
+        "#Inventor V2.1 ascii\n{} DEF A Cube {{ width 1 }} USE A USE A ShapeKit {{ }}",
+        "Label { } ".repeat(number)
+    );
+    assert_eq!(document(&text).nodes[number].name.as_deref(), Some("A"));
+    let scene = compile_file(&text);
+    assert!(hit(&scene, 0.75, 0.0).is_some());
 }

@@ -213,6 +213,12 @@ impl<'a> NodeRef<'a> {
         &self.document.nodes[self.id.0 as usize]
     }
 
+    /// Returns whether this is the same node. The identifier alone is not enough, because the nodes
+    /// that kits make belong to a document of their own.
+    pub fn is(self, other: NodeRef<'_>) -> bool {
+        self.id == other.id && std::ptr::eq(self.document, other.document)
+    }
+
     /// Returns the catalogue's class, or `None` for a class that the file declares.
     pub fn class(self) -> Option<&'static Class> {
         match self.data().class {

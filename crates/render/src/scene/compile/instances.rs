@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use glam::DMat4;
 use ivcam_base::diag::Diagnostic;
-use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::{Grid, State, Step, WalkOptions};
@@ -58,7 +58,7 @@ pub(super) struct Outside {
 
 /// The shape that was drawn last, if everything in it is opaque.
 struct LastShape<'a> {
-    node: NodeId,
+    node: NodeRef<'a>,
     matrices: Vec<DMat4>,
     /// Its state. Few shapes follow themselves at one place, so it is kept from the second time on.
     state: Option<Box<State<'a>>>,
@@ -227,12 +227,11 @@ impl<'a> Compiler<'a> {
     /// and need not be drawn.
     pub(super) fn repeats_last(&self, node: NodeRef<'a>, state: &State<'a>) -> bool {
         let last = self.instances.last_shape.as_ref();
-        last.filter(|last| last.node == node.id)
-            .is_some_and(|last| {
-                let before = last.state.as_deref();
-                before.is_some_and(|before| before.is_like(state))
-                    && self.matrices(state).as_ref() == Some(&last.matrices)
-            })
+        last.filter(|last| last.node.is(node)).is_some_and(|last| {
+            let before = last.state.as_deref();
+            before.is_some_and(|before| before.is_like(state))
+                && self.matrices(state).as_ref() == Some(&last.matrices)
+        })
     }
 
     /// Remembers the shape that was drawn. `before` are the lengths before it.
@@ -243,10 +242,10 @@ impl<'a> Compiler<'a> {
         let is_opaque = surfaces.all(Surface::is_opaque) && scene.strokes.len() == before.strokes;
         let matrices = self.matrices(state).filter(|_| is_opaque);
         self.instances.last_shape = matrices.map(|matrices| {
-            let is_again = |last: LastShape<'_>| last.node == node.id && last.matrices == matrices;
+            let is_again = |last: LastShape<'_>| last.node.is(node) && last.matrices == matrices;
             let state = last.is_some_and(is_again).then(|| Box::new(state.clone()));
             LastShape {
-                node: node.id,
+                node,
                 matrices,
                 state,
             }
