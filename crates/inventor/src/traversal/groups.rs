@@ -59,9 +59,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     /// Walks the child that a `Blinker` shows at this time. It shows all children in turn within
-    /// 1/speed seconds; a single child is hidden for the first half of that time. At time 0 it
-    /// shows the child that the file selects. When it is off it shows that child, or the first one
-    /// if the file selects none (measured in Coin).
+    /// 1/speed seconds; a single child is hidden for the first half of that time. At time 0, and
+    /// when it is off, it shows the child that the file selects, or the first one if the file
+    /// selects none (measured in Coin); a single child that is not selected is hidden at time 0.
     pub(super) fn blinker(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -73,10 +73,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         let round = speed * self.time;
         let share = round - round.floor();
         let which = match (node.get(blinker::ON), list.len()) {
-            (false, _) => stated.max(0),
             (true, 1) if round > 0.0 => libm::floor(2.0 * share) as i32 - 1,
             (true, n) if round > 0.0 => libm::floor(share * n as f64) as i32,
-            _ => stated,
+            (true, 1) => stated,
+            _ => stated.max(0),
         };
         self.state.switch = which;
         if let Ok(index) = usize::try_from(which) {

@@ -57,7 +57,7 @@ fn shapes(scene: &str, time: f64) -> Vec<String> {
 #[test]
 fn a_blinker_shows_one_child_after_the_other() {
     let three = "Blinker { speed 0.5 Cube { } Sphere { } Cone { } }";
-    let names = [0.1, 0.7, 1.5, 2.1].map(|t| shapes(three, t).concat());
+    let names = [0.0, 0.7, 1.5, 2.1].map(|t| shapes(three, t).concat());
     assert_eq!(names, ["Cube 0 0", "Sphere 0 0", "Cone 0 0", "Cube 0 0"]);
     let one = "Blinker { Cube { } }";
     assert_eq!([0.25, 0.75, 1.25].map(|t| shapes(one, t).len()), [0, 1, 0]);
