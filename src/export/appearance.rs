@@ -116,6 +116,7 @@ mod tests {
     fn material(model: TextureModel) -> Material {
         Material {
             ambient: Vec3::ZERO,
+            ambient_light: Vec3::ZERO,
             diffuse: Vec3::new(1.0, 0.0, 0.0),
             specular: Vec3::ZERO,
             emissive: Vec3::ZERO,

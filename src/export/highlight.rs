@@ -47,6 +47,7 @@ mod tests {
     fn the_peak_of_the_highlight_is_the_specular_color() {
         let material = Material {
             ambient: Vec3::ZERO,
+            ambient_light: Vec3::ZERO,
             diffuse: Vec3::ZERO,
             specular: Vec3::splat(0.5),
             emissive: Vec3::ZERO,

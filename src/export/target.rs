@@ -116,8 +116,7 @@ impl Target {
             Self::Glb | Self::Gltf | Self::Usda => surfaces || scenes || feature == Feature::Motion,
             Self::Obj => surfaces || feature == Feature::AmbientColor,
             Self::Ply => feature == Feature::VertexColors,
-            Self::X3d | Self::Vrml97 => surfaces || scenes || feature == Feature::LightFalloff,
-            Self::Inventor => {
+            Self::X3d | Self::Vrml97 | Self::Inventor => {
                 let is_lighting = matches!(feature, Feature::LightFalloff | Feature::AmbientColor);
                 surfaces || scenes || is_lighting
             }

@@ -8,7 +8,7 @@ use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_render::scene::model::{Model, Place};
 
 use super::camera::cameras;
-use super::light::LightWriter;
+use super::light::{LightWriter, ambient_fields};
 use super::write::Viewing;
 use crate::export::losses::Losses;
 use crate::export::nodes::NodeBuilder;
@@ -27,9 +27,7 @@ pub(super) fn head(
     if let Some(text) = origin_text(model.offset) {
         head.push(nodes.node("Info", vec![("string", Value::String(text.into()))]));
     }
-    // VRML97 has no ambient light, and Inventor has some unless the file says otherwise.
-    let dark = vec![("ambientIntensity", Value::Float(0.0))];
-    head.push(nodes.node("Environment", dark));
+    head.push(nodes.node("Environment", ambient_fields(model)));
     let (cameras, first) = cameras(model, viewing, nodes);
     head.extend(cameras);
     head.extend(headlight(model, viewing, first, nodes, losses));

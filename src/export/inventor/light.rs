@@ -12,6 +12,7 @@ const CONSTANT: Vec3 = Vec3::Z;
 
 /// Writes the lights of a model.
 pub(super) struct LightWriter<'w> {
+    model: &'w Model,
     bounds: Option<(DVec3, DVec3)>,
     /// The attenuation of the last `Environment`.
     attenuation: Vec3,
@@ -21,8 +22,13 @@ pub(super) struct LightWriter<'w> {
 
 impl<'w> LightWriter<'w> {
     /// Creates a writer for the lights of a model, after an `Environment` without attenuation.
-    pub(super) fn new(model: &Model, nodes: &'w mut NodeBuilder, losses: &'w mut Losses) -> Self {
+    pub(super) fn new(
+        model: &'w Model,
+        nodes: &'w mut NodeBuilder,
+        losses: &'w mut Losses,
+    ) -> Self {
         Self {
+            model,
             bounds: model.bounds(),
             attenuation: CONSTANT,
             nodes,
@@ -67,10 +73,8 @@ impl<'w> LightWriter<'w> {
     fn environment(&mut self, attenuation: Vec3) -> Option<NodeId> {
         let changes = attenuation != self.attenuation;
         self.attenuation = attenuation;
-        let fields = vec![
-            ("ambientIntensity", Value::Float(0.0)),
-            ("attenuation", Value::Vec3(attenuation)),
-        ];
+        let mut fields = ambient_fields(self.model);
+        fields.push(("attenuation", Value::Vec3(attenuation)));
         changes.then(|| self.nodes.node("Environment", fields))
     }
 
@@ -79,7 +83,7 @@ impl<'w> LightWriter<'w> {
         let mut lost = |code: &str, text: &str| {
             self.losses.add(code, text, light.place.clone(), 1);
         };
-        if light.ambient > 0.0 {
+        if light.ambient > 0.0 && light.shape != LightShape::Directional {
             lost("light-ambient", "the light's ambient part is left out");
         }
         if light.shape == LightShape::Directional {
@@ -102,6 +106,24 @@ impl<'w> LightWriter<'w> {
             self.losses.feature(Feature::SpotFalloff, &light.place, 1);
         }
     }
+}
+
+/// Returns the fields of an `Environment` with the ambient light of VRML97's directional lights. That
+/// of other lights depends on the place. Without these fields Inventor has some ambient light.
+pub(super) fn ambient_fields(model: &Model) -> Vec<(&'static str, Value)> {
+    let lights = model.lights.iter();
+    let everywhere = lights.filter(|light| light.shape == LightShape::Directional);
+    let ambient: Vec3 = everywhere.map(|light| light.ambient * light.color).sum();
+    let level = ambient.max_element();
+    let color = if level > 0.0 {
+        ambient / level
+    } else {
+        Vec3::ONE
+    };
+    vec![
+        ("ambientIntensity", Value::Float(level.clamp(0.0, 1.0))),
+        ("ambientColor", Value::Vec3(color)),
+    ]
 }
 
 /// Whether a part of a box is beyond a light's radius.

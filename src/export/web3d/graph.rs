@@ -58,6 +58,8 @@ struct GraphBuilder<'m> {
     options: GraphOptions<'m>,
     losses: &'m mut Losses,
     nodes: NodeBuilder,
+    /// The ambient light of all shapes, color times intensity.
+    ambient: Vec3,
     /// The pictures beside the document.
     beside: Vec<(String, Vec<u8>)>,
     /// The shapes of parts that were used.
@@ -93,6 +95,7 @@ pub(in crate::export) fn graph(
         options,
         losses,
         nodes: NodeBuilder::new("VRML V2.0 utf8", Dialect::VRML97),
+        ambient: ambient_of(model),
         beside: Vec::new(),
         shapes: HashMap::new(),
         appearances: HashMap::new(),
@@ -145,7 +148,20 @@ impl GraphBuilder<'_> {
         for light in &model.lights {
             head.push(self.light(light));
         }
+        head.extend(self.ambient_light());
         head
+    }
+
+    /// Returns a light that adds the ambient light of Inventor's environment, if there is any. In
+    /// VRML97 and X3D only lights have ambient light (VRML97, 4.14.4).
+    fn ambient_light(&mut self) -> Option<NodeId> {
+        let level = self.ambient.max_element();
+        let fields = vec![
+            ("color", Value::Vec3(self.ambient / level)),
+            ("intensity", Value::Float(0.0)),
+            ("ambientIntensity", Value::Float(level)),
+        ];
+        (level > 0.0).then(|| self.node("DirectionalLight", fields))
     }
 
     fn viewpoint(&mut self, camera: &Camera) -> NodeId {
@@ -182,6 +198,10 @@ impl GraphBuilder<'_> {
         let mut fields = vec![
             ("color", Value::Vec3(light.color)),
             ("intensity", Value::Float(light.intensity)),
+            (
+                "ambientIntensity",
+                Value::Float(light.ambient.clamp(0.0, 1.0)),
+            ),
         ];
         if light.shape != LightShape::Point {
             fields.push(("direction", vec3(light.direction)));
@@ -295,7 +315,7 @@ impl GraphBuilder<'_> {
         let is_unlit = look.unlit || kind.is_thin;
         // Without a material, a texture is shown as it is.
         if !(is_unlit && look.image.is_some()) {
-            let made = self.material(material, look, is_unlit, mesh);
+            let made = self.material(material, look, is_unlit, (mesh, place));
             fields.push(("material", Value::Node(Some(made))));
         }
         if let (Some(image), Some(texture)) = (&look.image, &material.texture) {
@@ -314,9 +334,8 @@ impl GraphBuilder<'_> {
         material: &Material,
         look: &Appearance<'_>,
         is_unlit: bool,
-        mesh: &Mesh,
+        (mesh, place): (&Mesh, &Place),
     ) -> NodeId {
-        let mean = |c: Vec3| (c.x + c.y + c.z) / 3.0;
         let mut opacity = look.opacity;
         if look.keeps_colors && !mesh.colors.is_empty() {
             // The colors of VRML97 have no opacity, so all vertices get its mean.
@@ -337,7 +356,7 @@ impl GraphBuilder<'_> {
             ];
             return self.node("Material", fields);
         }
-        let ambient = mean(material.ambient) / mean(material.diffuse).max(1e-6);
+        let ambient = self.ambient_intensity(material, place);
         self.node(
             "Material",
             vec![
@@ -345,10 +364,29 @@ impl GraphBuilder<'_> {
                 ("specularColor", Value::Vec3(material.specular)),
                 ("emissiveColor", Value::Vec3(material.emissive)),
                 ("shininess", Value::Float(material.shininess)),
-                ("ambientIntensity", Value::Float(ambient.clamp(0.0, 1.0))),
+                ("ambientIntensity", Value::Float(ambient)),
                 ("transparency", transparency),
             ],
         )
+    }
+
+    /// Returns the ambient color as a share of the diffuse color, which is all that VRML97 has.
+    fn ambient_intensity(&mut self, material: &Material, place: &Place) -> f32 {
+        // The nearest share, by the sum of squares.
+        let share = |part: Vec3, whole: Vec3| {
+            let share = part.dot(whole) / whole.length_squared().max(1e-12);
+            share.clamp(0.0, 1.0)
+        };
+        if material.ambient_light == Vec3::ZERO {
+            return share(material.ambient, material.diffuse);
+        }
+        let (part, whole) = (material.ambient_part(), self.ambient * material.diffuse);
+        let share = share(part, whole);
+        if (part - share * whole).abs().max_element() > Material::USUAL_AMBIENT {
+            let text = "the ambient color becomes a share of the diffuse color";
+            self.losses.add("ambient-color", text, place.clone(), 1);
+        }
+        share
     }
 
     /// Returns the texture of a picture, which several appearances may share.
@@ -462,6 +500,14 @@ impl GraphBuilder<'_> {
             }
         }
     }
+}
+
+/// Returns the ambient light that the first lit material is in, color times intensity.
+fn ambient_of(model: &Model) -> Vec3 {
+    let lit = model.materials.iter().filter(|m| !m.unlit);
+    let mut ambient = lit.filter(|m| m.ambient_part() != Vec3::ZERO);
+    let found = ambient.next().map_or(Vec3::ZERO, |m| m.ambient_light);
+    found.clamp(Vec3::ZERO, Vec3::ONE)
 }
 
 /// Whether a `TextureTransform` can have a matrix: its rows are orthogonal, and it can be inverted.

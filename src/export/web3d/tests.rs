@@ -224,15 +224,43 @@ fn the_state_of_inventor_becomes_shapes_with_materials() {
         found.iter().filter(|l| l.starts_with("<Shape USE")).count(),
         1
     );
-    for start in [
-        "<DirectionalLight",
-        "<Viewpoint",
-        "<NavigationInfo",
-        "<IndexedFaceSet",
+    // The second light has the ambient light.
+    for (start, expected) in [
+        ("<DirectionalLight", 2),
+        ("<Viewpoint", 1),
+        ("<NavigationInfo", 1),
+        ("<IndexedFaceSet", 1),
     ] {
         let count = found.iter().filter(|l| l.starts_with(start)).count();
-        assert_eq!(count, 1, "{start} in {found:#?}");
+        assert_eq!(count, expected, "{start} in {found:#?}");
     }
+}
+
+#[test]
+fn ambient_light_is_that_of_a_light_of_its_own() {
+    let found = scene(
+        "#Inventor V2.1 ascii\nEnvironment { ambientIntensity 0.5 ambientColor 1 0.8 0.6 }\n\
+         PointLight { }\nMaterial { diffuseColor 0.8 0.4 0.2 ambientColor 0.4 0.2 0.1 }\nCube { }",
+    );
+    let starting = |start: &str| found.iter().find(|l| l.starts_with(start)).unwrap();
+    let light = starting("<DirectionalLight");
+    for field in [
+        "color='1 0.8 0.6'",
+        "intensity='0'",
+        "ambientIntensity='0.5'",
+    ] {
+        assert!(light.contains(field), "{light}");
+    }
+    assert!(starting("<Material").contains("ambientIntensity='0.5'"));
+    let own = "#VRML V2.0 utf8\nPointLight { ambientIntensity 0.3 }\nShape { geometry Box { } }";
+    let glow = "#Inventor V2.1 ascii\nMaterial { diffuseColor 1 0 0 ambientColor 0 1 0 }\n\
+                Environment { ambientIntensity 0.5 } Cube { }";
+    let codes = |text: &str| -> Vec<String> {
+        let losses = converted(text, Target::Vrml97).losses;
+        losses.iter().map(|loss| loss.code.clone()).collect()
+    };
+    assert!(codes(own).is_empty());
+    assert_eq!(codes(glow), ["ambient-color"]);
 }
 
 /// Returns the bounding box of a document, its triangles and its lights and cameras.
@@ -257,7 +285,7 @@ fn vrml97_from_inventor_reads_back_with_the_same_content() {
     assert!(problems.is_empty(), "{problems:?}\n{text}");
     let after = content(&read);
     assert_eq!(
-        (before.1, before.2, before.3),
+        (before.1, before.2 + 1, before.3), // and a light with the ambient light
         (after.1, after.2, after.3),
         "{text}"
     );

@@ -10,6 +10,8 @@ pub use ivcam_inventor::traversal::state::TextureModel;
 pub struct Material {
     /// The ambient color.
     pub ambient: Vec3,
+    /// The ambient light of Inventor's environment that the surface is in, color times intensity.
+    pub ambient_light: Vec3,
     /// The diffuse color. A mesh with colors replaces it.
     pub diffuse: Vec3,
     /// The specular color.
@@ -68,10 +70,21 @@ pub struct Texture {
 }
 
 impl Material {
+    /// The largest part of ambient light that formats without ambient light lose without a word:
+    /// that of Inventor's defaults, 0.2 of 0.2.
+    pub const USUAL_AMBIENT: f32 = 0.0401;
+
+    /// The ambient light that the surface reflects.
+    pub fn ambient_part(&self) -> Vec3 {
+        self.ambient * self.ambient_light
+    }
+
     /// The numbers of the material as bits, which are equal for equal materials.
     pub(super) fn key(&self) -> Vec<u32> {
         let mut key = Vec::with_capacity(32);
-        for color in [self.ambient, self.diffuse, self.specular, self.emissive] {
+        let ambient = [self.ambient, self.ambient_light];
+        let others = [self.diffuse, self.specular, self.emissive];
+        for color in ambient.into_iter().chain(others) {
             key.extend(color.to_array().map(f32::to_bits));
         }
         key.extend([self.shininess, self.transparency].map(f32::to_bits));

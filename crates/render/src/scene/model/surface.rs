@@ -166,16 +166,19 @@ impl Surface {
         features.extend(further.any(is_drawn).then_some(Feature::FurtherTexture));
         let found = found.filter(|_| lost.is_none());
         let diffuse = colors.diffuse[0];
+        let light = state.environment.ambient;
+        let ambient_light = if light.is_finite() { light } else { Vec3::ZERO };
         let ambient = m.ambient_intensity.map_or(m.ambient, |a| a * diffuse);
         let is_usual = match m.ambient_intensity {
             Some(intensity) => intensity == 0.2 || intensity == 0.0,
-            None => (m.ambient - Vec3::splat(0.2)).abs().max_element() < 1e-6,
+            None => (m.ambient * ambient_light).max_element() <= Material::USUAL_AMBIENT,
         };
         if !is_usual && !state.is_unlit() {
             features.push(Feature::AmbientColor);
         }
         let material = Material {
             ambient,
+            ambient_light,
             diffuse,
             specular: m.specular,
             emissive: colors.emissive,
