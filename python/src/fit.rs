@@ -3,9 +3,8 @@
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-use ivcam::compare::{
-    Comparison, FitStep, FittedCamera, Options, Plate, Registration, compare, fit_camera,
-};
+use ivcam::compare::fit::FitStep;
+use ivcam::compare::{Comparison, FittedCamera, Options, Plate, Registration, compare, fit_camera};
 use ivcam::diag::{Diagnostic, Severity, Sink};
 use ivcam::photo::options::{Opt, all};
 use ivcam::{Era, Plan, Session};
