@@ -4,7 +4,10 @@ use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use ivcam::compare::fit::FitStep;
-use ivcam::compare::{Comparison, FittedCamera, Options, Plate, Registration, compare, fit_camera};
+use ivcam::compare::{
+    Comparison, FittedCamera, Options, Plate, Registration, compare, fit_camera,
+    fit_camera_and_aperture,
+};
 use ivcam::diag::{Diagnostic, Severity, Sink};
 use ivcam::photo::options::{Opt, all};
 use ivcam::{Era, Plan, Session};
@@ -37,12 +40,14 @@ fn known() -> Vec<&'static Opt> {
 }
 
 /// Finds the camera of a picture in a scene, which is a file or a document, as `ivcam compare
-/// --fit` does. `progress` is called with the finished share of the work and the residual.
+/// --fit` does, and with `aperture` as `--fit-aperture` does. `progress` is called with the
+/// finished share of the work and the residual.
 #[pyfunction]
 pub(crate) fn fit<'py>(
     py: Python<'py>,
     scene: &Bound<'py, PyAny>,
     picture: &Bound<'py, PyAny>,
+    aperture: bool,
     options: &Bound<'py, PyDict>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
@@ -70,7 +75,8 @@ pub(crate) fn fit<'py>(
                 Some(scene) => Session::with_document(plan, scene),
                 None => Session::open(plan),
             };
-            search(budget.during(open)?, &Plate::from_raster(&target), &seen)
+            let target = Plate::from_raster(&target);
+            search(budget.during(open)?, &target, aperture, &seen)
         })?
     };
     let mut found = listening(py, work, &budget, || match progress {
@@ -87,13 +93,22 @@ pub(crate) fn fit<'py>(
     record(py, &found, &warnings)
 }
 
-/// Fits the camera of an open session, and compares its picture.
-fn search(mut session: Session, target: &Plate, seen: &Mutex<Option<(f64, f64)>>) -> Result<Found> {
+/// Fits the camera of an open session, with `aperture` also its f-number, and compares its picture.
+fn search(
+    mut session: Session,
+    target: &Plate,
+    aperture: bool,
+    seen: &Mutex<Option<(f64, f64)>>,
+) -> Result<Found> {
     let mut report = |step: &FitStep<'_>| {
         let step = (step.done, step.cost.max(0.0).sqrt());
         *seen.lock().unwrap_or_else(PoisonError::into_inner) = Some(step);
     };
-    let (camera, rendering) = fit_camera(&mut session, target, &mut report)?;
+    let fit = match aperture {
+        true => fit_camera_and_aperture,
+        false => fit_camera,
+    };
+    let (camera, rendering) = fit(&mut session, target, &mut report)?;
     let options = Options {
         registration: Registration::Resize,
         ..Options::default()

@@ -158,3 +158,21 @@ def test_a_fit_is_that_of_the_program(
     theirs = json.loads(printed.stdout)
     del theirs["limits_exceeded"]
     assert found.comparison == theirs
+
+
+@pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
+def test_a_fit_of_the_aperture_is_that_of_the_program(
+    boxes: pathlib.Path, tmp_path: pathlib.Path, command: str
+) -> None:
+    lens: Dict[str, Any] = {"lens": "double-gauss", "efl": 50, "size": (96, 64), "samples": 4}
+    truth = tmp_path / "truth.png"
+    ivcam.render(boxes, **{**lens, "samples": 16}, f_number=4, focus=5, seed=5).save(truth)
+    found = ivcam.fit(boxes, truth, fit_aperture=True, **lens, focus=5, f_number=2.8)
+    assert found.f_number == pytest.approx(4, rel=0.1)
+    line = [command, "compare", str(boxes), str(truth), "--fit", str(tmp_path / "c.dat")]
+    words = ["--fit-aperture", "--lens=double-gauss", "--efl=50", "--size=96x64", "--samples=4"]
+    rest = ["--focus=5", "--f-number=2.8", "--quiet", "--json"]
+    subprocess.run([*line, *words, *rest], capture_output=True, check=True)
+    assert found.file == (tmp_path / "c.dat").read_text()
+    with pytest.raises(ivcam.IvcamError, match="pinhole"):
+        ivcam.fit(boxes, truth, fit_aperture=True, **OPTIONS)

@@ -172,6 +172,21 @@ pub fn fit_camera(
     Ok((found.camera, found.rendering))
 }
 
+/// Finds the camera as [`fit_camera`] does, and the f-number of its lens from what is out of focus.
+///
+/// # Errors
+/// Fails as [`fit_camera`] does, and for a pinhole.
+pub fn fit_camera_and_aperture(
+    session: &mut Session,
+    target: &Plate,
+    report: &mut dyn FnMut(&FitStep<'_>),
+) -> Result<(FittedCamera, Plate)> {
+    check_plan(&session.plan)?;
+    let fit = CameraFit::of(session)?.with_aperture()?;
+    let found = fit.search(session, target, report)?;
+    Ok((found.camera, found.rendering))
+}
+
 /// Refuses the options that a fit does not have.
 ///
 /// # Errors

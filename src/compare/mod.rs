@@ -6,6 +6,6 @@ pub(crate) mod difference;
 mod selection;
 pub(crate) mod sheet;
 
-pub use camera_fit::{FittedCamera, fit_camera};
+pub use camera_fit::{FittedCamera, fit_camera, fit_camera_and_aperture};
 pub use ivcam_compare::*;
 pub(crate) use selection::Selection;

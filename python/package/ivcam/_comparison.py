@@ -198,6 +198,7 @@ def fit(
     scene: Union[PathLike, Document],
     picture: AnyPicture,
     *,
+    fit_aperture: bool = False,
     progress: Optional[Callable[[FitProgress], object]] = None,
     **options: Any,
 ) -> Fit:
@@ -207,6 +208,7 @@ def fit(
     Args:
         scene: a path or a document.
         picture: the picture, as for `compare`. It has to be the whole frame.
+        fit_aperture: whether the f-number of the lens is fitted too, from what is out of focus.
         progress: a function that is called with `FitProgress`. An exception of it ends the fit.
         **options: the options of `render` that say where to begin, and the size and samples of
             the renderings: `camera` (a file; begin within centimeters and degrees), `lens`, `efl`
@@ -222,7 +224,7 @@ def fit(
     """
     core = scene._core if isinstance(scene, Document) else os.fspath(scene)
     call = None if progress is None else _adapted(progress)
-    found = _ivcam.fit(core, _plate("picture", picture), options, call)
+    found = _ivcam.fit(core, _plate("picture", picture), fit_aperture, options, call)
     camera = dict(found["camera"])
     for name in ("position", "orientation"):
         camera[name] = tuple(camera[name])

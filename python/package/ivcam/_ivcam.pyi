@@ -134,6 +134,7 @@ def compare(
 def fit(
     scene: Union[str, Document],
     picture: Any,
+    aperture: bool,
     options: _Record,
     progress: Optional[Callable[[float, float], object]],
 ) -> _Record: ...
