@@ -40,6 +40,7 @@ pub use analysis::sheet::{FieldPoint, LensSheet, SheetSetting};
 pub use analysis::tolerance::{Distribution, Requirement, Tolerance, Yield, yield_of};
 pub use ivcam_base::math::lanes::LANES;
 pub use lanes::bundle::Bundle;
+pub use lanes::rows::{RayRows, TracedRows};
 pub use lanes::transmittances::Transmittances;
 pub use lens::Lens;
 pub use library::at_zoom_list;

@@ -14,6 +14,7 @@ mod iris;
 mod many;
 mod mirror;
 mod quadric;
+pub(crate) mod rows;
 mod sphere;
 mod step;
 mod toroid;
