@@ -3,13 +3,11 @@
 use ivcam::cli::lens_output;
 use ivcam::diag::{Severity, Sink};
 use ivcam::glam::{DVec2, DVec3};
-use ivcam::lens::trace::ray::unit;
 use ivcam::lens::{
-    Bundle, FieldPoint, Focus, LANES, LensRay, Loss, LossKind, Plane, PointSpreads, SheetSetting,
-    Toward, shipped_names,
+    FieldPoint, Focus, Plane, PointSpreads, RayRows, SheetSetting, Toward, TracedRows,
+    shipped_names,
 };
 use ivcam::photo::LensChoice;
-use ivcam_base::math::lanes::Width;
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
 use ivcam_optics::prescription::formats::write::{Target, write};
 use numpy::{
@@ -24,9 +22,6 @@ use crate::calls::{on_pool, on_this_thread};
 use crate::errors::{OrRaise, records};
 use crate::options::Keywords;
 use crate::values::rows;
-
-/// The coordinates of a ray that is lost.
-const LOST: [f64; 3] = [f64::NAN; 3];
 
 /// A lens, focused if it has a distance.
 #[pyclass(frozen, module = "ivcam._ivcam", name = "Lens")]
@@ -125,7 +120,8 @@ impl PyLens {
     }
 
     /// Traces rays, whose rows of three the caller checks, into arrays with a row for each ray. One
-    /// row of origins or directions goes with all of the other array.
+    /// row of origins or directions goes with all of the other array. With `at_z` the points of the
+    /// rays are on that plane.
     #[allow(clippy::too_many_arguments)]
     fn trace<'py>(
         &self,
@@ -134,6 +130,7 @@ impl PyLens {
         directions: PyReadonlyArray2<'py, f64>,
         wavelength: Option<f64>,
         to_scene: bool,
+        at_z: Option<f64>,
         threads: usize,
         rays: (PyReadwriteArray2<'py, f64>, PyReadwriteArray2<'py, f64>),
         mut code: PyReadwriteArray1<'py, u8>,
@@ -147,21 +144,25 @@ impl PyLens {
         };
         let lens = wavelength.map(|nm| self.lens.at_wavelength(nm));
         let lens = lens.as_ref().unwrap_or(&self.lens);
-        let (from, _) = origins.as_slice()?.as_chunks::<3>();
-        let (along, _) = directions.as_slice()?.as_chunks::<3>();
-        let traced = RayColumns {
-            origin: origin.as_slice_mut()?.as_chunks_mut::<3>().0,
-            direction: direction.as_slice_mut()?.as_chunks_mut::<3>().0,
-            code: code.as_slice_mut()?,
-            surface: surface.as_slice_mut()?,
+        let queries = RayRows {
+            origins: origins.as_slice()?.as_chunks::<3>().0,
+            directions: directions.as_slice()?.as_chunks::<3>().0,
         };
-        let count = traced.code.len();
-        let fits = |n: usize| n == count || n == 1;
-        if !fits(from.len()) || !fits(along.len()) || !traced.has_length(count) {
+        let traced = TracedRows {
+            origins: origin.as_slice_mut()?.as_chunks_mut::<3>().0,
+            directions: direction.as_slice_mut()?.as_chunks_mut::<3>().0,
+            codes: code.as_slice_mut()?,
+            surfaces: surface.as_slice_mut()?,
+        };
+        if !traced.count().is_some_and(|count| queries.are_of(count)) {
             return Err(PyValueError::new_err("arrays of rays differ in length"));
         }
-        let queries = Queries { from, along };
-        on_this_thread(py, || trace_on(lens, toward, threads, &queries, traced))
+        let tracing = Tracing {
+            lens,
+            toward,
+            plane: at_z,
+        };
+        on_this_thread(py, || tracing.on_threads(threads, queries, traced))
     }
 
     /// Returns the spot of the point at infinity whose chief ray arrives at a film point.
@@ -253,7 +254,7 @@ impl PyLens {
         let heights = heights.as_slice()?;
         let at = |height: &f64| match self.lens.distortion(plane, *height, film_z) {
             Some(found) => [found.angle, found.f_tan, found.f_theta],
-            None => LOST,
+            None => [f64::NAN; 3],
         };
         let all = on_pool(py, || heights.iter().map(at).collect())?;
         rows(py, all)
@@ -287,144 +288,35 @@ fn field_point((unit, value): &(String, f64)) -> FieldPoint {
     }
 }
 
-/// Rays to trace. One origin or direction goes with all of the others.
-struct Queries<'a> {
-    from: &'a [[f64; 3]],
-    along: &'a [[f64; 3]],
-}
-
-impl Queries<'_> {
-    /// Returns a ray with a direction of unit length; none without a direction, or with a
-    /// coordinate that is not finite.
-    fn ray(&self, i: usize) -> Option<LensRay> {
-        let row = |rows: &[[f64; 3]]| DVec3::from_array(rows[if rows.len() == 1 { 0 } else { i }]);
-        let origin = Some(row(self.from)).filter(|origin| origin.is_finite())?;
-        let direction = unit(row(self.along))?;
-        Some(LensRay { origin, direction })
-    }
-}
-
-/// The rows of arrays that receive the rays as they leave the lens.
-struct RayColumns<'a> {
-    origin: &'a mut [[f64; 3]],
-    direction: &'a mut [[f64; 3]],
-    code: &'a mut [u8],
-    surface: &'a mut [i32],
-}
-
-impl<'a> RayColumns<'a> {
-    fn has_length(&self, count: usize) -> bool {
-        let lengths = [
-            self.origin.len(),
-            self.direction.len(),
-            self.code.len(),
-            self.surface.len(),
-        ];
-        lengths.iter().all(|length| *length == count)
-    }
-
-    fn split_at(self, row: usize) -> (Self, Self) {
-        let (origin, origins) = self.origin.split_at_mut(row);
-        let (direction, directions) = self.direction.split_at_mut(row);
-        let (code, codes) = self.code.split_at_mut(row);
-        let (surface, surfaces) = self.surface.split_at_mut(row);
-        let first = Self {
-            origin,
-            direction,
-            code,
-            surface,
-        };
-        let rest = Self {
-            origin: origins,
-            direction: directions,
-            code: codes,
-            surface: surfaces,
-        };
-        (first, rest)
-    }
-
-    fn set(&mut self, i: usize, result: std::result::Result<LensRay, Loss>) {
-        let (origin, direction, code, surface) = match result {
-            Ok(ray) => (ray.origin.to_array(), ray.direction.to_array(), 0, -1),
-            Err(loss) => (LOST, LOST, code_of(loss.kind), number_of(loss.surface)),
-        };
-        self.origin[i] = origin;
-        self.direction[i] = direction;
-        self.code[i] = code;
-        self.surface[i] = surface;
-    }
-}
-
-fn code_of(kind: LossKind) -> u8 {
-    match kind {
-        LossKind::Missed => 1,
-        LossKind::Blocked => 2,
-        LossKind::TotalReflection => 3,
-    }
-}
-
-fn number_of(surface: usize) -> i32 {
-    i32::try_from(surface).unwrap_or(i32::MAX)
-}
-
-/// Traces rays on a number of threads. The last part is this thread's own, so one thread starts no
-/// other.
-fn trace_on(
-    lens: &ivcam::Lens,
+/// How rays are traced.
+struct Tracing<'a> {
+    lens: &'a ivcam::Lens,
     toward: Toward,
-    threads: usize,
-    queries: &Queries<'_>,
-    traced: RayColumns<'_>,
-) {
-    let count = traced.code.len();
-    let share = count.div_ceil(threads.max(1)).max(1);
-    std::thread::scope(|scope| {
-        let (mut first, mut rest) = (0, traced);
-        while count - first > share {
-            let (mut part, others) = rest.split_at(share);
-            let start = first;
-            scope.spawn(move || trace_part(lens, toward, (queries, start), &mut part));
-            (first, rest) = (first + share, others);
-        }
-        trace_part(lens, toward, (queries, first), &mut rest);
-    });
+    /// The z of the plane on which the rays end, in millimeters, if any.
+    plane: Option<f64>,
 }
 
-/// Traces the rays of one thread, from the query with the number `first` on. It is
-/// `Lens::trace_all` without lists between the arrays, which take as long as the tracing.
-fn trace_part(
-    lens: &ivcam::Lens,
-    toward: Toward,
-    (queries, first): (&Queries<'_>, usize),
-    traced: &mut RayColumns<'_>,
-) {
-    let count = traced.code.len();
-    let entered = match toward {
-        Toward::Film => 0,
-        Toward::Scene => lens.prescription().surfaces.len().saturating_sub(1),
-    };
-    let missed = Loss {
-        surface: entered,
-        kind: LossKind::Missed,
-    };
-    let (mut bundle, width) = (Bundle::default(), Width::detect());
-    for start in (0..count).step_by(LANES) {
-        let rays = LANES.min(count - start);
-        for lane in 0..rays {
-            match queries.ray(first + start + lane) {
-                Some(ray) => bundle.set(lane, &ray),
-                None => bundle.clear(lane),
+impl Tracing<'_> {
+    /// Traces rays on a number of threads. The last part is this thread's own, so one thread starts
+    /// no other.
+    fn on_threads(&self, threads: usize, queries: RayRows<'_>, traced: TracedRows<'_>) {
+        let count = traced.codes.len();
+        let share = count.div_ceil(threads.max(1)).max(1);
+        std::thread::scope(|scope| {
+            let (mut first, mut rest) = (0, traced);
+            while count - first > share {
+                let (part, others) = rest.split_at(share);
+                let rows = queries.part(first..first + share);
+                scope.spawn(move || self.part(rows, part));
+                (first, rest) = (first + share, others);
             }
-        }
-        (rays..LANES).for_each(|lane| bundle.clear(lane));
-        lens.trace_bundle(&mut bundle, toward, width);
-        for lane in 0..rays {
-            let result = match bundle.passed(lane) {
-                true => Ok(bundle.ray(lane)),
-                false => Err(bundle.loss(lane).unwrap_or(missed)),
-            };
-            traced.set(start + lane, result);
-        }
+            self.part(queries.part(first..count), rest);
+        });
+    }
+
+    fn part(&self, queries: RayRows<'_>, mut traced: TracedRows<'_>) {
+        self.lens
+            .trace_rows(queries, self.toward, self.plane, &mut traced);
     }
 }
 

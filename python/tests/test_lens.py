@@ -62,6 +62,40 @@ def test_rays_return_on_their_way() -> None:
     np.testing.assert_allclose(back.directions[0], -np.array([0, 0.01, 1]) / math.hypot(0.01, 1))
 
 
+def test_rays_end_on_a_plane_when_asked() -> None:
+    lens = ivcam.Lens("double-gauss")
+    rng = np.random.default_rng(4)
+    origins = np.column_stack([rng.uniform(-30, 30, (1001, 2)), np.full(1001, -40.0)])
+    rays = lens.trace(origins, [0.01, 0.02, 1])
+    ends = lens.trace(origins, [0.01, 0.02, 1], at_z=lens.film_z)
+    assert 0 < rays.passed.sum() < 1001
+    np.testing.assert_array_equal(ends.code, rays.code)
+    np.testing.assert_array_equal(ends.directions, rays.directions)
+    np.testing.assert_allclose(ends.origins[:, :2], rays.at_z(lens.film_z), rtol=0, atol=1e-13)
+    assert (ends.origins[ends.passed, 2] == lens.film_z).all()
+    assert np.isnan(ends.origins[~ends.passed]).all()
+    with pytest.raises(ValueError, match="at_z"):
+        lens.trace(origins, [0, 0, 1], at_z=math.inf)
+
+
+def test_arrays_of_an_earlier_call_are_filled_again() -> None:
+    lens = ivcam.Lens("double-gauss")
+    origins = np.column_stack([np.linspace(-30, 30, 101), np.zeros(101), np.full(101, -40.0)])
+    kept = lens.trace(origins, [0, 0, 1])
+    expected = lens.trace(origins, [0, 0.1, 1])
+    assert (kept.code != expected.code).any()
+    assert lens.trace(origins, [0, 0.1, 1], out=kept) is kept
+    for a, b in zip(vars(kept).values(), vars(expected).values()):
+        np.testing.assert_array_equal(a, b)
+    with pytest.raises(ValueError, match="out.origins"):
+        lens.trace(origins[:100], [0, 0, 1], out=kept)
+    with pytest.raises(ValueError, match="also an array of the rays"):
+        lens.trace(kept.origins, [0, 0, 1], out=kept)
+    kept.directions.flags.writeable = False
+    with pytest.raises(ValueError, match="may not be written"):
+        lens.trace(origins, [0, 0, 1], out=kept)
+
+
 def test_wrong_arrays_are_refused() -> None:
     lens = ivcam.Lens("double-gauss")
     with pytest.raises(ValueError, match="N × 3"):

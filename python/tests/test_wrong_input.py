@@ -46,6 +46,8 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.Lens("double-gauss").trace(np.zeros((2, 3)), np.zeros((3, 3))),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], threads=0),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], NAN),
+    lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], at_z=NAN),
+    lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], out=3),  # type: ignore[arg-type]
     lambda: ivcam.Lens("double-gauss").spot(grid=0),
     lambda: ivcam.Lens("double-gauss").irradiance([1, 2, 3]),
     lambda: ivcam.Lens("double-gauss").distortion([[1, 2]]),
@@ -90,6 +92,7 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.fit(ivcam.open(SCENE), np.zeros((40, 40)), region="0,0,2,2"),
     lambda: ivcam.fit(ivcam.open(SCENE), np.zeros((40, 90)), size=(40, 40), lens="none"),
     lambda: ivcam.fit("/no/such/file.iv", np.zeros((40, 40))),
+    lambda: ivcam.fit(ivcam.open(SCENE), np.zeros((40, 40)), fit_aperture=True, lens="none"),
 ]
 
 

@@ -76,6 +76,7 @@ class Lens:
         directions: _Doubles,
         wavelength: Optional[float],
         to_scene: bool,
+        at_z: Optional[float],
         threads: int,
         rays: Tuple[_Doubles, _Doubles],
         code: npt.NDArray[np.uint8],

@@ -218,7 +218,9 @@ class Lens:
         wavelength: Optional[float] = None,
         *,
         toward: str = "film",
+        at_z: Optional[float] = None,
         threads: int = 1,
+        out: Optional[Rays] = None,
     ) -> Rays:
         """Traces rays through the lens.
 
@@ -227,12 +229,16 @@ class Lens:
             directions: N × 3 or 3, of any length. One row goes with all of the other array.
             wavelength: nanometers, from 100 to 100,000 [that of the lens].
             toward: `film` or `scene`.
+            at_z: the z of a plane in millimeters; `origins` of the result are where rays cross it
+                [they are on the last surface].
             threads: the number of threads. Other threads of Python run meanwhile.
+            out: the result of an earlier call with as many rays, which is overwritten and returned.
+                That saves the time to get memory [a new one].
 
         A ray with a coordinate that is not finite is lost, with the code `MISSED`.
 
         Raises:
-            ValueError: a wrong shape, wavelength or `toward`.
+            ValueError: a wrong shape, wavelength, `toward`, `at_z` or `out`.
         """
         start, along = rows("origins", origins, 3), rows("directions", directions, 3)
         if len(start) != len(along) and 1 not in (len(start), len(along)):
@@ -243,11 +249,20 @@ class Lens:
         if threads < 1:
             raise ValueError("`threads` is at least 1")
         nm = None if wavelength is None else _wavelength(wavelength)
-        # NumPy's own memory has large pages, which take a third of the time of small ones.
-        rays = (np.empty((count, 3)), np.empty((count, 3)))
-        code, surface = np.empty(count, np.uint8), np.empty(count, np.int32)
-        self._core.trace(start, along, nm, toward == "scene", threads, rays, code, surface)
-        return Rays(*rays, code, surface)
+        z = None if at_z is None else float(at_z)
+        if z is not None and not math.isfinite(z):
+            raise ValueError(f"`at_z` is {z}, and a finite number is wanted")
+        if out is None:
+            # NumPy's own memory has large pages, which take a third of the time of small ones.
+            places = np.empty((count, 3)), np.empty((count, 3))
+            out = Rays(*places, np.empty(count, np.uint8), np.empty(count, np.int32))
+        else:
+            _check_out(out, count, start, along)
+        rays = (out.origins, out.directions)
+        self._core.trace(
+            start, along, nm, toward == "scene", z, threads, rays, out.code, out.surface
+        )
+        return out
 
     def spot(self, x: float = 0.0, y: float = 0.0, *, grid: int = 32) -> Optional[Spot]:
         """Returns the spot of a distant point at a film point (mm), by grid × grid rays; `None`
@@ -437,6 +452,25 @@ class Lens:
     def _json(self, *words: str) -> Dict[str, Any]:
         data: Dict[str, Any] = json.loads(self._output(*words))
         return data
+
+
+def _check_out(out: Rays, count: int, *queries: Array) -> None:
+    """Raises a ValueError unless `count` rays can be written into `out`, or a TypeError."""
+    if not isinstance(out, Rays):
+        raise TypeError(f"`out` is the result of an earlier `trace`, not {type(out).__name__}")
+    kinds = {"origins": np.float64, "directions": np.float64, "code": np.uint8, "surface": np.int32}
+    for name, kind in kinds.items():
+        array: npt.NDArray[Any] = getattr(out, name)
+        shape = (count, 3) if kind is np.float64 else (count,)
+        if array.shape != shape or array.dtype != kind:
+            raise ValueError(
+                f"`out.{name}` is {array.dtype} of the shape {array.shape}, and "
+                f"{np.dtype(kind)} of {shape} is wanted"
+            )
+        if not array.flags.c_contiguous or not array.flags.writeable:
+            raise ValueError(f"`out.{name}` is not contiguous or may not be written")
+        if any(np.may_share_memory(array, query) for query in queries):
+            raise ValueError(f"`out.{name}` is also an array of the rays to trace")
 
 
 def _wavelength(nm: float) -> float:

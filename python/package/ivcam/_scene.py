@@ -229,7 +229,7 @@ def open(
     search: Sequence[PathLike] = (),
     contain: Optional[PathLike] = None,
 ) -> Document:
-    """Reads an Open Inventor, VRML 1.0 or VRML97 scene, plain or gzipped.
+    """Reads a scene: Open Inventor, VRML 1.0, VRML97, X3D, glTF, OBJ, PLY or STL, plain or gzipped.
 
     What is wrong with the file and was skipped is in `problems` of the result, and no warning.
 
