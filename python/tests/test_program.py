@@ -64,6 +64,36 @@ def test_pictures_have_the_bits_of_the_program(
     assert exposures["measures"]["mse"] == 0
 
 
+BUTTON = """#VRML V2.0 utf8
+NavigationInfo { headlight FALSE }
+Viewpoint { position 0 0 6 }
+Group { children [
+  DEF Button TouchSensor { }
+  Shape { appearance Appearance { material Material { diffuseColor 1 0 0 } } geometry Box { } }
+] }
+DEF Lamp PointLight { location 2 3 5 on FALSE }
+DEF Clock TimeSensor { cycleInterval 100 }
+ROUTE Button.touchTime TO Clock.set_startTime
+ROUTE Clock.isActive TO Lamp.set_on
+"""
+
+
+@pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
+def test_pointers_and_events_are_those_of_the_program(tmp_path: pathlib.Path, command: str) -> None:
+    file = tmp_path / "button.wrl"
+    file.write_text(BUTTON)
+    options: Dict[str, Any] = {"size": (40, 30), "samples": 1, "lens": "none", "scene_time": 2}
+    assert ivcam.render(file, **options).pixels.max() == 0
+    pointers: List[Dict[str, Any]] = [{"touch": "Button@1"}, {"event": "Lamp.set_on=TRUE@1"}]
+    for more in pointers:
+        theirs = tmp_path / "program.exr"
+        line = [command, "render", str(file), *words({**options, **more}), "-o", str(theirs)]
+        subprocess.run([*line, "--quiet"], check=True)
+        lit = ivcam.render(file, **options, **more)
+        assert lit.pixels.max() > 0.1
+        assert ivcam.compare(lit.pixels, theirs, match="none")["measures"]["mse"] == 0
+
+
 @pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
 @pytest.mark.parametrize("name", ivcam.lenses())
 def test_numbers_are_those_of_the_program(name: str, command: str) -> None:

@@ -1,6 +1,8 @@
 """Documents, nodes, triangles, conversions and checks."""
 
+import gzip
 import pathlib
+from typing import Dict
 
 import numpy as np
 import pytest
@@ -95,6 +97,81 @@ def test_a_conversion_writes_its_files_and_names_what_is_lost(
     with pytest.raises(ivcam.ArgumentError, match="file of the scene"):
         document.convert(scene, format="inventor")
     assert scene.read_bytes() == SCENE
+
+
+@pytest.mark.filterwarnings("ignore::ivcam.IvcamWarning")
+@pytest.mark.parametrize("format", sorted(ivcam.formats()))
+def test_what_a_conversion_writes_opens_with_the_same_triangles(
+    format: str, scene: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    document = ivcam.open(scene)
+    path = tmp_path / f"written{ivcam.formats()[format][0]}"
+    made = document.convert(path, format=format)
+    assert made.format == format and path.stat().st_size > 0 and not made.problems
+    if format == "usda":
+        assert path.read_text().startswith("#usda")
+        with pytest.raises(ivcam.IvcamError):
+            ivcam.open(path)
+        return
+    mine, theirs = document.triangles(), ivcam.open(path).triangles()
+    assert len(theirs.faces) == len(mine.faces) > 100
+    for end in (np.min, np.max):
+        expected = end(mine.positions, axis=0)
+        np.testing.assert_allclose(end(theirs.positions, axis=0), expected, atol=1e-5)
+
+
+CORNERS = "0 0 0, 3 0 0, 0 4 0"
+TRIANGLE = f"IndexedFaceSet {{ coord Coordinate {{ point [ {CORNERS} ] }} coordIndex [ 0 1 2 -1 ] }}"
+TRIANGLES: Dict[str, str] = {
+    "a.iv": f"""#Inventor V2.1 ascii
+Coordinate3 {{ point [ {CORNERS} ] }} FaceSet {{ numVertices 3 }}""",
+    "old.iv": f"""#Inventor V1.0 ascii
+Coordinate3 {{ point [ {CORNERS} ] }} FaceSet {{ numVertices 3 }}""",
+    "one.wrl": f"""#VRML V1.0 ascii
+Coordinate3 {{ point [ {CORNERS} ] }} IndexedFaceSet {{ coordIndex [ 0, 1, 2, -1 ] }}""",
+    "two.wrl": f"#VRML V2.0 utf8\nShape {{ geometry {TRIANGLE} }}",
+    "a.x3dv": f"#X3D V3.3 utf8\nPROFILE Interchange\nShape {{ geometry {TRIANGLE} }}",
+    "a.x3d": f"""<X3D version='3.3' profile='Interchange'><Scene><Shape>
+<IndexedFaceSet coordIndex='0 1 2 -1'><Coordinate point='{CORNERS}'/></IndexedFaceSet>
+</Shape></Scene></X3D>""",
+    "a.obj": "v 0 0 0\nv 3 0 0\nv 0 4 0\nf 1 2 3\n",
+    "a.stl": """solid a
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 3 0 0
+vertex 0 4 0
+endloop
+endfacet
+endsolid a
+""",
+    "a.ply": """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 0
+3 0 0
+0 4 0
+3 0 1 2
+""",
+}
+
+
+@pytest.mark.parametrize("name", sorted(TRIANGLES))
+def test_every_format_opens_plain_and_gzipped(name: str, tmp_path: pathlib.Path) -> None:
+    data = TRIANGLES[name].encode()
+    (tmp_path / name).write_bytes(data)
+    (tmp_path / f"{name}.gz").write_bytes(gzip.compress(data))
+    for path in (tmp_path / name, tmp_path / f"{name}.gz"):
+        found = ivcam.open(path).triangles()
+        assert len(found.faces) == 1
+        a, b, c = found.positions[found.faces[0]].astype(float)
+        assert 0.5 * np.linalg.norm(np.cross(b - a, c - a)) == pytest.approx(6)
 
 
 def test_problems_have_their_place_and_help() -> None:
