@@ -63,17 +63,40 @@ def of_ivcam(lens: ivcam.Lens) -> Tracer:
     film_z = sum(surface["t"] for surface in film)
 
     def trace(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        return lens.trace(origins, directions, WAVELENGTH).at_z(film_z)
+        return lens.trace(origins, directions, WAVELENGTH, at_z=film_z).origins[:, :2]
 
     return trace
 
 
-def of_optiland(lens: ivcam.Lens) -> Tracer:
-    """optiland on NumPy, without the record of every surface."""
+def of_ivcam_again(lens: ivcam.Lens) -> Tracer:
+    """ivcam on one thread, with the arrays of the call before."""
+    film_z = sum(surface["t"] for surface in lens.prescription()["surfaces"])
+    kept: Dict[int, ivcam.Rays] = {}
+
+    def trace(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        out = kept.get(len(origins))
+        rays = lens.trace(origins, directions, WAVELENGTH, at_z=film_z, out=out)
+        kept[len(origins)] = rays
+        return rays.origins[:, :2]
+
+    return trace
+
+
+def of_optiland(lens: ivcam.Lens, backend: str = "numpy") -> Tracer:
+    """optiland in double precision, without the record of every surface. Its backend is chosen anew
+    for each call, as the libraries alternate."""
+    import optiland.backend as be
     from optiland.materials import IdealMaterial
     from optiland.optic import Optic
     from optiland.rays import RealRays
 
+    be.set_backend(backend)
+    if backend == "torch":
+        import torch
+
+        torch.set_num_threads(1)
+        be.set_precision("float64")
+        be.grad_mode.disable()
     optic = Optic()
     optic.surfaces.add(index=0, thickness=10.0)
     for number, surface in enumerate(surfaces(lens), 1):
@@ -94,12 +117,13 @@ def of_optiland(lens: ivcam.Lens) -> Tracer:
     optic.add_wavelength(value=WAVELENGTH / 1000, is_primary=True)
 
     def trace(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        be.set_backend(backend)
         one = np.ones(len(origins))
         columns = [*origins.T, *directions.T, one, one * WAVELENGTH / 1000]
-        rays = RealRays(*(np.array(column) for column in columns))
+        rays = RealRays(*(be.array(np.array(column)) for column in columns))
         optic.surfaces.trace(rays, skip=1, record=False)
-        points = np.column_stack([rays.x, rays.y])
-        points[~(rays.i > 0)] = np.nan
+        points = np.column_stack([be.to_numpy(rays.x), be.to_numpy(rays.y)])
+        points[~(be.to_numpy(rays.i) > 0)] = np.nan
         return points
 
     return trace
@@ -153,10 +177,19 @@ def of_rayoptics(lens: ivcam.Lens) -> Tracer:
     return trace
 
 
-#: The libraries by name.
+def of_optiland_torch(lens: ivcam.Lens) -> Tracer:
+    """optiland on PyTorch, on one thread."""
+    import torch  # noqa: F401  # An ImportError leaves it out.
+
+    return of_optiland(lens, "torch")
+
+
+#: The libraries by name; what follows a comma says how.
 BUILDERS: Dict[str, Callable[[ivcam.Lens], Tracer]] = {
     "ivcam": of_ivcam,
-    "optiland": of_optiland,
+    "ivcam, `out=`": of_ivcam_again,
+    "optiland, NumPy and Numba": of_optiland,
+    "optiland, PyTorch": of_optiland_torch,
     "rayoptics": of_rayoptics,
 }
 
