@@ -27,7 +27,8 @@ def test_notebooks_run(name: str) -> None:
     import nbclient
     import nbformat
 
-    notebook = nbformat.read(NOTEBOOKS / f"{name}.ipynb", 4)
+    file = NOTEBOOKS / f"{name}.ipynb"
+    notebook = nbformat.read(file, 4)  # type: ignore[no-untyped-call,unused-ignore]
     assert all(not cell.get("outputs") for cell in notebook.cells), "its outputs are not stripped"
     folder = {"metadata": {"path": str(NOTEBOOKS)}}
     client = nbclient.NotebookClient(notebook, timeout=600, kernel_name="python3", resources=folder)
@@ -36,4 +37,5 @@ def test_notebooks_run(name: str) -> None:
     assert any("image/png" in output.get("data", {}) for output in shown)
     assert not [output for output in shown if output.get("name") == "stderr"], "it warns"
     if os.environ.get("IVCAM_NOTEBOOKS"):
-        nbformat.write(notebook, pathlib.Path(os.environ["IVCAM_NOTEBOOKS"]) / f"{name}.ipynb")
+        path = pathlib.Path(os.environ["IVCAM_NOTEBOOKS"]) / f"{name}.ipynb"
+        nbformat.write(notebook, path)  # type: ignore[no-untyped-call,unused-ignore]

@@ -121,7 +121,8 @@ def test_what_a_conversion_writes_opens_with_the_same_triangles(
 
 
 CORNERS = "0 0 0, 3 0 0, 0 4 0"
-TRIANGLE = f"IndexedFaceSet {{ coord Coordinate {{ point [ {CORNERS} ] }} coordIndex [ 0 1 2 -1 ] }}"
+COORDINATES = f"coord Coordinate {{ point [ {CORNERS} ] }}"
+TRIANGLE = f"IndexedFaceSet {{ {COORDINATES} coordIndex [ 0 1 2 -1 ] }}"
 TRIANGLES: Dict[str, str] = {
     "a.iv": f"""#Inventor V2.1 ascii
 Coordinate3 {{ point [ {CORNERS} ] }} FaceSet {{ numVertices 3 }}""",

@@ -108,7 +108,8 @@ def test_wrong_input_is_an_exception(number: int) -> None:
 @pytest.mark.parametrize("value", [NAN, INF, -INF, 1e300, -1e300])
 def test_numbers_without_a_place_give_nan_and_no_fault(value: float) -> None:
     lens = ivcam.Lens("double-gauss")
-    rays = lens.trace([[0, value, -50], [0, 0, -50]], [[0, 0, 1], [value, 0, 1]])
+    origins = [[0.0, value, -50.0], [0.0, 0.0, -50.0]]
+    rays = lens.trace(origins, [[0.0, 0.0, 1.0], [value, 0.0, 1.0]])
     assert (rays.code[0] != ivcam.PASSED) and np.isnan(rays.at_z(lens.film_z)[0]).all()
     assert (
         not np.isfinite(lens.irradiance([[value, 0]])).any() or lens.irradiance([[value, 0]]) == 0

@@ -329,7 +329,7 @@ class Lens:
         self,
         fields: Optional[Sequence[Union[float, str]]] = None,
         *,
-        wavelengths: Union[None, Sequence[float], Mapping[float, float]] = None,
+        wavelengths: Union[None, Sequence[float], Mapping[float, float], Mapping[int, float]] = None,
         size: int = 160,
         film: Union[None, str, float, Sequence[float]] = None,
         defocus: float = 0.0,
@@ -495,7 +495,9 @@ def _field(field: Union[float, str]) -> Tuple[str, float]:
     return unit, value
 
 
-def _waves(wavelengths: Union[Sequence[float], Mapping[float, float]]) -> List[Tuple[float, float]]:
+def _waves(
+    wavelengths: Union[Sequence[float], Mapping[float, float], Mapping[int, float]],
+) -> List[Tuple[float, float]]:
     """Returns wavelengths in nanometers with their weights."""
     if isinstance(wavelengths, Mapping):
         pairs = [(_wavelength(nm), float(weight)) for nm, weight in wavelengths.items()]
