@@ -4,8 +4,9 @@
 
 The libraries alternate in one run. Each traces the same bundle to the film; their film points are
 compared before the times count. rayoptics traces one ray at a time in Python, so it gets
-`--slow-rays` of the bundle, and its rate is of those. Prints a table in Markdown. The times are the
-least of the rounds; those of the processor do not count what other programs take.
+`--slow-rays` of the bundle, and its rate is of those. The times are the least of the rounds. Rates
+are those of the processor's time, which does not count what other programs take. Prints a table in
+Markdown.
 """
 
 import os
@@ -81,12 +82,12 @@ def main() -> None:
     print("|---|---|---|---|---|---|---|---|---|")
     for name in LENSES:
         rows = measure(name, counts)
-        own = rows[0][1] / rows[0][2][0]
+        own = rows[0][1] / rows[0][2][1]
         for library, count, (seconds, of_processor), passed, off in rows:
-            rate = count / seconds
+            rate = count / of_processor
             print(
-                f"| {name} | {library} | {count:,} | {seconds:.4f} | {of_processor:.4f} | {rate:,.0f} "
-                f"| {own / rate:.1f} | {passed:.2%} | {off:.1e} mm |"
+                f"| {name} | {library} | {count:,} | {seconds:.4f} | {of_processor:.4f} "
+                f"| {rate:,.0f} | {own / rate:.1f} | {passed:.2%} | {off:.1e} mm |"
             )
 
 
