@@ -328,7 +328,7 @@ mod tests {
                 _ => DVec3::new(0.02, 0.1, 1.5 + k as f64),
             };
             // Whole bundles of usual rays too.
-            let direction = if k / 64 % 2 == 0 {
+            let direction = if (k / 64).is_multiple_of(2) {
                 DVec3::new(0.0, 0.6, 0.8)
             } else {
                 direction
