@@ -53,12 +53,12 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "crop",
             "X,Y,W,H",
-            "compares only these pixels of the new picture",
+            "compares only these pixels of the new picture, or fits only them",
         ))
         .arg(value(
             "mask",
             "FILE",
-            "compares only where this picture is white; it must have the new one's size",
+            "compares or fits only where this picture is white; it must have the new one's size",
         ))
         .arg(
             value(
@@ -177,9 +177,9 @@ fn comparison(matches: &ArgMatches, said: &mut Vec<u8>) -> Result<Comparison> {
     let fitted = text(matches, "fit").map(Path::new);
     let new = match fitted {
         Some(file) if matches.get_flag("json") => {
-            fit::run(matches, &old, file, &mut std::io::stderr())?
+            fit::run(matches, (&old, &selection), file, &mut std::io::stderr())?
         }
-        Some(file) => fit::run(matches, &old, file, said)?,
+        Some(file) => fit::run(matches, (&old, &selection), file, said)?,
         None => Plate::open(name("new"))?,
     };
     let options = Options {
@@ -188,7 +188,7 @@ fn comparison(matches: &ArgMatches, said: &mut Vec<u8>) -> Result<Comparison> {
             None => registration(matches).unwrap_or(Registration::None),
         },
         matching: matching(matches),
-        mask: selection.of(&new, name("new"))?,
+        mask: selection.of((new.width, new.height), name("new"))?,
         pixels_per_degree: pixels_per_degree(matches)?,
     };
     compare::compare(&new, &old, &options)

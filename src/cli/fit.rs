@@ -5,23 +5,24 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
-use ivcam_base::diag::Result;
+use ivcam_base::diag::{Result, Severity};
 use ivcam_base::files::write_whole;
 
+use super::messages::print_first;
 use super::{exit_code, print_warnings, render, text};
-use crate::compare::Plate;
 use crate::compare::camera_fit::{CameraFit, check_plan};
 use crate::compare::fit::FitStep;
+use crate::compare::{Plate, Selection};
 use crate::photo::{Era, Session};
 
-/// Fits the camera, writes it to `file`, and returns the best rendering.
+/// Fits the camera to the selected pixels, writes it to `file`, and returns the best rendering.
 ///
 /// # Errors
 /// Returns an error if an option or the scene is invalid, if the fit fails, or if a file cannot be
 /// written.
 pub(crate) fn run(
     matches: &ArgMatches,
-    target: &Plate,
+    (target, selection): (&Plate, &Selection),
     file: &Path,
     out: &mut dyn Write,
 ) -> Result<Plate> {
@@ -34,7 +35,10 @@ pub(crate) fn run(
     print_warnings(&session.sink);
     let clock = Instant::now();
     let bar = progress_bar(quiet);
-    let mut fit = CameraFit::of(&session)?;
+    let size = session.plan.resolution;
+    let size = (size.width as usize, size.height as usize);
+    let mask = selection.of(size, text(matches, "new").unwrap_or_default())?;
+    let mut fit = CameraFit::of(&session)?.with_mask(mask)?;
     if matches.get_flag("fit-aperture") {
         fit = fit.with_aperture()?;
     }
@@ -58,8 +62,15 @@ pub(crate) fn run(
             bar.suspend(|| super::status!("{line}"));
         }
     };
-    let found = fit.search(&mut session, target, &mut report)?;
+    let said = session.sink.items().len();
+    let found = fit.search(&mut session, target, &mut report);
     bar.finish_and_clear();
+    print_first(
+        session.sink.items()[said..]
+            .iter()
+            .filter(|d| d.severity >= Severity::Warning),
+    );
+    let found = found?;
     kept?;
     write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
     exit_code(found.camera.report(out))?;

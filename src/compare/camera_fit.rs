@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
 use ivcam_compare::fit::{Fit, FitStep, Fitted, Half};
-use ivcam_compare::{CHANCE_LIMIT, Plane, Plate, best, probability};
+use ivcam_compare::{CHANCE_LIMIT, Mask, PhotographFrame, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
 use ivcam_render::render::Exposure;
@@ -37,6 +37,8 @@ pub(crate) struct CameraFit {
     opening: Option<f64>,
     /// Whether the f-number is fitted.
     fits_aperture: bool,
+    /// The pixels of the rendering that count; `None` is all.
+    mask: Option<Mask>,
     /// The time that the whole fit may take.
     limit: Option<Duration>,
 }
@@ -299,6 +301,7 @@ impl CameraFit {
             focus,
             opening,
             fits_aperture: false,
+            mask: None,
             limit,
         })
     }
@@ -313,6 +316,19 @@ impl CameraFit {
                 .with_help("give a `--lens`, or leave out `--fit-aperture`"));
         }
         self.fits_aperture = true;
+        Ok(self)
+    }
+
+    /// Fits only the pixels of the rendering that count.
+    ///
+    /// # Errors
+    /// Fails if the mask has another size than the rendering, or if no pixel counts.
+    pub(crate) fn with_mask(mut self, mask: Option<Mask>) -> Result<Self> {
+        let Resolution { width, height } = self.plan.resolution;
+        if let Some(mask) = &mask {
+            mask.check(width as usize, height as usize)?;
+        }
+        self.mask = mask;
         Ok(self)
     }
 
@@ -426,12 +442,13 @@ impl CameraFit {
         pose
     }
 
-    /// Guesses rotation and focal length by aligning the picture with the start's rendering.
+    /// Guesses rotation and focal length by aligning the picture with the start's rendering. A
+    /// border that the alignment leaves out is returned too, in the target's pixels.
     fn guess(
         &self,
         target: &Plate,
         draw: &mut impl FnMut(&[f64], (usize, usize), Half) -> Result<Plate>,
-    ) -> Option<Vec<f64>> {
+    ) -> Option<(Vec<f64>, Option<PhotographFrame>)> {
         let Resolution { width, height } = self.plan.resolution;
         let shrink = (f64::from(width.max(height)) / 180.0).max(1.0);
         let small = |n: u32| (f64::from(n) / shrink).round().max(1.0) as usize;
@@ -448,7 +465,16 @@ impl CameraFit {
         values[4] = -libm::atan(found.shift[0] / pixels);
         values[5] = -found.rotation.to_radians();
         values[6] = -libm::log(found.scale);
-        Some(values)
+        let is_alike = found.chance <= CHANCE_LIMIT;
+        let frame = found.photograph.filter(|_| is_alike);
+        let whole = |n: usize| (n as f64 * target.width as f64 / size.0 as f64).round() as usize;
+        let frame = frame.map(|frame| PhotographFrame {
+            left: whole(frame.left),
+            top: whole(frame.top),
+            width: whole(frame.width),
+            height: whole(frame.height),
+        });
+        Some((values, frame))
     }
 
     /// Finds the camera whose rendering matches the target best. `report` receives every step that
@@ -480,6 +506,7 @@ impl CameraFit {
             sizes: Fit::pyramid((size.width as usize, size.height as usize)),
             steps: self.steps(),
             blur: self.blur(),
+            mask: self.mask.as_ref(),
         };
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
             if has_to_end() {
@@ -496,14 +523,19 @@ impl CameraFit {
         let still = vec![0.0; count];
         let before = fit.cost_of(&still, &mut draw)?;
         let mut first = still;
-        if let Some(guess) = self.guess(target, &mut draw)
-            && fit.cost_of(&guess, &mut draw).is_ok_and(|c| c < before)
-        {
-            first = guess;
+        let mut border = None;
+        if let Some((guess, frame)) = self.guess(target, &mut draw) {
+            border = frame.filter(|_| self.mask.is_none());
+            if fit.cost_of(&guess, &mut draw).is_ok_and(|c| c < before) {
+                first = guess;
+            }
         }
         let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
         first = fit.best_start(&starts, &mut draw).unwrap_or(first);
         let fitted = fit.run(&first, &mut draw, report)?;
+        if let Some(border) = border {
+            session.sink.add(*has_border(border));
+        }
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
         let mut camera = self.camera(&fitted);
@@ -671,6 +703,12 @@ impl FittedCamera {
                 "ended      by `--time`; this is the best camera so far, and the errors include what was left to go"
             )?;
         }
+        if !self.moved_error.is_finite() {
+            writeln!(
+                out,
+                "errors     are not known: the noise of the renderings hides what the picture determines; more `--samples` may help"
+            )?;
+        }
         writeln!(
             out,
             "agreement  a picture of something else agrees as well with a probability of at most {}",
@@ -691,6 +729,24 @@ fn unlike(chance: f64) -> Box<Diagnostic> {
     .with_help(
         "check the picture and the start: a camera that is far off finds no way, and \
          `ivcam render` shows where it stands",
+    )
+}
+
+/// Returns the warning that the whole picture was fitted, and the photograph is only a part of it.
+fn has_border(frame: PhotographFrame) -> Box<Diagnostic> {
+    let PhotographFrame {
+        left,
+        top,
+        width,
+        height,
+    } = frame;
+    Diagnostic::warning(format!(
+        "the old picture seems to have a border, which was fitted as a part of the photograph: that \
+         is about {width}x{height} pixels from {left},{top}"
+    ))
+    .with_help(
+        "cut the photograph out of the old picture, because a fit needs the whole frame; `--mask` \
+         leaves a border out if the film was as large as the scan",
     )
 }
 

@@ -4,7 +4,6 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::picture::Raster;
 
 use ivcam_compare::Mask;
-use ivcam_compare::Plate;
 
 /// What `--mask` and `--crop` select.
 #[derive(Clone, Debug, Default)]
@@ -26,13 +25,12 @@ impl Selection {
         }
     }
 
-    /// Returns the selected pixels of the new picture; `None` is all. A mask of another size is
-    /// returned as it is, for `compare` to report.
+    /// Returns the selected pixels of the new picture of this size; `None` is all. A mask of
+    /// another size is returned as it is, for [`Mask::check`] to report.
     ///
     /// # Errors
     /// Returns an error if the rectangle is not inside the picture.
-    pub(crate) fn of(&self, new: &Plate, name: &str) -> Result<Option<Mask>> {
-        let (width, height) = (new.width, new.height);
+    pub(crate) fn of(&self, (width, height): (usize, usize), name: &str) -> Result<Option<Mask>> {
         let Some([left, top, w, h]) = self.crop else {
             return Ok(self.mask.clone());
         };

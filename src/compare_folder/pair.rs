@@ -60,7 +60,9 @@ fn fill(
         &Options {
             registration,
             matching: options.matching,
-            mask: options.selection.of(&new_plate, &new.name)?,
+            mask: options
+                .selection
+                .of((new_plate.width, new_plate.height), &new.name)?,
             pixels_per_degree: options.pixels_per_degree,
         },
     )?;

@@ -202,7 +202,7 @@ impl Framed {
         if !SEARCHED.contains(new, luma, warp) {
             return None;
         }
-        let evidence = SEARCHED.evidence(new, luma, warp, mirrored);
+        let evidence = SEARCHED.evidence([new, luma], warp, mirrored, None);
         let is_whole = self.frame == PhotographFrame::whole(old);
         let alternative = |c: &PlaceCandidate| Alternative {
             scale: 1.0 / c.warp.scale(),

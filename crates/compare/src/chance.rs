@@ -90,17 +90,18 @@ impl Searched {
         self.steps_of_scale(new, old, warp).abs() <= f64::from(self.scales) + 0.5
     }
 
-    /// Returns how strongly `old` agrees with `new`. `warp` maps the new picture to the old one.
+    /// Returns how strongly the old picture, the second, agrees with the new one. `warp` maps the
+    /// new picture to the old one. `counts` is 0 at pixels of the new one that are left out.
     pub(super) fn evidence(
         &self,
-        new: &Plane,
-        old: &Plane,
+        [new, old]: [&Plane; 2],
         warp: Warp,
         mirrored: bool,
+        counts: Option<&Plane>,
     ) -> Evidence {
         let levels = LEVELS.map(|level| {
             let ratio = (new.longer_side() / level).max(1.0);
-            let (r, independent) = correlation(&directions(new, old, warp, ratio));
+            let (r, independent) = correlation(&directions([new, old], warp, ratio, counts));
             (ln_tail(r, independent), r, independent)
         });
         let [first, second] = levels;
@@ -116,13 +117,19 @@ impl Searched {
 
     /// Returns a bound on the probability that an unrelated picture agrees as well with a rendering
     /// that lies on it. `moves` are the distances that the fit moved each parameter, in those that
-    /// move a picture of the first level by a pixel; the farther, the more was tried.
-    pub(super) fn chance_of_fit(&self, new: &Plane, old: &Plane, moves: &[f64]) -> f64 {
+    /// move a picture of the first level by a pixel; the farther, the more was tried. `counts` is 0
+    /// at pixels of the rendering that are left out.
+    pub(super) fn chance_of_fit(
+        &self,
+        [new, old]: [&Plane; 2],
+        moves: &[f64],
+        counts: Option<&Plane>,
+    ) -> f64 {
         let still = Warp {
             turn: DVec2::X * old.longer_side() / new.longer_side(),
             shift: DVec2::ZERO,
         };
-        let evidence = self.evidence(new, old, still, false);
+        let evidence = self.evidence([new, old], still, false, counts);
         let share = |steps: &f64| {
             let one = |steps: f64| 1.0 / (1.0 + 2.0 * steps);
             let reach = self.shifts / 2;
@@ -167,8 +174,15 @@ impl Searched {
 }
 
 /// Returns the gradient's direction, as a vector of length up to 1, of the new picture reduced by
-/// `ratio` and of the old one on its pixels. Both are zero where the pictures do not overlap.
-fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [NoiseField; 2] {
+/// `ratio` and of the old one on its pixels. Both are zero where the pictures do not overlap, and
+/// within three pixels of those that do not count.
+fn directions(
+    [new, old]: [&Plane; 2],
+    warp: Warp,
+    ratio: f64,
+    counts: Option<&Plane>,
+) -> [NoiseField; 2] {
+    let counts = counts.map(|c| reduced(c, ratio).blurred(1.0));
     let old_ratio = (ratio * warp.scale()).max(1.0);
     let (new, old) = (reduced(new, ratio), reduced(old, old_ratio));
     let warp = warp.between(ratio, old_ratio);
@@ -178,7 +192,10 @@ fn directions(new: &Plane, old: &Plane, warp: Warp, ratio: f64) -> [NoiseField; 
         let at = place(x, y) + half(&old);
         old.sample(at.x, at.y)
     });
-    let inside = |i: usize| is_inside(&old, place(i % width, i / width), 1.5);
+    let inside = |i: usize| {
+        is_inside(&old, place(i % width, i / width), 1.5)
+            && counts.as_ref().is_none_or(|c| c.values[i] > 0.99)
+    };
     let inside: Vec<bool> = (0..width * height).map(inside).collect();
     [&new, &onto].map(|picture| {
         let [gx, gy] = picture.blurred(1.0).gradients();

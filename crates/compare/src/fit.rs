@@ -90,6 +90,8 @@ pub struct Fit<'a> {
     /// The parameters that change only blur, which small pictures and local contrast do not
     /// determine.
     pub blur: Vec<usize>,
+    /// The pixels of the largest rendering that count; `None` is all.
+    pub mask: Option<&'a Mask>,
     /// Returns whether the fit has to end with its best values so far. Once it does, renders fail.
     pub has_to_end: &'a dyn Fn() -> bool,
 }
@@ -187,6 +189,10 @@ struct FitLevel<'f, 'r> {
     target: Plane,
     /// One over the standard deviation of the target's detail, for [`Measure::Detail`].
     scale: Plane,
+    /// 1 at pixels that count and 0 at others; `None` if all count.
+    counts: Option<Plane>,
+    /// The indices of the pixels that count and are not in the border.
+    inner: Vec<usize>,
     render: &'f mut Renderer<'r>,
     renders: usize,
 }
@@ -251,7 +257,9 @@ impl Fit<'_> {
             .zip(&self.steps)
             .map(|(v, s)| v / (s * pixel))
             .collect();
-        SEARCHED.chance_of_fit(&rendering.luma(), &self.target.luma(), &moves)
+        let pictures = [&rendering.luma(), &self.target.luma()];
+        let counts = self.counts((rendering.width, rendering.height));
+        SEARCHED.chance_of_fit(pictures, &moves, counts.as_ref())
     }
 
     /// Takes a few steps from each start at the smallest size, and returns where the one with the
@@ -282,6 +290,17 @@ impl Fit<'_> {
             squares = level.squares(&values)?;
         }
         Ok(ModelMatch { values, squares })
+    }
+
+    /// Returns 1 at the pixels of a size that count, and 0 at the others; `None` if all count.
+    fn counts(&self, (width, height): (usize, usize)) -> Option<Plane> {
+        let mask = self.mask?;
+        let whole = Plane::from_fn(mask.width, mask.height, |x, y| {
+            f32::from(u8::from(mask.counts[y * mask.width + x]))
+        });
+        // A pixel of a smaller picture counts if all that it is made of does.
+        let counts = whole.resized(width, height);
+        Some(counts.map(|c| f32::from(u8::from((c - 1.0).abs() < 0.01))))
     }
 
     fn coarse_level<'f, 'r>(
@@ -397,7 +416,10 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         render: &'f mut Renderer<'r>,
     ) -> Self {
         let luma = fit.target.luma().resized(size.0, size.1);
+        let counts = fit.counts(size);
         let mut this = Self {
+            inner: inner_pixels(size, counts.as_ref()),
+            counts,
             fit,
             size,
             measure,
@@ -426,9 +448,9 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     /// Sets the target from a picture of its brightness.
     fn set_target(&mut self, luma: &Plane) {
         match self.measure {
-            Measure::Contrast => self.target = contrast(luma, SIGMA),
+            Measure::Contrast => self.target = contrast(luma, SIGMA, self.counts.as_ref()),
             Measure::Detail => {
-                let (off, spread) = detail(luma, SIGMA_FINE);
+                let (off, spread) = detail(luma, SIGMA_FINE, self.counts.as_ref());
                 self.scale = spread.map(|s| 1.0 / (s + 0.02));
                 self.target = off.zip(&self.scale, |v, s| v * s);
             }
@@ -457,16 +479,18 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         let aside = values.get(self.fit.steps.len()..).unwrap_or_default();
         let gain = aside.first().copied().unwrap_or_default();
         let softer = aside.get(1).copied().unwrap_or_default();
+        let counts = self.counts.as_ref();
         let seen = match self.measure {
-            Measure::Contrast => contrast(&luma, SIGMA),
+            Measure::Contrast => contrast(&luma, SIGMA, counts),
             Measure::Detail => {
                 let sigma = (SIGMA_FINE * SIGMA_FINE + softer).max(0.04).sqrt();
-                detail(&luma, sigma).0.zip(&self.scale, |v, s| v * s)
+                let (off, _) = detail(&luma, sigma, counts);
+                off.zip(&self.scale, |v, s| v * s)
             }
         };
         let gain = libm::exp(gain);
         let off = |i: usize| gain * f64::from(seen.values[i]) - f64::from(self.target.values[i]);
-        Ok(self.inner().map(off).collect())
+        Ok(self.inner.iter().copied().map(off).collect())
     }
 
     /// Returns the mean square of the residuals in each block.
@@ -474,7 +498,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         let off = self.residuals(values)?;
         let across = self.size.0.div_ceil(BLOCK);
         let mut sums = vec![(0.0, 0.0); across * self.size.1.div_ceil(BLOCK)];
-        for (k, pixel) in self.inner().enumerate() {
+        for (k, pixel) in self.inner.iter().copied().enumerate() {
             let (x, y) = (pixel % self.size.0, pixel / self.size.0);
             let (sum, count) = &mut sums[y / BLOCK * across + x / BLOCK];
             *sum += off.first[k] * off.second[k];
@@ -484,21 +508,23 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         Ok(kept.map(|(sum, count)| sum / count).collect())
     }
 
-    /// Returns the indices of the pixels within the border.
-    fn inner(&self) -> impl Iterator<Item = usize> + use<> {
-        let (width, height) = self.size;
-        let inner = |n: usize| MARGIN.min(n / 4)..n - MARGIN.min(n / 4);
-        let columns = inner(width);
-        inner(height).flat_map(move |y| columns.clone().map(move |x| y * width + x))
-    }
-
     /// Matches the target's tones to a rendering, because contrast near the noise depends on the
     /// gain.
     fn match_tones(&mut self, values: &[f64]) -> Result<()> {
+        if self.inner.is_empty() {
+            return Ok(());
+        }
         let seen = self.draw(values, Half::First)?;
         let old = self.fit.target.luma().resized(self.size.0, self.size.1);
         let gray = |p: &Plane| Plate::from_planes([p.clone(), p.clone(), p.clone()]);
-        let mask = Mask::all(self.size.0, self.size.1);
+        let mask = Mask {
+            width: self.size.0,
+            height: self.size.1,
+            counts: match &self.counts {
+                Some(counts) => counts.values.iter().map(|c| *c > 0.5).collect(),
+                None => vec![true; seen.values.len()],
+            },
+        };
         let [tone, ..] = tone::fit(&gray(&seen), &gray(&old), &mask, Matching::Channel);
         self.set_target(&old.map(|v| tone.apply(v)));
         Ok(())
@@ -614,12 +640,12 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     fn weights(&self, off: &Residuals) -> Vec<f64> {
         let means = off.means();
         let mut squares = self.target.map(|_| 0.0);
-        for (i, r) in self.inner().zip(&means) {
+        for (i, r) in self.inner.iter().copied().zip(&means) {
             squares.values[i] = (r * r) as f32;
         }
         let around = squares.blurred(NEIGHBORS);
         let local = |i: usize| f64::from(around.values[i]).max(0.0).sqrt();
-        let sizes: Vec<f64> = self.inner().map(local).collect();
+        let sizes: Vec<f64> = self.inner.iter().copied().map(local).collect();
         let mut sorted = sizes.clone();
         sorted.sort_by(f64::total_cmp);
         let median = sorted.get(sorted.len() / 2).copied().unwrap_or(1.0);
@@ -745,20 +771,30 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         out
     }
 
-    /// Returns the gradients of the cost by the free parameters, of each block.
+    /// Returns the gradients of the cost by the free parameters, of each block that counts.
     fn pulls(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<Vec<f64>> {
         let across = self.size.0.div_ceil(BLOCK);
         let blocks = across * self.size.1.div_ceil(BLOCK);
-        let mut pulls = vec![vec![0.0; self.free.len()]; blocks];
-        for (k, pixel) in self.inner().enumerate() {
+        let mut pulls = vec![vec![]; blocks];
+        for (k, pixel) in self.inner.iter().copied().enumerate() {
             let (x, y) = (pixel % self.size.0, pixel / self.size.0);
-            let pull = &mut pulls[y / BLOCK * across + x / BLOCK];
+            let pull: &mut Vec<f64> = &mut pulls[y / BLOCK * across + x / BLOCK];
+            pull.resize(self.free.len(), 0.0);
             for (p, column) in pull.iter_mut().zip(&system.columns) {
                 *p += weights[k] * column.mean(k) * off.mean(k);
             }
         }
+        pulls.retain(|pull| !pull.is_empty());
         pulls
     }
+}
+
+/// Returns the indices of the pixels of a size that count, without its border.
+fn inner_pixels((width, height): (usize, usize), counts: Option<&Plane>) -> Vec<usize> {
+    let inner = |n: usize| MARGIN.min(n / 4)..n - MARGIN.min(n / 4);
+    let row = |y: usize| inner(width).map(move |x| y * width + x);
+    let is_counted = |i: &usize| counts.is_none_or(|c| c.values[*i] > 0.5);
+    inner(height).flat_map(row).filter(is_counted).collect()
 }
 
 impl System {
@@ -820,6 +856,7 @@ mod tests {
             sizes: Fit::pyramid((192, 128)),
             steps: vec![0.003; 3],
             blur: Vec::new(),
+            mask: None,
             has_to_end: &|| false,
         };
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
@@ -850,6 +887,7 @@ mod tests {
             sizes: Fit::pyramid((96, 64)),
             steps: vec![0.003; 3],
             blur: Vec::new(),
+            mask: None,
             has_to_end: &|| false,
         };
         let starts = [[0.2, 0.6, 0.7], [0.5, 0.33, 1.05], [0.8, 0.1, 1.6]].map(|s| s.to_vec());
@@ -874,6 +912,7 @@ mod tests {
             sizes: Fit::pyramid((192, 128)),
             steps: vec![0.003; 3],
             blur: Vec::new(),
+            mask: None,
             has_to_end: &|| false,
         };
         let start = [0.5, 0.33, 1.05];
@@ -899,6 +938,49 @@ mod tests {
         assert_eq!(right.worse_than(&right), 0.0);
     }
 
+    /// The old picture shows other things beyond a part of it, as that of a room that is modeled
+    /// in part.
+    #[test]
+    fn pixels_that_do_not_count_have_no_effect() {
+        let truth = [0.52, 0.31, 1.1];
+        let size = (192, 128);
+        let counts = |x: usize, y: usize| x < 150 && y > 12;
+        let mask = Mask {
+            width: size.0,
+            height: size.1,
+            counts: (0..size.0 * size.1)
+                .map(|i| counts(i % size.0, i / size.0))
+                .collect(),
+        };
+        let plain = blobs(&truth, size);
+        let target = plain.map(|p| {
+            Plane::from_fn(size.0, size.1, |x, y| match counts(x, y) {
+                true => p.at(x, y),
+                false => ((x * 7 + y * 5) / 16 % 3) as f32 / 3.0,
+            })
+        });
+        let found = |mask: Option<&Mask>| {
+            let fit = Fit {
+                target: &target,
+                sizes: Fit::pyramid(size),
+                steps: vec![0.003; 3],
+                blur: Vec::new(),
+                mask,
+                has_to_end: &|| false,
+            };
+            let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
+            let found = fit.run(&[0.5, 0.33, 1.05], &mut render, &mut |_| ());
+            let found = found.unwrap();
+            let chance = fit.chance(&found.values, &plain);
+            let off = found.values.iter().zip(truth).map(|(v, t)| (v - t).abs());
+            (off.fold(0.0, f64::max), chance)
+        };
+        let (off, chance) = found(Some(&mask));
+        let (whole_off, whole_chance) = found(None);
+        assert!(off < 1e-4 && whole_off > 10.0 * off, "{off} {whole_off}");
+        assert!(chance < whole_chance, "{chance} {whole_chance}");
+    }
+
     #[test]
     fn a_fit_that_has_to_end_keeps_its_best_values_with_errors_that_hold_the_truth() {
         let truth = [0.52, 0.31, 1.1];
@@ -910,6 +992,7 @@ mod tests {
             sizes: Fit::pyramid((96, 64)),
             steps: vec![0.003; 3],
             blur: Vec::new(),
+            mask: None,
             has_to_end: &ended,
         };
         let mut render = |v: &[f64], size: (usize, usize), _| {

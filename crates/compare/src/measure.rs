@@ -187,19 +187,7 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
     let (width, height) = (new.width, new.height);
     let (old, alignment, shared) = register(new, old, options.registration)?;
     let mut mask = options.mask.clone().unwrap_or(Mask::all(width, height));
-    if (mask.width, mask.height) != (width, height) {
-        return Err(Diagnostic::error(format!(
-            "the mask is {}x{}, the new picture {width}x{height}",
-            mask.width, mask.height
-        ))
-        .with_help("a mask has the new picture's size; its white pixels count"));
-    }
-    if mask.pixels() == 0 {
-        return Err(
-            Diagnostic::error("no pixel is within both the mask and the crop")
-                .with_help("white pixels of a mask count, black ones do not"),
-        );
-    }
+    mask.check(width, height)?;
     mask = mask.and(&shared);
     if mask.pixels() == 0 {
         return Err(Diagnostic::error(

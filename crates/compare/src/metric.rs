@@ -1,5 +1,7 @@
 //! Measures of the difference of two pictures of the same size, over the pixels that count.
 
+use ivcam_base::diag::{Diagnostic, Result};
+
 use crate::plane::{Plane, Plate, gaussian};
 
 /// The set of pixels that count in a comparison.
@@ -21,6 +23,27 @@ impl Mask {
             height,
             counts: vec![true; width * height],
         }
+    }
+
+    /// Checks that the mask is one of a picture with this size, and that pixels count.
+    ///
+    /// # Errors
+    /// Fails if the mask has another size, or if no pixel counts.
+    pub fn check(&self, width: usize, height: usize) -> Result<()> {
+        if (self.width, self.height) != (width, height) {
+            return Err(Diagnostic::error(format!(
+                "the mask is {}x{}, the new picture {width}x{height}",
+                self.width, self.height
+            ))
+            .with_help("a mask has the new picture's size; its white pixels count"));
+        }
+        if self.pixels() == 0 {
+            return Err(
+                Diagnostic::error("no pixel is within both the mask and the crop")
+                    .with_help("white pixels of a mask count, black ones do not"),
+            );
+        }
+        Ok(())
     }
 
     /// Returns the number of pixels that count.

@@ -89,7 +89,7 @@ pub(super) fn refine_at(
     warp: Warp,
     ratio: f64,
 ) -> (Warp, Option<Errors>) {
-    let contrast = |p: &Plane| contrast(p, FINE);
+    let contrast = |p: &Plane| contrast(p, FINE, None);
     at_ratio(new, old, warp, ratio, |new, old, warp| {
         refine(&contrast(new), &contrast(old), warp)
     })
@@ -99,10 +99,10 @@ pub(super) fn refine_at(
 /// its standard deviation in the new picture.
 pub(super) fn refine_tones(new: &Plane, old: &Plane, warp: Warp) -> (Warp, Option<Errors>) {
     at_ratio(new, old, warp, 1.0, |new, old, warp| {
-        let (off, spread) = detail(new, FINE);
+        let (off, spread) = detail(new, FINE, None);
         let mean = spread.values.iter().sum::<f32>() / spread.values.len() as f32;
         let scale = spread.map(|s| 1.0 / (s + mean));
-        refine_matched(&off, &detail(old, FINE).0, &scale, warp)
+        refine_matched(&off, &detail(old, FINE, None).0, &scale, warp)
     })
 }
 

@@ -79,7 +79,7 @@ pub(super) fn candidates(new: &Plane, old: &Plane, mirrored: bool) -> Vec<PlaceC
             mirrored,
             warp,
             agreement,
-            evidence: SEARCHED.evidence(new, old, warp, mirrored),
+            evidence: SEARCHED.evidence([new, old], warp, mirrored, None),
         }
     });
     judged.collect()
@@ -115,12 +115,12 @@ fn search(new: &Plane, old: &Plane, old_ratio: f64) -> Vec<(Warp, f64)> {
         .collect();
     found.sort_by(|a, b| b.0.total_cmp(&a.0));
     found.truncate(CANDIDATES);
-    let new = contrast(new, COARSE);
+    let new = contrast(new, COARSE, None);
     let mut refined: Vec<(Warp, f64)> = found
         .par_iter()
         .map(|&(_, warp)| {
             let ratio = (old_ratio * warp.scale()).max(1.0);
-            let old = contrast(&reduced(old, ratio), COARSE);
+            let old = contrast(&reduced(old, ratio), COARSE, None);
             let (warp, _) = refine(&new, &old, warp.between(1.0, ratio / old_ratio));
             let agreement = agreement(&new, &old, warp);
             (warp.between(1.0, old_ratio / ratio), agreement)
