@@ -95,7 +95,8 @@ struct Framed {
 /// Finds the warp from the new picture to the old one.
 ///
 /// # Errors
-/// Fails if the pictures agree no better than unrelated ones may.
+/// Fails if the pictures agree no better than unrelated ones may, or if the place of the small
+/// pictures is none of the large ones.
 pub fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
     for (name, picture) in [("new", new), ("old", old)] {
         if is_flat(&picture.luma()) {
@@ -107,6 +108,12 @@ pub fn align(new: &Plate, old: &Plate) -> Result<Aligned> {
     let found = best(new, old).ok_or_else(|| no_agreement(None))?;
     if found.alignment.chance > chance::LIMIT {
         return Err(no_agreement(Some(&found.alignment)));
+    }
+    if found.alignment.shift_error.is_infinite() {
+        return Err(Diagnostic::error(
+            "the pictures can't be aligned: at full size they agree nowhere, though small ones do",
+        )
+        .with_help("check that both show the same scene; `--resize` only stretches the old one"));
     }
     Ok(found)
 }
