@@ -89,7 +89,8 @@ pub(crate) fn command() -> Command {
         .arg(value(
             "fit",
             "FILE.dat",
-            "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it",
+            "NEW is a scene: finds the camera of OLD, starting from the flags, and writes it; \
+             with --lens any, the lens too, among the shipped ones",
         ))
         .arg(switch(
             "fit-aperture",

@@ -5,15 +5,17 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
-use ivcam_base::diag::{Result, Severity};
+use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::write_whole;
+use ivcam_optics::lens::shipped_names;
 
 use super::messages::print_first;
 use super::{exit_code, print_warnings, render, text};
 use crate::compare::camera_fit::{CameraFit, check_plan};
 use crate::compare::fit::FitStep;
-use crate::compare::{Plate, Selection};
-use crate::photo::{Era, Session};
+use crate::compare::lens_ranking::{ANY, LensQuestion, LensRanking, with_focal_length};
+use crate::compare::{Mask, Plate, Selection};
+use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
 /// Fits the camera to the selected pixels, writes it to `file`, and returns the best rendering.
 ///
@@ -30,18 +32,26 @@ pub(crate) fn run(
     plan.scene = text(matches, "new").unwrap_or_default().into();
     check_plan(&plan)?;
     let quiet = matches.get_flag("quiet");
-    let limit = plan.stop.time;
+    let usual = take_any(&mut plan)?;
     let mut session = Session::open(plan)?;
     print_warnings(&session.sink);
-    let clock = Instant::now();
     let bar = progress_bar(quiet);
     let size = session.plan.resolution;
     let size = (size.width as usize, size.height as usize);
     let mask = selection.of(size, text(matches, "new").unwrap_or_default())?;
-    let mut fit = CameraFit::of(&session)?.with_mask(mask)?;
+    let mut fit = match &usual {
+        None => CameraFit::of(&session)?.with_mask(mask)?,
+        Some(usual) => {
+            let ranking = rank(&mut session, (target, mask), usual, &bar)?;
+            exit_code(ranking.report(out))?;
+            ranking.fit()
+        }
+    };
     if matches.get_flag("fit-aperture") {
         fit = fit.with_aperture()?;
     }
+    let said = session.sink.items().len();
+    let (limit, clock) = (fit.limit(), Instant::now());
     let mut kept = Ok(());
     let mut report = |step: &FitStep<'_>| {
         // Every improvement is kept, so that an interrupted fit leaves its best camera.
@@ -62,20 +72,58 @@ pub(crate) fn run(
             bar.suspend(|| super::status!("{line}"));
         }
     };
-    let said = session.sink.items().len();
     let found = fit.search(&mut session, target, &mut report);
     bar.finish_and_clear();
-    print_first(
-        session.sink.items()[said..]
-            .iter()
-            .filter(|d| d.severity >= Severity::Warning),
-    );
+    let news = session.sink.items()[said..].iter();
+    print_first(news.filter(|d| d.severity >= Severity::Warning));
     let found = found?;
     kept?;
     write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found.rendering)
+}
+
+/// Replaces the lens of a plan by a pinhole if it stands for every shipped one, and returns what
+/// they share.
+///
+/// # Errors
+/// Fails for `--zoom`, because the lenses get the same focal length.
+fn take_any(plan: &mut Plan) -> Result<Option<LensChoice>> {
+    let Some(usual) = plan.lens().filter(|lens| lens.name == ANY).cloned() else {
+        return Ok(None);
+    };
+    if usual.zoom != 1.0 {
+        let error = Diagnostic::unsupported("`--zoom` has no effect with `--lens any`");
+        return Err(error.with_help("`--efl` is the focal length to start from, of every lens"));
+    }
+    plan.optics = Optics::Pinhole;
+    plan.distortion = [0.0; 2];
+    Ok(Some(usual))
+}
+
+/// Ranks the shipped lenses, starting from the focal length that they share.
+fn rank(
+    session: &mut Session,
+    (target, mask): (&Plate, Option<Mask>),
+    usual: &LensChoice,
+    bar: &indicatif::ProgressBar,
+) -> Result<LensRanking> {
+    if let Some(efl) = usual.efl {
+        with_focal_length(session, efl)?;
+    }
+    let names: Vec<&str> = shipped_names().collect();
+    let question = LensQuestion {
+        target,
+        usual,
+        names: &names,
+        mask,
+    };
+    let mut report = |name: &str, left: Duration| {
+        bar.set_message(format!("trying {name}, about {} left", minutes(left)));
+    };
+    bar.set_message("finding the camera with a pinhole");
+    LensRanking::of(session, &question, &mut report)
 }
 
 /// Returns a progress bar of a thousand parts, on a terminal only.

@@ -3,22 +3,21 @@
 //! The fit starts from a camera and a lens, and refines position, orientation, focal length and
 //! focus until the rendering of the scene matches the picture best.
 
-use std::cell::Cell;
-use std::cmp::Ordering;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
-use ivcam_compare::fit::{Fit, FitStep, Fitted, Half};
+use ivcam_compare::fit::{Fit, FitStep, Fitted, Half, Renderer, out_of_time};
 use ivcam_compare::{CHANCE_LIMIT, Mask, PhotographFrame, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
 use ivcam_render::render::Exposure;
 use serde::Serialize;
 
-use crate::photo::{Optics, Plan, Session};
+use super::fit_clock::FitClock;
+use crate::photo::{IdealChoice, Optics, Plan, Session};
 
 /// The start of a camera fit.
 ///
@@ -26,74 +25,26 @@ use crate::photo::{Optics, Plan, Session};
 /// distance of a thin lens, of the focus distance and of the f-number. With the image distance
 /// held, focus changes only the blur; otherwise a longer focal length and a nearer focus would
 /// enlarge the picture alike.
+#[derive(Clone)]
 pub(crate) struct CameraFit {
     plan: Plan,
     pose: CameraPose,
     /// The focal length in millimeters; for a pinhole, the one that gives its height angle.
-    efl: f64,
+    pub(super) efl: f64,
     /// The focus distance in meters.
-    focus: f64,
+    pub(super) focus: f64,
     /// The diameter of the entrance pupil in millimeters; `None` for a pinhole.
     opening: Option<f64>,
     /// Whether the f-number is fitted.
     fits_aperture: bool,
     /// The pixels of the rendering that count; `None` is all.
     mask: Option<Mask>,
+    /// Values to start from, and a border of the target; `None` searches for them.
+    first: Option<(Vec<f64>, Option<PhotographFrame>)>,
+    /// The number of lenses that were tried.
+    tried: usize,
     /// The time that the whole fit may take.
     limit: Option<Duration>,
-}
-
-/// The time that a fit takes.
-struct Clock {
-    start: Instant,
-    limit: Option<Duration>,
-    /// The pixels of a rendering at full size.
-    pixels: f64,
-    cost: Cell<RenderCost>,
-}
-
-/// The time that a rendering is expected to take.
-#[derive(Clone, Copy, Default)]
-struct RenderCost {
-    /// The longest time outside the exposure, in seconds: it does not depend on the size.
-    fixed: f64,
-    /// The longest exposure of the largest pictures so far, in seconds per pixel. Small pictures
-    /// say less, because starting the threads takes a part of their time.
-    rate: f64,
-    /// The pixels of the largest pictures so far.
-    largest: f64,
-}
-
-impl RenderCost {
-    /// Returns the costs with those of another rendering: its pixels, all its seconds, and those of
-    /// its exposure.
-    fn with(self, pixels: f64, seconds: f64, exposure: f64) -> Self {
-        let rate = exposure / pixels;
-        Self {
-            fixed: self.fixed.max(seconds - exposure),
-            rate: match pixels.total_cmp(&self.largest) {
-                Ordering::Less => self.rate,
-                Ordering::Equal => self.rate.max(rate),
-                Ordering::Greater => rate,
-            },
-            largest: self.largest.max(pixels),
-        }
-    }
-
-    fn seconds(self, pixels: f64) -> f64 {
-        self.fixed + self.rate * pixels
-    }
-}
-
-impl Clock {
-    /// Returns whether the limit leaves no time for another rendering of the present size and the
-    /// last one, which has full size.
-    fn is_over(&self) -> bool {
-        let cost = self.cost.get();
-        let needed = cost.seconds(cost.largest) + cost.seconds(self.pixels);
-        let taken = self.start.elapsed().as_secs_f64();
-        self.limit.is_some_and(|l| taken + needed > l.as_secs_f64())
-    }
 }
 
 /// The result of a camera fit, with the rendering of the found camera.
@@ -205,9 +156,6 @@ pub(crate) fn check_plan(plan: &Plan) -> Result<()> {
     Err(Diagnostic::unsupported(format!("a camera can't be fitted with `{name}`")).with_help(help))
 }
 
-/// The index of the focus among the parameters of a lens, and of the distortion among those of a
-/// pinhole.
-const FOCUS: usize = 7;
 /// The step of the logarithm of the f-number: a sixth of a blur disc.
 const APERTURE_STEP: f64 = 0.15;
 /// The factors of the focal length from which a fit is tried, with the distance in proportion.
@@ -230,11 +178,18 @@ fn render(
     let (efl, focus) = start.optics(values);
     plan.distortion = start.distortion(values);
     let f_number = start.f_number(values);
-    if let Optics::Lens(lens) = &mut plan.optics {
-        lens.f_number = f_number.or(lens.f_number);
-        lens.efl = Some(Mm(efl));
-        lens.zoom = 1.0;
-        plan.focus = Some(Meters(focus));
+    match &mut plan.optics {
+        Optics::Lens(lens) => {
+            lens.f_number = f_number.or(lens.f_number);
+            lens.efl = Some(Mm(efl));
+            lens.zoom = 1.0;
+            plan.focus = Some(Meters(focus));
+        }
+        Optics::Ideal(lens) => {
+            lens.efl = Mm(efl);
+            plan.focus = Some(Meters(focus));
+        }
+        Optics::Pinhole => {}
     }
     let pose = start.pose_at(values);
     session.change(plan, pose)?;
@@ -255,6 +210,10 @@ fn plate(exposure: &Exposure, session: &Session) -> Plate {
 }
 
 impl CameraFit {
+    /// The index of the focus among the parameters of a lens, and of the distortion among those of
+    /// a pinhole.
+    pub(super) const FOCUS: usize = 7;
+
     /// Starts from a session's camera and lens.
     ///
     /// # Errors
@@ -302,6 +261,8 @@ impl CameraFit {
             opening,
             fits_aperture: false,
             mask: None,
+            first: None,
+            tried: 1,
             limit,
         })
     }
@@ -316,7 +277,26 @@ impl CameraFit {
                 .with_help("give a `--lens`, or leave out `--fit-aperture`"));
         }
         self.fits_aperture = true;
+        if let Some((values, _)) = &mut self.first {
+            values.push(0.0);
+        }
         Ok(self)
+    }
+
+    /// Returns a fit with an ideal lens in place of a pinhole, with the same image distance.
+    pub(super) fn with_ideal_lens(&self, f_number: f64) -> Self {
+        let mut plan = self.plan.clone();
+        let efl = 1.0 / (1.0 / self.efl + 1e-3 / self.focus);
+        plan.optics = Optics::Ideal(IdealChoice {
+            efl: Mm(efl),
+            f_number,
+        });
+        Self {
+            plan,
+            efl,
+            opening: Some(efl / f_number),
+            ..self.clone()
+        }
     }
 
     /// Fits only the pixels of the rendering that count.
@@ -332,14 +312,39 @@ impl CameraFit {
         Ok(self)
     }
 
+    /// Starts from values and the target's border, without a search. So many lenses were tried to
+    /// find the values, which counts in the probability of an agreement by chance.
+    pub(super) fn starting_from(
+        self,
+        values: Vec<f64>,
+        border: Option<PhotographFrame>,
+        tried: usize,
+    ) -> Self {
+        Self {
+            first: Some((values, border)),
+            tried,
+            ..self
+        }
+    }
+
+    /// Ends within a time.
+    pub(super) fn within(self, limit: Option<Duration>) -> Self {
+        Self { limit, ..self }
+    }
+
+    /// Returns the time that the fit may take.
+    pub(crate) fn limit(&self) -> Option<Duration> {
+        self.limit
+    }
+
     /// Returns the number of parameters.
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.steps().len()
     }
 
     /// Returns the index of the f-number among the parameters, if it is fitted.
     fn aperture_index(&self) -> Option<usize> {
-        let index = FOCUS + usize::from(self.has_focus());
+        let index = Self::FOCUS + usize::from(self.has_focus());
         self.fits_aperture.then_some(index)
     }
 
@@ -350,7 +355,7 @@ impl CameraFit {
     }
 
     /// Returns whether the focus is fitted: that of a lens with a finite focus distance.
-    fn has_focus(&self) -> bool {
+    pub(super) fn has_focus(&self) -> bool {
         self.opening.is_some() && self.focus.is_finite() && self.focus > 0.0
     }
 
@@ -361,12 +366,12 @@ impl CameraFit {
 
     /// Returns the parameter of the focus, if it is fitted.
     fn focus_parameter<'v>(&self, values: &'v [f64]) -> Option<&'v f64> {
-        values.get(FOCUS).filter(|_| self.has_focus())
+        values.get(Self::FOCUS).filter(|_| self.has_focus())
     }
 
     /// Returns what is added to the start's k₁.
     fn distortion_change(&self, values: &[f64]) -> f64 {
-        let change = values.get(FOCUS).filter(|_| self.is_distorted());
+        let change = values.get(Self::FOCUS).filter(|_| self.is_distorted());
         change.copied().unwrap_or_default()
     }
 
@@ -407,7 +412,7 @@ impl CameraFit {
             return (self.efl * libm::exp(values[6]), self.focus);
         };
         let focus = self.focus * libm::exp(*focus);
-        let film = libm::exp(values[6]) / (1.0 / self.efl - 1e-3 / self.focus);
+        let film = libm::exp(values[6]) * image_distance(self.efl, self.focus);
         (1.0 / (1.0 / film + 1e-3 / focus), focus)
     }
 
@@ -416,7 +421,7 @@ impl CameraFit {
         let (efl, focus) = self.optics(values);
         let near = 1e-3 * efl / focus;
         match self.focus_parameter(values) {
-            Some(_) => vec![(6, 1.0 - near), (FOCUS, near)],
+            Some(_) => vec![(6, 1.0 - near), (Self::FOCUS, near)],
             None => vec![(6, 1.0)],
         }
     }
@@ -447,7 +452,7 @@ impl CameraFit {
     fn guess(
         &self,
         target: &Plate,
-        draw: &mut impl FnMut(&[f64], (usize, usize), Half) -> Result<Plate>,
+        draw: &mut Renderer<'_>,
     ) -> Option<(Vec<f64>, Option<PhotographFrame>)> {
         let Resolution { width, height } = self.plan.resolution;
         let shrink = (f64::from(width.max(height)) / 180.0).max(1.0);
@@ -477,6 +482,67 @@ impl CameraFit {
         Some((values, frame))
     }
 
+    /// Returns a fit of this start, which ends with its best values when it has to.
+    pub(super) fn fit<'a>(
+        &'a self,
+        target: &'a Plate,
+        has_to_end: &'a dyn Fn() -> bool,
+    ) -> Fit<'a> {
+        let Resolution { width, height } = self.plan.resolution;
+        Fit {
+            target,
+            sizes: Fit::pyramid((width as usize, height as usize)),
+            steps: self.steps(),
+            blur: self.blur(),
+            mask: self.mask.as_ref(),
+            has_to_end,
+        }
+    }
+
+    /// Renders parameters, if there is time for that.
+    ///
+    /// # Errors
+    /// Fails if the time is over, or if the parameters cannot be rendered.
+    pub(super) fn draw(
+        &self,
+        session: &mut Session,
+        clock: &FitClock,
+        values: &[f64],
+        size: (usize, usize),
+        half: Half,
+    ) -> Result<Plate> {
+        if clock.is_over() {
+            return Err(out_of_time());
+        }
+        let begun = Instant::now();
+        let (drawn, exposure) = render(session, self, values, size, half)?;
+        clock.add(size, begun, exposure);
+        Ok(drawn)
+    }
+
+    /// Finds values to start from: those of the start, or a guess by alignment, at the distance
+    /// that small pictures agree with best. A border of the target is returned too.
+    ///
+    /// # Errors
+    /// Fails if the start cannot be rendered.
+    pub(super) fn find_start(
+        &self,
+        fit: &Fit<'_>,
+        draw: &mut Renderer<'_>,
+    ) -> Result<(Vec<f64>, Option<PhotographFrame>)> {
+        let mut first = vec![0.0; self.count()];
+        let mut border = None;
+        let before = fit.cost_of(&first, draw)?;
+        if let Some((guess, frame)) = self.guess(fit.target, draw) {
+            border = frame.filter(|_| self.mask.is_none());
+            if fit.cost_of(&guess, draw).is_ok_and(|c| c < before) {
+                first = guess;
+            }
+        }
+        let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
+        Ok((fit.best_start(&starts, draw).unwrap_or(first), border))
+    }
+
     /// Finds the camera whose rendering matches the target best. `report` receives every step that
     /// improves it.
     ///
@@ -491,47 +557,17 @@ impl CameraFit {
     ) -> Result<FoundCamera> {
         let size = self.plan.resolution;
         self.check_aspect(target)?;
-        let count = self.count();
-        let clock = Clock {
-            start: Instant::now(),
-            limit: self.limit,
-            pixels: f64::from(size.width) * f64::from(size.height),
-            cost: Cell::default(),
-        };
         let stop = session.budget.stop().clone();
-        let has_to_end = || clock.is_over() || stop.is_set();
-        let fit = Fit {
-            has_to_end: &has_to_end,
-            target,
-            sizes: Fit::pyramid((size.width as usize, size.height as usize)),
-            steps: self.steps(),
-            blur: self.blur(),
-            mask: self.mask.as_ref(),
-        };
+        let clock = FitClock::new(self.limit, size, stop);
+        let has_to_end = || clock.is_over();
+        let fit = self.fit(target, &has_to_end);
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-            if has_to_end() {
-                return Err(Diagnostic::error("the time of the fit is over"));
-            }
-            let begun = Instant::now();
-            let (drawn, exposure) = render(session, self, values, size, half)?;
-            let (pixels, seconds) = ((size.0 * size.1) as f64, begun.elapsed().as_secs_f64());
-            clock
-                .cost
-                .set(clock.cost.get().with(pixels, seconds, exposure));
-            Ok(drawn)
+            self.draw(session, &clock, values, size, half)
         };
-        let still = vec![0.0; count];
-        let before = fit.cost_of(&still, &mut draw)?;
-        let mut first = still;
-        let mut border = None;
-        if let Some((guess, frame)) = self.guess(target, &mut draw) {
-            border = frame.filter(|_| self.mask.is_none());
-            if fit.cost_of(&guess, &mut draw).is_ok_and(|c| c < before) {
-                first = guess;
-            }
-        }
-        let starts = FACTORS.map(|factor| self.along_the_axis(&first, factor));
-        first = fit.best_start(&starts, &mut draw).unwrap_or(first);
+        let (first, border) = match &self.first {
+            Some(found) => found.clone(),
+            None => self.find_start(&fit, &mut draw)?,
+        };
         let fitted = fit.run(&first, &mut draw, report)?;
         if let Some(border) = border {
             session.sink.add(*has_border(border));
@@ -539,7 +575,7 @@ impl CameraFit {
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
         let mut camera = self.camera(&fitted);
-        camera.chance = fit.chance(&fitted.values, &rendering);
+        camera.chance = (self.tried as f64 * fit.chance(&fitted.values, &rendering)).min(1.0);
         if camera.chance > CHANCE_LIMIT {
             return Err(unlike(camera.chance));
         }
@@ -548,7 +584,7 @@ impl CameraFit {
 
     /// Returns the parameters that change only blur.
     fn blur(&self) -> Vec<usize> {
-        let focus = self.has_focus().then_some(FOCUS);
+        let focus = self.has_focus().then_some(Self::FOCUS);
         focus.into_iter().chain(self.aperture_index()).collect()
     }
 
@@ -560,13 +596,13 @@ impl CameraFit {
         moved[2] += (factor - 1.0) * self.subject_distance();
         moved[6] += libm::log(factor);
         if self.has_focus() {
-            moved[FOCUS] += libm::log(factor);
+            moved[Self::FOCUS] += libm::log(factor);
         }
         moved
     }
 
     /// Checks that the target has the rendering's aspect.
-    fn check_aspect(&self, target: &Plate) -> Result<()> {
+    pub(super) fn check_aspect(&self, target: &Plate) -> Result<()> {
         let size = self.plan.resolution;
         let height = target.height as f64 * f64::from(size.width) / target.width as f64;
         if (height - f64::from(size.height)).abs() <= 1.0 {
@@ -633,14 +669,14 @@ impl CameraFit {
             efl_error: efl * fitted.error_of(&self.focal_length_gradient(v)),
             start_efl: self.efl,
             focus,
-            focus_error: self.has_focus().then(|| focus * error(FOCUS)),
+            focus_error: self.has_focus().then(|| focus * error(Self::FOCUS)),
             start_focus: self.focus,
             f_number: self.f_number(v),
             f_number_error: self
                 .aperture_index()
                 .and_then(|i| Some(self.f_number(v)? * error(i))),
             distortion: self.is_distorted().then(|| self.distortion(v)),
-            distortion_error: self.is_distorted().then(|| error(FOCUS)),
+            distortion_error: self.is_distorted().then(|| error(Self::FOCUS)),
             moved: length(v[0], v[1], v[2]),
             moved_error: length(error(0), error(1), error(2)),
             turned: length(v[3], v[4], v[5]),
@@ -732,6 +768,12 @@ fn unlike(chance: f64) -> Box<Diagnostic> {
     )
 }
 
+/// Returns the image distance in millimeters of a thin lens with a focal length in millimeters,
+/// focused at a distance in meters.
+pub(super) fn image_distance(efl: f64, focus: f64) -> f64 {
+    1.0 / (1.0 / efl - 1e-3 / focus)
+}
+
 /// Returns the warning that the whole picture was fitted, and the photograph is only a part of it.
 fn has_border(frame: PhotographFrame) -> Box<Diagnostic> {
     let PhotographFrame {
@@ -773,15 +815,6 @@ fn turned(vector: DVec3) -> DQuat {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// A small rendering whose time is nearly all compiling says little about a large one.
-    #[test]
-    fn the_time_of_a_large_rendering_is_not_that_of_compiling_a_small_one() {
-        let small = RenderCost::default().with(1e3, 2.01, 0.01);
-        assert!((small.seconds(1e5) - 3.0).abs() < 1e-9);
-        let both = small.with(1e5, 2.5, 0.5).with(1e3, 1.0, 0.9);
-        assert!((both.seconds(2e5) - 3.0).abs() < 1e-9);
-    }
 
     #[test]
     fn a_turn_is_written_as_its_axis_and_angle() {

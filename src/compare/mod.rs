@@ -3,6 +3,8 @@
 
 pub(crate) mod camera_fit;
 pub(crate) mod difference;
+mod fit_clock;
+pub(crate) mod lens_ranking;
 mod selection;
 pub(crate) mod sheet;
 

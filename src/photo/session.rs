@@ -548,15 +548,22 @@ impl Session {
         })
     }
 
+    /// Returns the distance from the middle of the film at which the light of the lens ends, in
+    /// millimeters, if it does not light the corners.
+    pub(crate) fn lit_radius(&self) -> Option<f64> {
+        match &self.camera {
+            Camera::Lens(camera) => camera.lit_radius(),
+            _ => None,
+        }
+    }
+
     /// Returns a line for the user if the lens does not light the corners of the film. The program
     /// of 1999 had none.
     pub fn cover_notice(&self) -> Option<String> {
         let Camera::Lens(camera) = &self.camera else {
             return None;
         };
-        let lit = camera
-            .lit_radius()
-            .filter(|_| self.plan.era == Era::Modern)?;
+        let lit = self.lit_radius().filter(|_| self.plan.era == Era::Modern)?;
         let (corner, film) = (camera.format.half_diagonal(), camera.format);
         let efl = camera.lens.first_order().efl() * corner / lit;
         let part = lit / corner;

@@ -4,10 +4,15 @@
 use std::path::Path;
 
 use common::{Folder, ivcam};
+use ivcam_base::math::{Mm, meters};
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_optics::film::Resolution;
 
 use super::common;
+use crate::compare::Plate;
+use crate::compare::lens_ranking::{LensQuestion, LensRanking, with_focal_length};
+use crate::photo::{CameraChoice, LensChoice, Session};
 
 /// A corner of a room: tiled floor and walls, and solids at several distances.
 const SCENE: &str = r#"#Inventor V2.1 ascii
@@ -213,4 +218,68 @@ fn a_disturbed_lens_is_found_again_with_its_focus() {
     assert!(turn < 0.2, "{turn} degrees left");
     assert!(length < 0.005, "{length} of the focal length left");
     assert!(focus < 0.05, "{focus} of the focus left");
+}
+
+/// Photographs the room through a lens, and ranks lenses by an archival JPEG of that, from the
+/// disturbed camera. Returns the ranking and its report.
+fn ranked(name: &str, true_lens: &str, efl: f64, names: &[&str]) -> (LensRanking, String) {
+    let folder = Folder::new(name);
+    let scene = folder.file("room.iv", SCENE);
+    let truth = folder.file("true.dat", TRUTH);
+    let start = folder.file("start.dat", DISTURBED);
+    let [png, jpeg] = ["true.png", "old.jpg"].map(|n| folder.path(n));
+    let common = "--size 96x64 --aperture f/8 --focus 2 --quiet";
+    let render = format!(
+        "render {scene} --camera {truth} --lens {true_lens} --efl {efl}mm -o {png} --samples 32 {common}"
+    );
+    assert_eq!(ivcam(&render, &[]), 0);
+    archive(&png, &jpeg);
+    let mut plan = common::pinhole_plan(&folder, "room.iv");
+    plan.camera = Some(CameraChoice::File(start.into()));
+    plan.resolution = Resolution::new(96, 64).unwrap();
+    plan.focus = Some(meters(2.0));
+    plan.stop.samples = 4;
+    let mut session = Session::open(plan).unwrap();
+    with_focal_length(&mut session, Mm(1.05 * efl)).unwrap();
+    let usual = LensChoice {
+        f_number: Some(8.0),
+        ..LensChoice::named("any")
+    };
+    let question = LensQuestion {
+        target: &Plate::open(&jpeg).unwrap(),
+        usual: &usual,
+        names,
+        mask: None,
+    };
+    let ranking = LensRanking::of(&mut session, &question, &mut |_, _| ()).unwrap();
+    let mut report = Vec::new();
+    ranking.report(&mut report).unwrap();
+    let report = String::from_utf8(report).unwrap();
+    eprintln!("{report}");
+    (ranking, report)
+}
+
+#[test]
+#[ignore = "a measurement of minutes, listed in docs/performance.md"]
+fn the_fish_eye_of_a_picture_is_found_among_lenses_that_bend_less() {
+    let names = ["biogon", "cooke-triplet", "nikkor-16", "wide-angle"];
+    let (ranking, report) = ranked("fit-fish-eye", "nikkor-16", 24.0, &names);
+    assert_eq!(ranking.as_good(), ["nikkor-16"]);
+    assert!(
+        report.contains("distinguishes nikkor-16 from the other 2"),
+        "{report}"
+    );
+    assert!(
+        report.contains("not judged cooke-triplet: they leave corners"),
+        "{report}"
+    );
+}
+
+#[test]
+#[ignore = "a measurement of minutes, listed in docs/performance.md"]
+fn two_lenses_that_bend_alike_are_said_to_be_as_good() {
+    let names = ["double-gauss", "nikkor-16", "tessar"];
+    let (ranking, report) = ranked("fit-alike", "double-gauss", 60.0, &names);
+    assert!(ranking.as_good().contains(&"double-gauss"), "{report}");
+    assert!(ranking.as_good().contains(&"tessar"), "{report}");
 }

@@ -11,8 +11,12 @@
 //! other, so that the noise averages out. Derivatives are differences of renderings with the same
 //! random numbers.
 
-use ivcam_base::diag::Result;
+mod models;
+
+use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::math::symmetric::solve;
+
+pub use models::{Effort, FittedModel, ModelMatch};
 
 use crate::chance;
 use crate::contrast::{contrast, detail};
@@ -60,10 +64,8 @@ const SEARCH: i32 = 6;
 
 /// The number of iterations that most sizes need, for the expected amount of work.
 const USUAL_ITERATIONS: usize = 6;
-/// The number of iterations by which starts and models are judged.
+/// The number of iterations by which starts are judged.
 const TRIAL_ITERATIONS: usize = 3;
-/// The longer side in pixels up to which renderings are made to rank models.
-const RANKED_SIDE: usize = 200;
 
 /// The state of a fit after a step that improved it.
 pub struct FitStep<'a> {
@@ -146,6 +148,7 @@ enum Measure {
 }
 
 /// The differences of two renderings of the same parameters from the target.
+#[derive(Clone, Debug)]
 struct Residuals {
     first: Vec<f64>,
     second: Vec<f64>,
@@ -195,6 +198,8 @@ struct FitLevel<'f, 'r> {
     inner: Vec<usize>,
     render: &'f mut Renderer<'r>,
     renders: usize,
+    /// The brightness of the last rendering.
+    last: Plane,
 }
 
 /// Receives the values, their cost, the number of renderings at this size, and whether the size is
@@ -272,24 +277,6 @@ impl Fit<'_> {
         });
         let best = tried.min_by(|a, b| a.cost.total_cmp(&b.cost))?;
         Some(best.values)
-    }
-
-    /// Takes a few steps on small pictures up to [`RANKED_SIDE`] pixels, and returns how well the
-    /// model does, to be compared with other models of the same picture.
-    ///
-    /// # Errors
-    /// Fails if the start cannot be rendered.
-    pub fn judge(&self, start: &[f64], render: &mut Renderer<'_>) -> Result<ModelMatch> {
-        let mut values = start.to_vec();
-        let mut squares = Vec::new();
-        let small = |s: &&(usize, usize)| s.0.max(s.1) <= RANKED_SIDE;
-        for size in self.sizes.iter().filter(small) {
-            let mut level = self.coarse_level(*size, render);
-            level.iterations = TRIAL_ITERATIONS;
-            values = level.refine(&values, &mut |_, _, _, _| ())?.values;
-            squares = level.squares(&values)?;
-        }
-        Ok(ModelMatch { values, squares })
     }
 
     /// Returns 1 at the pixels of a size that count, and 0 at the others; `None` if all count.
@@ -377,37 +364,6 @@ impl Fit<'_> {
     }
 }
 
-/// How well a model matches a picture, at a size that is the same for all models of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ModelMatch {
-    /// The fitted parameters.
-    pub values: Vec<f64>,
-    /// The mean square of the residuals of local contrast, for each block of 12 pixels.
-    squares: Vec<f64>,
-}
-
-impl ModelMatch {
-    /// Returns the root mean square of the residuals.
-    pub fn residual(&self) -> f64 {
-        (self.squares.iter().sum::<f64>() / self.squares.len() as f64).sqrt()
-    }
-
-    /// Returns by how many standard errors this model matches worse than another, from the
-    /// differences of blocks, which are taken to be independent. It is 0 if no block differs.
-    pub fn worse_than(&self, other: &Self) -> f64 {
-        let pairs = self.squares.iter().zip(&other.squares);
-        let off: Vec<f64> = pairs.map(|(a, b)| a - b).collect();
-        let n = off.len() as f64;
-        let sum: f64 = off.iter().sum();
-        let variance = n / (n - 1.0) * off.iter().map(|d| (d - sum / n).powi(2)).sum::<f64>();
-        if sum == 0.0 {
-            0.0
-        } else {
-            sum / variance.sqrt()
-        }
-    }
-}
-
 impl<'f, 'r> FitLevel<'f, 'r> {
     fn new(
         fit: &'f Fit<'f>,
@@ -427,6 +383,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             free: (0..fit.steps.len()).collect(),
             scale: luma.clone(),
             target: luma.clone(),
+            last: luma.clone(),
             render,
             renders: 0,
         };
@@ -477,35 +434,26 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     fn residuals_of(&mut self, values: &[f64], half: Half) -> Result<Vec<f64>> {
         let luma = self.draw(values, half)?;
         let aside = values.get(self.fit.steps.len()..).unwrap_or_default();
-        let gain = aside.first().copied().unwrap_or_default();
+        let off = self.off(&luma, aside);
+        self.last = luma;
+        Ok(off)
+    }
+
+    /// Returns the residuals of a rendering's brightness, at values of the nuisance parameters.
+    fn off(&self, luma: &Plane, aside: &[f64]) -> Vec<f64> {
+        let gain = libm::exp(aside.first().copied().unwrap_or_default());
         let softer = aside.get(1).copied().unwrap_or_default();
+        let sigma = |least: f64| (least * least + softer).max(0.04).sqrt();
         let counts = self.counts.as_ref();
         let seen = match self.measure {
-            Measure::Contrast => contrast(&luma, SIGMA, counts),
+            Measure::Contrast => contrast(luma, sigma(SIGMA), counts),
             Measure::Detail => {
-                let sigma = (SIGMA_FINE * SIGMA_FINE + softer).max(0.04).sqrt();
-                let (off, _) = detail(&luma, sigma, counts);
+                let (off, _) = detail(luma, sigma(SIGMA_FINE), counts);
                 off.zip(&self.scale, |v, s| v * s)
             }
         };
-        let gain = libm::exp(gain);
         let off = |i: usize| gain * f64::from(seen.values[i]) - f64::from(self.target.values[i]);
-        Ok(self.inner.iter().copied().map(off).collect())
-    }
-
-    /// Returns the mean square of the residuals in each block.
-    fn squares(&mut self, values: &[f64]) -> Result<Vec<f64>> {
-        let off = self.residuals(values)?;
-        let across = self.size.0.div_ceil(BLOCK);
-        let mut sums = vec![(0.0, 0.0); across * self.size.1.div_ceil(BLOCK)];
-        for (k, pixel) in self.inner.iter().copied().enumerate() {
-            let (x, y) = (pixel % self.size.0, pixel / self.size.0);
-            let (sum, count) = &mut sums[y / BLOCK * across + x / BLOCK];
-            *sum += off.first[k] * off.second[k];
-            *count += 1.0;
-        }
-        let kept = sums.into_iter().filter(|(_, count)| *count > 0.0);
-        Ok(kept.map(|(sum, count)| sum / count).collect())
+        self.inner.iter().copied().map(off).collect()
     }
 
     /// Matches the target's tones to a rendering, because contrast near the noise depends on the
@@ -666,33 +614,14 @@ impl<'f, 'r> FitLevel<'f, 'r> {
 
     /// Returns the normal equations at parameters.
     fn linearized(&mut self, values: &[f64], off: &Residuals, weights: &[f64]) -> System {
+        System::of(self.columns(values, off), off, weights)
+    }
+
+    /// Returns the derivatives of the residuals by the free parameters.
+    fn columns(&mut self, values: &[f64], off: &Residuals) -> Vec<Residuals> {
         let free = self.free.clone();
         let columns = free.iter().map(|&i| self.derivative(values, off, i));
-        let columns: Vec<Residuals> = columns.collect();
-        let dot = |a: &[f64], b: &[f64]| -> f64 {
-            let terms = a.iter().zip(b).zip(weights);
-            terms.map(|((a, b), w)| w * a * b).sum()
-        };
-        // The first rendering's derivative times the second's residual, and the reverse.
-        let crossed = |a: &Residuals, b: &Residuals| {
-            0.5 * (dot(&a.first, &b.second) + dot(&a.second, &b.first))
-        };
-        let n = columns.len();
-        let mut matrix = vec![0.0; n * n];
-        let mut unbiased = matrix.clone();
-        let means: Vec<Vec<f64>> = columns.iter().map(Residuals::means).collect();
-        for i in 0..n {
-            for j in 0..=i {
-                matrix[i * n + j] = dot(&means[i], &means[j]);
-                unbiased[i * n + j] = crossed(&columns[i], &columns[j]);
-            }
-        }
-        System {
-            right: columns.iter().map(|c| -crossed(c, off)).collect(),
-            matrix,
-            unbiased,
-            columns,
-        }
+        columns.collect()
     }
 
     /// Returns the derivative of the residuals by one parameter, from a central difference, or a
@@ -789,6 +718,11 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     }
 }
 
+/// Returns the error of a rendering that is asked for when the fit has to end.
+pub fn out_of_time() -> Box<Diagnostic> {
+    Diagnostic::error("the time of the fit is over")
+}
+
 /// Returns the indices of the pixels of a size that count, without its border.
 fn inner_pixels((width, height): (usize, usize), counts: Option<&Plane>) -> Vec<usize> {
     let inner = |n: usize| MARGIN.min(n / 4)..n - MARGIN.min(n / 4);
@@ -798,6 +732,34 @@ fn inner_pixels((width, height): (usize, usize), counts: Option<&Plane>) -> Vec<
 }
 
 impl System {
+    /// Returns the equations of derivatives, for residuals and their weights.
+    fn of(columns: Vec<Residuals>, off: &Residuals, weights: &[f64]) -> Self {
+        let dot = |a: &[f64], b: &[f64]| -> f64 {
+            let terms = a.iter().zip(b).zip(weights);
+            terms.map(|((a, b), w)| w * a * b).sum()
+        };
+        // The first rendering's derivative times the second's residual, and the reverse.
+        let crossed = |a: &Residuals, b: &Residuals| {
+            0.5 * (dot(&a.first, &b.second) + dot(&a.second, &b.first))
+        };
+        let n = columns.len();
+        let mut matrix = vec![0.0; n * n];
+        let mut unbiased = matrix.clone();
+        let means: Vec<Vec<f64>> = columns.iter().map(Residuals::means).collect();
+        for i in 0..n {
+            for j in 0..=i {
+                matrix[i * n + j] = dot(&means[i], &means[j]);
+                unbiased[i * n + j] = crossed(&columns[i], &columns[j]);
+            }
+        }
+        Self {
+            right: columns.iter().map(|c| -crossed(c, off)).collect(),
+            matrix,
+            unbiased,
+            columns,
+        }
+    }
+
     /// Returns the inverse of the unbiased matrix's rows and columns `kept`; none if it is
     /// singular.
     fn inverse(&self, kept: &[usize]) -> Option<Vec<Vec<f64>>> {
@@ -825,7 +787,7 @@ mod tests {
     use super::*;
 
     /// Returns blobs at a position (x, y) with a size, as fractions of the width.
-    fn blobs(values: &[f64], (width, height): (usize, usize)) -> Plate {
+    pub(super) fn blobs(values: &[f64], (width, height): (usize, usize)) -> Plate {
         let unit = width as f64;
         let plane = Plane::from_fn(width, height, |x, y| {
             let p = [(x as f64 + 0.5) / unit, (y as f64 + 0.5) / unit];
@@ -895,47 +857,6 @@ mod tests {
         let best = fit.best_start(&starts, &mut render).unwrap();
         let off = |v: &[f64]| (v[0] - 0.52).abs() + (v[1] - 0.31).abs() + (v[2] - 1.1).abs();
         assert!(off(&best) < 0.3 * off(&starts[1]), "{best:?}");
-    }
-
-    /// The wrong model bends the picture at its sides, as another lens does.
-    #[test]
-    fn a_model_that_bends_the_picture_is_judged_worse_by_several_errors() {
-        let grain = |i: usize| ((i * 7919 + i * i * 31) % 101) as f32 / 101.0 - 0.5;
-        let mut target = blobs(&[0.52, 0.31, 1.1], (192, 128));
-        for channel in &mut target.channels {
-            for (i, v) in channel.values.iter_mut().enumerate() {
-                *v += 0.01 * grain(i);
-            }
-        }
-        let fit = Fit {
-            target: &target,
-            sizes: Fit::pyramid((192, 128)),
-            steps: vec![0.003; 3],
-            blur: Vec::new(),
-            mask: None,
-            has_to_end: &|| false,
-        };
-        let start = [0.5, 0.33, 1.05];
-        let mut right = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
-        let right = fit.judge(&start, &mut right).unwrap();
-        let mut wrong = |v: &[f64], size: (usize, usize), _| {
-            let (width, height) = (size.0 as f64, size.1 as f64);
-            Ok(blobs(v, size).map(|p| {
-                Plane::from_fn(size.0, size.1, |x, y| {
-                    let (x, y) = (x as f64 + 0.5 - 0.5 * width, y as f64 + 0.5 - 0.5 * height);
-                    let bent = 1.0 + 0.1 * (x * x + y * y) / (0.25 * width * width);
-                    p.sample(bent * x + 0.5 * width, bent * y + 0.5 * height)
-                })
-            }))
-        };
-        let wrong = fit.judge(&start, &mut wrong).unwrap();
-        assert!(right.residual() < wrong.residual());
-        assert!(
-            wrong.worse_than(&right) > 3.0,
-            "{}",
-            wrong.worse_than(&right)
-        );
-        assert_eq!(right.worse_than(&right), 0.0);
     }
 
     /// The old picture shows other things beyond a part of it, as that of a room that is modeled
