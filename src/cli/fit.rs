@@ -76,8 +76,7 @@ pub(crate) fn run(
     bar.finish_and_clear();
     let news = session.sink.items()[said..].iter();
     print_first(news.filter(|d| d.severity >= Severity::Warning));
-    let found = found?;
-    kept?;
+    let (found, ()) = (found?, kept?);
     write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
