@@ -64,6 +64,8 @@ pub(crate) struct LensRanking {
     refused: BTreeMap<String, Vec<String>>,
     /// Lenses that the time did not suffice for.
     left: Vec<String>,
+    /// Whether all lenses have the same f-number.
+    is_stopped: bool,
 }
 
 /// The camera that was found with a pinhole or an ideal lens.
@@ -193,6 +195,11 @@ impl LensRanking {
         if !self.left.is_empty() {
             let names = self.left.join(", ");
             writeln!(out, "not judged {names}: half of `--time` was over")?;
+        }
+        if !self.is_stopped {
+            let note =
+                "each lens is wide open, so where much is out of focus the order may be wrong";
+            writeln!(out, "note       {note}; give --aperture if it is known")?;
         }
         let (names, all) = (self.as_good(), self.judged.len());
         match names[..] {
@@ -430,6 +437,7 @@ impl RankingRun<'_> {
             dark: self.dark,
             refused: self.refused,
             left,
+            is_stopped: self.question.usual.f_number.is_some(),
         })
     }
 }
