@@ -11,8 +11,8 @@ channels counts. Each row has the scene, the relative difference of the pictures
 error, the share of pixels with |z| above 4, the share that Student's t leaves there for equal programs, and
 the largest |z|. Pixels without any scatter are compared for equality within 1e-5.
 
-Both programs have the same surfaces here: matte, mirror, clear glass, and luminous. Phong's values as facets
-have no counterpart in Mitsuba.
+Both programs have the same surfaces here: matte, mirror, clear glass, and luminous. Mitsuba has no facets whose
+shadowing is height-correlated, so a ball of Phong's values is compared with the formulas of `facets.py`.
 """
 
 import math
@@ -24,6 +24,8 @@ import tempfile
 import mitsuba as mi
 import numpy as np
 
+import facets
+
 WIDTH, HEIGHT, ANGLE = 96, 64, 0.785398
 
 
@@ -33,6 +35,10 @@ def matte(*color):
 
 def glow(*color):
     return "glow", color
+
+
+def phong(diffuse, specular, shininess):
+    return "phong", (diffuse, specular, shininess)
 
 
 MIRROR = "mirror", (0.95, 0.95, 0.95)
@@ -74,6 +80,9 @@ SCENES = {
         ball(-0.2, -0.2, 0, 0.8, matte(0.6, 0.2, 0.15)), box(0.9, -0.7, 0.5, 0.5, 0.6, 0.5, matte(0.2, 0.4, 0.5)),
         box(-3, 2.5, 2.5, 1.6, 1.6, 0.02, glow(9, 9, 9)), box(3.5, 1.5, 2, 0.02, 1.5, 1.5, glow(2, 2, 2)),
         box(1.5, 3, -2, 0.8, 0.02, 0.8, glow(8, 8, 8))]},
+    **{f"facets, shininess {shininess}": {
+        "parts": [ball(0, 0, 0, 1.4, phong((0.5, 0.3, 0.1), (0.1, 0.2, 0.3), shininess))], "point": ((2, 2.5, 3), 12)}
+       for shininess in (0.05, 0.2, 0.8)},
 }
 
 
@@ -89,6 +98,8 @@ def inventor_material(kind, values):
         "mirror": lambda: f"{black} specularColor {triple(values)} shininess 1",
         "glass": lambda: "fields [ MFColor diffuseColor, MFColor ambientColor, MFFloat transparency, "
                          f"SFFloat refractionIndex ] {black} transparency 1 refractionIndex {values[0]}",
+        "phong": lambda: f"ambientColor 0 0 0 diffuseColor {triple(values[0])} specularColor {triple(values[1])} "
+                         f"shininess {values[2]}",
     }[kind]() + " }"
 
 
@@ -188,7 +199,12 @@ def ivcam_pictures(program, folder, scene, picture, samples, seeds):
     return np.array(made)
 
 
-def mitsuba_pictures(scene, picture, samples, seeds):
+def other_pictures(scene, picture, samples, seeds):
+    (shape, place, size, (kind, values)), *_ = scene["parts"]
+    if kind == "phong":
+        surface, random = facets.Facets(*values), np.random.default_rng(1)
+        view = 4, ANGLE, WIDTH, HEIGHT
+        return np.array([facets.picture(surface, (place, size), scene["point"], view, random, samples) for _ in range(seeds)])
     loaded = mitsuba(scene, picture)
     return np.array([np.array(mi.render(loaded, spp=samples, seed=seed), dtype=np.float64) for seed in range(seeds)])
 
@@ -238,7 +254,7 @@ def main():
         for name, scene in SCENES.items():
             if only in name:
                 ours = ivcam_pictures(program, folder, scene, picture, samples, seeds)
-                theirs = mitsuba_pictures(scene, of_mitsuba, samples, seeds)
+                theirs = other_pictures(scene, of_mitsuba, samples, seeds)
                 z = compare(name, ours, theirs)
                 if keep:
                     np.savez(os.path.join(keep, name.replace(" ", "-") + ".npz"), ours=ours.mean(0), theirs=theirs.mean(0), z=z)
