@@ -1,9 +1,9 @@
 """Phong's values as facets, by the formulas of docs/guide/shading.md, for `mitsuba_paths.py`.
 
-The surface is that of a ball under a point light, seen by the camera of the other scenes. The density of the facets and
-Smith's function are compared with Mitsuba's `MicrofacetDistribution` before they are used; Mitsuba's surfaces
-have the same two, but separable shadowing and no light that facets reflect several times. It holds for
-reflectances of at least 2% at normal incidence.
+The surface is that of a ball under a point light, seen by the camera of the other scenes. The
+density of the facets and Smith's function are compared with Mitsuba's `MicrofacetDistribution`
+before they are used; Mitsuba's surfaces have the same two, but separable shadowing and no light
+that facets reflect several times. It holds for reflectances of at least 2% at normal incidence.
 """
 
 import math
@@ -57,9 +57,11 @@ class Facets:
     def integrate(self, cosine):
         """Returns the albedo of perfect mirrors and that of Schlick's growing part alone.
 
-        The integral is over the facets, the tangents of whose slopes are α √(u/(1-u)) for u from 0 to 1.
+        The integral is over the facets, the tangents of whose slopes are α √(u/(1-u)) for u from 0
+        to 1.
         """
-        u, turn = np.meshgrid((np.arange(SLOPES) + 0.5) / SLOPES, (np.arange(TURNS) + 0.5) * math.pi / TURNS, indexing="ij")
+        u, turn = ((np.arange(count) + 0.5) / count for count in (SLOPES, TURNS))
+        u, turn = np.meshgrid(u, math.pi * turn, indexing="ij")
         tangent = self.alpha * np.sqrt(u / (1 - u))
         hz = 1 / np.sqrt(1 + tangent * tangent)
         oh = tangent * hz * np.cos(turn) * math.sqrt(1 - cosine * cosine) + hz * cosine
@@ -70,24 +72,27 @@ class Facets:
         return np.mean(weight), np.mean(weight * (1 - np.clip(oh, 0, 1)) ** 5)
 
     def layer(self, single, edge):
-        """The light that the facets send back: once reflected with Schlick's factor, and reflected several times."""
+        """The share of light that the facets send back, reflected once and several times."""
         single, edge = np.asarray(single)[..., None], np.asarray(edge)[..., None]
         return self.f0 * single + (1 - self.f0) * edge + (1 - single) * self.several
 
     def scatter(self, o, i, h):
-        """The BRDF for the cosines of the directions and of the normal to the halfway vector `h[0]`, and `h[1]` of `o` to it."""
+        """The BRDF. Of `h`, one cosine is the normal's to the halfway vector, one that of `o` to it."""
         schlick = self.f0 + (1 - self.f0) * ((1 - h[1]) ** 5)[..., None]
         once = (self.density(h[0]) / (4 * o * i * (1 + self.smith(o) + self.smith(i))))[..., None] * schlick
-        (eo, edge_o), (ei, edge_i) = ([np.interp(np.sqrt(w), self.roots, column) for column in self.table.T] for w in (o, i))
+        albedos = [[np.interp(np.sqrt(w), self.roots, column) for column in self.table.T] for w in (o, i)]
+        (eo, edge_o), (ei, edge_i) = albedos
         several = ((1 - eo) * (1 - ei) / (math.pi * (1 - self.mean_single)))[..., None] * self.several
         below = (1 - self.layer(eo, edge_o)) * (1 - self.layer(ei, edge_i)) / (1 - self.mean_layer)
         return once + several + self.rho / math.pi * below
 
 
 def picture(surface, ball, lamp, view, random, samples):
-    """The radiance of a ball (center and radius) under a point light (place and intensity), at random points of each pixel.
+    """The radiance of a ball (center and radius) under a point light (place and intensity), at random
+    points of each pixel.
 
-    `view` has the distance of the camera on the z axis, its height angle, and width and height in pixels.
+    `view` has the distance of the camera on the z axis, its height angle, and width and height in
+    pixels.
     """
     (center, radius), (place, intensity) = ball, lamp
     distance, angle, width, height = view
@@ -110,6 +115,7 @@ def picture(surface, ball, lamp, view, random, samples):
         o, i = -dot(ray, normal), dot(toward, normal)
         lit = (root > 0) & (i > 0) & (o > 0)
         o, i = np.where(lit, o, 1), np.where(lit, i, 1)
-        light = surface.scatter(o, i, (dot(halfway, normal), dot(halfway, toward))) * (i * math.pi * intensity / squared)[..., None]
-        total += np.where(lit[..., None], light, 0)
+        light = surface.scatter(o, i, (dot(halfway, normal), dot(halfway, toward)))
+        irradiance = i * math.pi * intensity / squared
+        total += np.where(lit[..., None], light * irradiance[..., None], 0)
     return total / samples
