@@ -2,7 +2,7 @@
 """Measures how long model `path`, Mitsuba 3 and Cycles take to the same error, on one thread:
 
     python crates/measure/path_speed.py target/release/ivcam [--only SCENE] [--programs NAME,...] [--rounds N]
-        [--size WxH] [--error E] [--depth N] [--limit SECONDS] [--means] [--keep FOLDER]
+        [--size WxH] [--error E] [--depth N] [--limit SECONDS] [--means | --lenses] [--keep FOLDER]
 
 It needs the Python packages `mitsuba`, `bpy` (Python 3.11) and `numpy`, and a library of LLVM (19
 works; 15 does not with AVX-512). The scenes are those of `path_scenes.py`; textures and highlights
@@ -10,7 +10,8 @@ are left out for all programs, and light that has been scattered more than `--de
 first table has each program's own pinhole: the picture's mean beside ivcam's, with the standard
 error by the scatter of its seeds. It shows that the scenes are equal. The second has the lenses:
 ivcam's is the double Gauss of 50 mm at full aperture, and that of the others a thin lens of the
-same focal length, f-number and focus; `cycles-osl` has the double Gauss as ivcam exports it.
+same focal length, f-number and focus, as that of `ivcam-ideal`; `cycles-osl` has the double Gauss
+as ivcam exports it.
 
 An error is the RMS difference of all channels from a picture of many samples by the same program
 and camera, over the mean of that picture, whose own error is subtracted (from the scatter of the
@@ -19,8 +20,8 @@ one that a first picture promises, in turn with the others, with new seeds in ea
 the rounds give the time to the error on the line through both in logarithms. Seconds are of the
 processor, without reading, compiling and building; those of ivcam are of the process, less those of
 a process that renders one sample of 12x8 pixels. `--limit` bounds the seconds of a picture; a time
-with * is beyond the measured points. `--means` makes the first table only; `--keep` keeps the
-scenes and pictures.
+with * is beyond the measured points, by the inverse square of the error. `--means` makes the first
+table only, `--lenses` the second; `--keep` keeps the scenes and pictures.
 """
 
 import json
@@ -36,8 +37,9 @@ import numpy as np
 
 import path_scenes
 
-PROGRAMS = ("ivcam", "ivcam-adaptive", "llvm_ad_rgb", "scalar_rgb", "cycles", "cycles-osl")
+PROGRAMS = ("ivcam", "ivcam-adaptive", "ivcam-ideal", "llvm_ad_rgb", "scalar_rgb", "cycles", "cycles-osl")
 LENS = ["--lens", "double-gauss", "--efl", "50mm"]
+IDEAL = ["--lens", "ideal", "--efl", "50mm", "--aperture", "2.02"]
 # The samples of the picture that promises the others, and the pictures whose mean is the reference.
 PILOT, PICTURES = 16, 4
 
@@ -56,7 +58,7 @@ class Ivcam:
         self.output, self.report = (os.path.join(folder, file) for file in ("ivcam.exr", "report.json"))
         self.words = [program, "render", os.path.join(folder, "scene.iv"), "-s", "i", "--dispersion", "off", "--headlight=off",
                       "--threads", "1", "--max-depth", str(DEPTH), "--quiet", "--report", self.report, "-o", self.output]
-        self.words += ["--lens", "none"] if pinhole else LENS
+        self.words += ["--lens", "none"] if pinhole else IDEAL if name == "ivcam-ideal" else LENS
         self.words += ["--adaptive"] if name == "ivcam-adaptive" else []
         self.set_up = min(self.run(1, 0, [12, 8]) for _ in range(3))
 
@@ -133,7 +135,7 @@ def row(*cells):
 def means(name, program, folder, names):
     """The first table's rows: 4 pictures of 64 samples."""
     first = None
-    for other in (other for other in names if other not in ("ivcam-adaptive", "cycles-osl")):
+    for other in (other for other in names if other == "ivcam" or not other.startswith("ivcam") and other != "cycles-osl"):
         made = started(program, folder, other, pinhole=True)
         pictures = np.array([made.render(64, 1 + seed)[1] for seed in range(4)])
         keep(f"{name}-pinhole", other, pictures.mean(axis=0))
@@ -144,7 +146,7 @@ def means(name, program, folder, names):
         else:
             relative = math.hypot(error / mean, first[1] / first[0])
             row(name, other, f"{100 * (mean / first[0] - 1):+.2f}% ± {100 * relative:.2f}%")
-        if other not in ("ivcam",):
+        if isinstance(made, Peer):
             made.end()
 
 
@@ -179,9 +181,10 @@ class Measured:
     def seconds_to(self, error):
         """Seconds to an error, and a mark if it is not between the points."""
         (t0, e0), (t1, e1) = self.medians().values()
-        share = math.log(e0 / error) / math.log(e0 / e1)
-        beyond = "" if -0.01 <= share <= 1.01 else "*"
-        return t0 * (t1 / t0) ** share, beyond
+        if e1 <= error <= e0:
+            return t0 * (t1 / t0) ** (math.log(e0 / error) / math.log(e0 / e1)), ""
+        t, e = (t1, e1) if error < e1 else (t0, e0)
+        return t * (e / error) ** 2, "*"
 
 
 def lenses(name, program, folder, names):
@@ -205,7 +208,9 @@ def main():
     mi.set_variant("scalar_rgb")
     program, only = os.path.abspath(sys.argv[1]), option("--only", "")
     names = option("--programs", ",".join(PROGRAMS)).split(",")
-    tables = [(means, ("scene", "pinhole of", "mean beside ivcam's"))]
+    tables = []
+    if "--lenses" not in sys.argv:
+        tables.append((means, ("scene", "pinhole of", "mean beside ivcam's")))
     if "--means" not in sys.argv:
         tables.append((lenses, ("scene", "program", "samples: seconds, relRMSE", f"s to {ERROR:g}", "times the first", "mean")))
     print("{}x{}".format(*SIZE), f"pixels, {DEPTH} surfaces, {ROUNDS} rounds, Mitsuba {mi.__version__}")
