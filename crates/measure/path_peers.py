@@ -114,7 +114,13 @@ def mitsuba(variant, glb, about, camera):
         **mitsuba_lights(mi, about["lights"]),
         **{f"part{k}": mitsuba_mesh(mi, f"part{k}", part, middle) for k, part in enumerate(parts)}})
 
+    compiled = set()
+
     def render(samples, seed):
+        # The kernels of LLVM are compiled once for each number of samples.
+        if "llvm" in variant and samples not in compiled:
+            compiled.add(samples)
+            render(samples, seed)
         start = time.process_time()
         picture = np.array(mi.render(scene, spp=samples, seed=seed))
         return time.process_time() - start, picture

@@ -18,10 +18,11 @@ and camera, over the mean of that picture, whose own error is subtracted (from t
 pictures that it is the mean of). Each program makes pictures of two numbers of samples around the
 one that a first picture promises, in turn with the others, with new seeds in each round. Medians of
 the rounds give the time to the error on the line through both in logarithms. Seconds are of the
-processor, without reading, compiling and building; those of ivcam are of the process, less those of
-a process that renders one sample of 12x8 pixels. `--limit` bounds the seconds of a picture; a time
-with * is beyond the measured points, by the inverse square of the error. `--means` makes the first
-table only, `--lenses` the second; `--keep` keeps the scenes and pictures.
+processor, without reading, building and the compilation of kernels; those of ivcam are of the
+process, less those of a process that renders one sample of 12x8 pixels. `--limit` bounds the
+seconds of a picture; a time with * is beyond the measured points, by the inverse square of the
+error. `--means` makes the first table only, `--lenses` the second; `--keep` keeps the scenes and
+pictures.
 """
 
 import json
