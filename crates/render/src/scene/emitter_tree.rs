@@ -116,15 +116,15 @@ impl LampTree {
     }
 
     /// Chooses a leaf of a range. Of two halves, one is chosen in proportion to its weight, by a
-    /// number from 0 to 1 that serves at all levels. Returns the leaf and its probability; `None`
-    /// if both weights are 0 somewhere on the way.
+    /// number from 0 to 1 that serves at all levels. Returns the leaf, its probability, and what is
+    /// left of the number, from 0 to 1 again; `None` if both weights are 0 somewhere on the way.
     pub(crate) fn choose(
         &self,
         mut range: LampRange,
-        u: f32,
+        u: f64,
         weight: impl Fn(&LampNode) -> f32,
-    ) -> Option<(u32, f32)> {
-        let (mut rest, mut probability) = (f64::from(u), 1.0f32);
+    ) -> Option<(u32, f32, f64)> {
+        let (mut rest, mut probability) = (u, 1.0f32);
         while let Some([a, b]) = range.halves() {
             let [wa, wb] = [a, b].map(|half| weight(self.node(half)));
             let share = wa / (wa + wb);
@@ -137,7 +137,7 @@ impl LampTree {
                 false => (b, (rest - edge) / (1.0 - edge), probability * (1.0 - share)),
             };
         }
-        Some((range.first, probability)).filter(|(_, p)| *p > 0.0)
+        (probability > 0.0).then_some((range.first, probability, rest))
     }
 
     /// The probability with which [`LampTree::choose`] returns a leaf.
@@ -222,8 +222,9 @@ mod tests {
             let mut counts = vec![0.0; usize::from(count)];
             let n = 200_000;
             for i in 0..n {
-                let u = (i as f32 + 0.5) / n as f32;
-                let (leaf, p) = tree.choose(root, u, weight).unwrap();
+                let u = (f64::from(i) + 0.5) / f64::from(n);
+                let (leaf, p, rest) = tree.choose(root, u, weight).unwrap();
+                assert!((0.0..=1.0).contains(&rest));
                 assert_eq!(p, tree.probability(root, leaf, weight));
                 counts[leaf as usize] += 1.0 / f64::from(n);
             }

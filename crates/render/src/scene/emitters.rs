@@ -121,18 +121,21 @@ impl Emitters {
         leaf.copied().filter(|leaf| *leaf != NO_LEAF)
     }
 
-    /// Draws a point on a primitive, for light on a face. Returns `None` if no primitive lights the
+    /// Draws a point on a primitive, for light on a face, by two numbers from 0 to 1. The first
+    /// chooses the primitive, and what is left of it serves for the place, so that samples that
+    /// are spread evenly are spread over all primitives. Returns `None` if no primitive lights the
     /// face.
     pub(crate) fn sample(
         &self,
         scene: &RenderScene,
         face: &LitFace,
-        choice: f32,
-        u: [f32; 2],
+        (across, along): (f64, f32),
     ) -> Option<EmitterPoint> {
         let root = self.tree.root()?;
-        let (leaf, probability) = self.tree.choose(root, choice, |node| face.light_of(node))?;
-        let mut point = self.point_on(scene, face.position, leaf, u)?;
+        let chosen = self.tree.choose(root, across, |node| face.light_of(node));
+        let (leaf, probability, rest) = chosen?;
+        let rest = (rest as f32).min(1.0 - f32::EPSILON);
+        let mut point = self.point_on(scene, face.position, leaf, [rest, along])?;
         point.density *= probability;
         Some(point)
     }
@@ -392,9 +395,8 @@ mod tests {
                 let n = 200u16;
                 let (mut sum, mut square) = (0.0f64, 0.0f64);
                 for i in 0..n * n {
-                    let u = [i / n, i % n].map(|k| (f32::from(k) + 0.5) / f32::from(n));
-                    let choice = (f32::from(i) * 0.618_034).fract();
-                    let point = emitters.sample(&scene, &face, choice, u).unwrap();
+                    let [x, y] = [i / n, i % n].map(|k| (f64::from(k) + 0.5) / f64::from(n));
+                    let point = emitters.sample(&scene, &face, (x, y as f32)).unwrap();
                     let inverse = 1.0 / f64::from(point.density);
                     (sum, square) = (sum + inverse, square + inverse * inverse);
                 }

@@ -321,7 +321,7 @@ impl<'a> LampFinder<'a> {
         let (chosen, rest) = cell.choose(film, f64::from(choice))?;
         let emitters = self.emitters();
         let tree = emitters.tree();
-        let (leaf, by_power) = tree.choose(chosen.range, rest as f32, |node| node.power)?;
+        let (leaf, by_power, _) = tree.choose(chosen.range, rest, |node| node.power)?;
         let on = emitters.point_on(self.scene, self.eye(), leaf, points.pair(PLACE))?;
         let ray = Ray::new(self.eye(), on.position - self.eye());
         let point = self.camera.lens_point(on.position.as_dvec3());

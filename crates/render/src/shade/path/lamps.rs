@@ -166,16 +166,18 @@ impl PathTracer<'_> {
         })
     }
 
-    /// Draws a point on a luminous shape.
+    /// Draws a point on a luminous shape. `finer` continues the first of the numbers `u` beyond
+    /// its 24 bits, of which the choice among a million shapes needs 20.
     pub(super) fn luminous_shape(
         &self,
         point: &Point<'_>,
         vertex: &Vertex,
-        choice: f32,
         u: [f32; 2],
+        finer: f32,
     ) -> Option<LampRay> {
         let emitters = self.scene.emitters();
-        let lamp = emitters.sample(self.scene, &vertex.lit_face(point), choice, u)?;
+        let across = f64::from(u[0]) + f64::from(finer) * f64::exp2(-24.0);
+        let lamp = emitters.sample(self.scene, &vertex.lit_face(point), (across, u[1]))?;
         let to = lamp.position - point.position;
         let distance = to.length();
         let toward = to / distance;

@@ -294,8 +294,8 @@ impl PathTracer<'_> {
         let found = [
             match self.lights.emitters {
                 true => {
-                    let [choice, _] = walk.pair(6);
-                    self.luminous_shape(point, vertex, choice, walk.pair(4))
+                    let [finer, _] = walk.pair(6);
+                    self.luminous_shape(point, vertex, walk.pair(4), finer)
                 }
                 false => None,
             },
