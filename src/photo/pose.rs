@@ -12,7 +12,7 @@ use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::state::Language;
 use ivcam_render::camera::half_field;
-use ivcam_render::scene::{CompileOptions, Light, RenderScene};
+use ivcam_render::scene::{CompileOptions, Light, RenderScene, Survey};
 
 use super::plan::{Optics, Plan};
 use super::view::{Override, WholeView};
@@ -62,13 +62,23 @@ pub(super) fn view_of_everything(
 
 /// Returns the bounding box of a scene as Inventor's `viewAll` sees it, in meters.
 pub(super) fn inventor_bounds(snapshot: &Snapshot<'_>, plan: &Plan) -> Option<(DVec3, DVec3)> {
+    surveyed(snapshot, plan).inventor_bounds
+}
+
+/// Returns the bounding box of what a scene draws, in meters. Inventor's box may be larger: it is
+/// that of turned boxes of shapes.
+pub(super) fn drawn_bounds(snapshot: &Snapshot<'_>, plan: &Plan) -> Option<(DVec3, DVec3)> {
+    surveyed(snapshot, plan).bounds
+}
+
+fn surveyed(snapshot: &Snapshot<'_>, plan: &Plan) -> Survey {
     let options = CompileOptions {
         fonts: plan.fonts.clone(),
         limits: plan.limits.clone(),
         memory: plan.memory.bytes(),
         ..CompileOptions::default()
     };
-    RenderScene::survey(snapshot, &options).inventor_bounds
+    RenderScene::survey(snapshot, &options)
 }
 
 /// Returns a pose that looks along −z and from which the plan's lens shows the whole box and can

@@ -6,7 +6,7 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::Studio;
 
 use super::plan::Plan;
-use super::pose::{inventor_bounds, own_focus};
+use super::pose::{drawn_bounds, own_focus};
 
 /// The circle of confusion that looks sharp, as a share of the film's diagonal.
 const CONFUSION: f64 = 1.0 / 1500.0;
@@ -15,7 +15,7 @@ const SMALLEST: f64 = 64.0;
 
 /// Returns what the plan adds to a scene.
 pub(super) fn studio_of(plan: &Plan, snapshot: &Snapshot<'_>) -> Option<Studio> {
-    plan.light.studio(|| inventor_bounds(snapshot, plan))
+    plan.light.studio(|| drawn_bounds(snapshot, plan))
 }
 
 /// Returns the plan with the lens stopped down so that the studio's scene is sharp from front to
