@@ -152,7 +152,7 @@ fn about(lens: &Prescription) -> Object {
 }
 
 /// A surface, in the signs of files. A plane has radius 0, and a surface without an aperture no
-/// semi-diameter. Only mirrors and closed middles say so.
+/// semi-diameter. Only mirrors, closed middles and decenters say so.
 fn surface(s: &Surface) -> Object {
     let glass = Some(s.medium.name.as_str()).filter(|name| !name.is_empty());
     let mut all = Object::from([
@@ -171,6 +171,16 @@ fn surface(s: &Surface) -> Object {
     }
     if s.obstruction > 0.0 {
         all.insert("obstruction", field(s.obstruction));
+    }
+    if let Some(frame) = &s.frame {
+        let decenters = [
+            (["decenter", "tilt"], &frame.before),
+            (["decenter_after", "tilt_after"], &frame.after),
+        ];
+        for ([shift, tilt], decenter) in decenters.into_iter().filter(|(_, d)| !d.is_none()) {
+            all.insert(shift, field(decenter.shift.to_array()));
+            all.insert(tilt, field(decenter.tilt.to_array()));
+        }
     }
     all
 }

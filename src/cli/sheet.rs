@@ -193,6 +193,15 @@ fn surfaces(page: &mut Page, lens: &Lens) {
         };
         let line = format!("{}  {shape}{medium}{closed}", row(&SURFACE, cells));
         page.line(line.trim_end());
+        if let Some(frame) = &s.frame {
+            page.line(format!("      {}", frame.description()));
+        }
+    }
+    if lens.prescription().is_decentered() {
+        page.line(
+            "  the first-order data are those of the unfolded axis, along which thicknesses count;",
+        );
+        page.line("  the curves are those of points on the y axis of the film");
     }
 }
 

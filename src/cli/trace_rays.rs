@@ -223,6 +223,10 @@ fn answer(path: &RayPath) -> RayAnswer<'_> {
 fn drawn_path(lens: &Lens, ray: &TracedRay, film_z: f64, lead: f64) -> Vec<DVec2> {
     let TracedRay { start, from, path } = ray;
     let flat = |p: DVec3| DVec2::new(p.z, p.y);
+    let start = &match from {
+        From::Scene => *start,
+        From::Film => in_lens_space(lens, start),
+    };
     let d = start.direction.normalize();
     let near = match (path.hits.first(), from) {
         (Some(hit), _) => *hit,
@@ -241,9 +245,22 @@ fn drawn_path(lens: &Lens, ray: &TracedRay, film_z: f64, lead: f64) -> Vec<DVec2
             From::Scene if out.direction.z > 1e-6 => out.at_z(film_z.max(out.origin.z)),
             _ => out.origin + lead * out.direction,
         };
+        let end = match from {
+            From::Scene => lens.in_lens_space(end),
+            From::Film => end,
+        };
         points.push(flat(end));
     }
     points
+}
+
+/// The ray in lens space of one that has the coordinates behind the lens.
+fn in_lens_space(lens: &Lens, ray: &LensRay) -> LensRay {
+    let origin = lens.in_lens_space(ray.origin);
+    LensRay {
+        origin,
+        direction: lens.in_lens_space(ray.origin + ray.direction) - origin,
+    }
 }
 
 /// The point where a ray crosses a plane, if that is near, and otherwise a point on the ray.

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use ivcam_optics::diagram::drawing::{Drawing, Ink};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
-use ivcam_optics::lens::{LensRay, RayPath};
+use ivcam_optics::lens::{Lens, LensRay, RayPath};
 use ivcam_render::camera::{Camera, LensCamera};
 
 use super::plan::Plan;
@@ -44,21 +44,21 @@ pub(crate) fn ray_section(
             Err(_) => Ink::Lost(2),
         };
         let lost = path.outcome.is_err();
-        diagram.add_path(flat(&start, &path, camera.lens.length()), ink, lost);
+        diagram.add_path(flat(&camera.lens, &start, &path), ink, lost);
     }
     (diagram.drawing(), passed)
 }
 
 /// Projects a path to the plane of the axis and the film point: z, and the height along that
 /// direction.
-fn flat(start: &LensRay, path: &RayPath, length: f64) -> Vec<DVec2> {
+fn flat(lens: &Lens, start: &LensRay, path: &RayPath) -> Vec<DVec2> {
     let up = start.origin.truncate().try_normalize().unwrap_or(DVec2::Y);
     // The film point is drawn below the axis, as its image is upside down.
     let place = |p: DVec3| DVec2::new(p.z, -p.truncate().dot(up));
-    let mut points = vec![place(start.origin)];
+    let mut points = vec![place(lens.in_lens_space(start.origin))];
     points.extend(path.hits.iter().map(|p| place(*p)));
     if let Ok(out) = path.outcome {
-        let lead = 0.35 * length.max(start.origin.z);
+        let lead = 0.35 * lens.length().max(start.origin.z);
         points.push(place(
             out.origin + lead / out.direction.z.abs().max(0.2) * out.direction,
         ));

@@ -8,3 +8,4 @@ mod lens;
 mod lens_files;
 mod merit;
 mod mirrors;
+mod tilts;

@@ -113,8 +113,14 @@ fn header(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>) -> f64 {
         page.note([MARGIN, y + 62.0], Anchor::Start, 10.0, conditions(sheet));
         y += 20.0;
         if !lens.prescription().is_rotational() {
-            let meridian =
-                "The curves, spots and fans are those of points on the y axis of the film.";
+            let meridian = match lens.prescription().is_decentered() {
+                true => {
+                    "First-order data are those of the unfolded axis; curves, spots and fans of the film's y axis."
+                }
+                false => {
+                    "The curves, spots and fans are those of points on the y axis of the film."
+                }
+            };
             page.note([MARGIN, y + 56.0], Anchor::Start, 10.0, meridian);
             y += 14.0;
         }

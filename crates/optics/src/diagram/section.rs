@@ -118,12 +118,9 @@ impl LensDiagram {
             .iter()
             .fold(0.0, |a: f64, b| a.max(b.abs()));
         let half = if top > 0.0 { top } else { 0.3 * reach };
-        let film = lens.straight_z(film_z);
-        this.stroke(
-            vec![DVec2::new(film, -half), DVec2::new(film, half)],
-            Ink::Film,
-        );
-        if this.options.marks {
+        let film = [-half, half].map(|y| behind(lens, DVec3::new(0.0, y, film_z)));
+        this.stroke(film.to_vec(), Ink::Film);
+        if this.options.marks && !lens.prescription().is_decentered() {
             this.marks(lens, film_z, reach);
         }
         this
@@ -162,15 +159,24 @@ impl LensDiagram {
 
     fn axis(&mut self, lens: &Lens, film_z: f64, reach: f64) {
         let span = extent(lens, film_z);
+        if lens.prescription().is_decentered() {
+            let count = lens.prescription().surfaces.len();
+            let vertices = (0..count).map(|i| flat(lens.placed(i, DVec3::ZERO)));
+            let mut points = vec![DVec2::new(-0.18 * span - 0.2 * reach, 0.0)];
+            points.extend(vertices);
+            points.push(behind(lens, film_z * DVec3::Z));
+            self.stroke(points, Ink::Axis);
+            return;
+        }
         let (from, to) = (-0.18 * span - 0.2 * reach, span + 0.05 * span);
         self.stroke(vec![DVec2::new(from, 0.0), DVec2::new(to, 0.0)], Ink::Axis);
     }
 
     /// Draws every gap that is not air, up to the next surface that refracts.
     fn elements(&mut self, lens: &Lens, film_z: f64, reach: f64) {
-        let folded = lens.prescription().folded();
+        let layout = Layout::of(lens);
+        let folded = &layout.folded;
         let surfaces = &folded.surfaces;
-        let vertex = vertices(surfaces);
         let idle = |i: usize| surfaces[i].is_idle(folded.medium_before(i));
         for i in 0..surfaces.len() {
             let n = surfaces[i].medium.n_d;
@@ -179,12 +185,14 @@ impl LensDiagram {
                 continue;
             }
             let next = (i + 1..surfaces.len()).find(|j| !idle(*j));
-            let front = profile(&surfaces[i], vertex[i], reach);
+            let front = layout.profile(i, reach);
             let rear = match next {
-                Some(j) => profile(&surfaces[j], vertex[j], reach),
+                Some(j) => layout.profile(j, reach),
                 None => {
                     let a = radius(&surfaces[i], reach);
-                    vec![DVec2::new(film_z, -a), DVec2::new(film_z, a)]
+                    [-a, a]
+                        .map(|y| behind(lens, DVec3::new(0.0, y, film_z)))
+                        .to_vec()
                 }
             };
             let dense = match surfaces[i].medium.abbe() {
@@ -194,7 +202,10 @@ impl LensDiagram {
                 Some(_) => 0,
                 None => ((n - 1.45) / 0.12).clamp(0.0, 3.0) as u8,
             };
-            let points = element(front, rear);
+            let points = match lens.prescription().is_decentered() {
+                true => front.into_iter().chain(rear.into_iter().rev()).collect(),
+                false => element(front, rear),
+            };
             self.strokes.push(SectionStroke {
                 points,
                 closed: true,
@@ -206,8 +217,8 @@ impl LensDiagram {
 
     /// Draws mirrors, and what closes the middles of other surfaces.
     fn mirrors(&mut self, lens: &Lens, reach: f64) {
-        let surfaces = lens.prescription().folded().surfaces;
-        for (surface, z) in surfaces.iter().zip(vertices(&surfaces)) {
+        let layout = Layout::of(lens);
+        for (i, surface) in layout.folded.surfaces.iter().enumerate() {
             let (closed, a) = (surface.obstruction, radius(surface, reach));
             let sides = match (surface.is_mirror, closed > 0.0) {
                 (true, true) => vec![[-a, -closed], [closed, a]],
@@ -217,7 +228,7 @@ impl LensDiagram {
             };
             for [from, to] in sides {
                 let points = (0..=48).map(|i| from + (to - from) * f64::from(i) / 48.0);
-                let points = points.map(|y| DVec2::new(z + surface.sag(y), y));
+                let points = points.map(|y| layout.point(i, surface.sag(y), y));
                 self.stroke(points.collect(), Ink::Stop);
             }
         }
@@ -225,15 +236,15 @@ impl LensDiagram {
 
     /// Draws the blades of the stop.
     fn stop(&mut self, lens: &Lens, reach: f64) {
-        let surfaces = &lens.prescription().folded().surfaces;
         let Some(stop) = lens.prescription().stop() else {
             return;
         };
-        let z = vertices(surfaces)[stop];
-        let a = radius(&surfaces[stop], reach);
-        let z = z + surfaces[stop].sag(a);
+        let layout = Layout::of(lens);
+        let surface = &layout.folded.surfaces[stop];
+        let a = radius(surface, reach);
+        let sag = surface.sag(a);
         for sign in [1.0, -1.0] {
-            let ends = [a, a + 0.13 * reach].map(|y| DVec2::new(z, sign * y));
+            let ends = [a, a + 0.13 * reach].map(|y| layout.point(stop, sag, sign * y));
             self.stroke(ends.to_vec(), Ink::Stop);
         }
     }
@@ -301,7 +312,6 @@ impl LensDiagram {
         path: &RayPath,
         film_z: f64,
     ) {
-        let flat = |p: DVec3| DVec2::new(p.z, p.y);
         let mut points: Vec<DVec2> = path.hits.iter().map(|p| flat(*p)).collect();
         let Some(first) = path.hits.first() else {
             return;
@@ -316,8 +326,7 @@ impl LensDiagram {
         match path.outcome {
             Ok(out) => {
                 if out.direction.z > 1e-6 {
-                    let film = flat(out.at_z(film_z));
-                    points.push(DVec2::new(lens.straight_z(film.x), film.y));
+                    points.push(behind(lens, out.at_z(film_z)));
                 }
                 self.stroke(points, Ink::Ray(number));
             }
@@ -463,6 +472,52 @@ fn beam(lens: &Lens, height: f64, film_z: f64) -> Option<(DVec3, DVec3)> {
     Some((chief.origin, -chief.direction))
 }
 
+/// The point of the drawing of a point of lens space: z and y.
+fn flat(p: DVec3) -> DVec2 {
+    DVec2::new(p.z, p.y)
+}
+
+/// The point of the drawing of a point behind the lens.
+fn behind(lens: &Lens, p: DVec3) -> DVec2 {
+    flat(lens.in_lens_space(p))
+}
+
+/// Where the surfaces of a lens are on the drawing.
+struct Layout<'a> {
+    lens: &'a Lens,
+    /// The surfaces with the signs of the straight axis.
+    folded: Prescription,
+    /// The z of their vertices on it.
+    vertices: Vec<f64>,
+}
+
+impl<'a> Layout<'a> {
+    fn of(lens: &'a Lens) -> Self {
+        let folded = lens.prescription().folded();
+        let vertices = vertices(&folded.surfaces);
+        Self {
+            lens,
+            folded,
+            vertices,
+        }
+    }
+
+    /// The point of a surface at a height, with its sag there.
+    fn point(&self, i: usize, sag: f64, y: f64) -> DVec2 {
+        if !self.folded.is_decentered() {
+            return DVec2::new(self.vertices[i] + sag, y);
+        }
+        let along = self.lens.prescription().surfaces[i].sag(y);
+        flat(self.lens.placed(i, DVec3::new(0.0, y, along)))
+    }
+
+    /// The points of a surface from its lower rim to its upper one.
+    fn profile(&self, i: usize, reach: f64) -> Vec<DVec2> {
+        let points = profile(&self.folded.surfaces[i], reach);
+        points.map(|p| self.point(i, p.x, p.y)).collect()
+    }
+}
+
 /// The z of the vertices of surfaces whose thicknesses have the signs of the straight axis.
 fn vertices(surfaces: &[Surface]) -> Vec<f64> {
     let next = |z: &mut f64, s: &Surface| Some(std::mem::replace(z, *z + s.thickness));
@@ -488,18 +543,16 @@ fn radius(surface: &Surface, reach: f64) -> f64 {
     surface.semi_diameter.min(reach)
 }
 
-/// Returns points of a surface from its lower rim to its upper one.
-fn profile(surface: &Surface, vertex: f64, reach: f64) -> Vec<DVec2> {
+/// Returns points of a surface relative to its vertex, from its lower rim to its upper one.
+fn profile(surface: &Surface, reach: f64) -> impl Iterator<Item = DVec2> {
     let a = radius(surface, reach);
     let steps = if surface.is_plane() { 1 } else { 48 };
-    (0..=steps)
-        .map(|i| {
-            // The points are denser toward the rim, where a strong curve is steep.
-            let t = 2.0 * f64::from(i) / f64::from(steps) - 1.0;
-            let y = a * libm::sin(0.5 * std::f64::consts::PI * t);
-            DVec2::new(vertex + surface.sag(y), y)
-        })
-        .collect()
+    (0..=steps).map(move |i| {
+        // The points are denser toward the rim, where a strong curve is steep.
+        let t = 2.0 * f64::from(i) / f64::from(steps) - 1.0;
+        let y = a * libm::sin(0.5 * std::f64::consts::PI * t);
+        DVec2::new(surface.sag(y), y)
+    })
 }
 
 /// Returns the outline of an element. The narrower side is extended flat to the wider one's rim, if

@@ -3,13 +3,14 @@
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
-use glam::DVec2;
+use glam::{DAffine3, DVec2, DVec3};
 use ivcam_base::diag::Result;
 use ivcam_base::math::Mm;
 
 use crate::lens::trace::element::Element;
 use crate::lens::trace::ray::{LensRay, Loss, RayPath, Toward};
 use crate::lens::trace::tracer::Tracer;
+use crate::prescription::decenter::SurfaceFrame;
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
@@ -26,6 +27,9 @@ pub struct Lens {
     wavelength_nm: f64,
     elements: Vec<Element>,
     first_order: FirstOrder,
+    /// The map to lens space from the coordinates in which rays leave the lens, if a surface is
+    /// decentered.
+    film_map: Option<Box<DAffine3>>,
     /// Whether any surface reflects.
     reflects: bool,
 }
@@ -41,6 +45,7 @@ impl Lens {
         let indices = prescription.indices(wavelength_nm);
         let facings = prescription.facings();
         let mut z = 0.0;
+        let mut axis = None;
         let mut elements = Vec::with_capacity(prescription.surfaces.len());
         for (i, surface) in prescription.surfaces.iter().enumerate() {
             let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
@@ -48,6 +53,7 @@ impl Lens {
                 element.set_hole(prescription.iris.outline(surface.semi_diameter));
             }
             element.facing = facings[i];
+            advance_axis(&mut axis, &mut element, surface);
             elements.push(element);
             z += facings[i + 1] * surface.thickness;
         }
@@ -57,6 +63,7 @@ impl Lens {
             reflects: prescription.surfaces.iter().any(reflects),
             prescription,
             wavelength_nm,
+            film_map: film_map(axis, &elements),
             elements,
             first_order,
         }
@@ -167,7 +174,8 @@ impl Lens {
     /// Whether the lens is symmetric about its axis.
     pub(crate) fn is_rotational(&self) -> bool {
         let mut surfaces = self.prescription.surfaces.iter();
-        self.iris_edges().is_empty() && surfaces.all(|s| s.shape.is_rotational())
+        let is_round = |s: &Surface| s.shape.is_rotational() && s.frame.is_none();
+        self.iris_edges().is_empty() && surfaces.all(is_round)
     }
 
     /// The lens with another iris.
@@ -201,10 +209,26 @@ impl Lens {
     /// The z in lens space of a plane behind the lens, in millimeters. The two differ only behind
     /// an odd number of mirrors, where z is counted from the last vertex along the light.
     pub(crate) fn straight_z(&self, z: f64) -> f64 {
+        self.in_lens_space(z * DVec3::Z).z
+    }
+
+    /// The place in lens space of a point relative to the vertex of a surface, with z along the
+    /// light that reaches it.
+    pub(crate) fn placed(&self, surface: usize, point: DVec3) -> DVec3 {
+        self.elements[surface].placed(point)
+    }
+
+    /// The place in lens space of a point behind the lens that has the coordinates in which rays
+    /// leave the lens. Without decentered surfaces the two differ only behind an odd number of
+    /// mirrors.
+    pub fn in_lens_space(&self, p: DVec3) -> DVec3 {
+        if let Some(map) = &self.film_map {
+            return map.transform_point3(p);
+        }
         let last = self.elements.last();
         match last.is_some_and(|e| (e.facing < 0.0) != e.is_mirror) {
-            true => 2.0 * self.length() - z,
-            false => z,
+            true => DVec3::new(p.x, p.y, 2.0 * self.length() - p.z),
+            false => p,
         }
     }
 
@@ -237,6 +261,15 @@ impl Lens {
         RayPath { outcome, hits }
     }
 
+    /// The points of all surfaces that a ray from the scene hits, relative to their vertices in x
+    /// and y, in millimeters. Nothing blocks it.
+    pub(super) fn hits_on_surfaces(&self, ray: &LensRay) -> Vec<DVec2> {
+        let mut hits = Vec::with_capacity(self.elements.len());
+        let tracer = self.tracer(Toward::Film, false);
+        let _ = tracer.walk(*ray, |_, hit| hits.push(hit.point.truncate()));
+        hits
+    }
+
     /// The surfaces prepared for tracing, from front to rear.
     pub(super) fn elements(&self) -> &[Element] {
         &self.elements
@@ -250,4 +283,37 @@ impl Lens {
             apertures,
         }
     }
+}
+
+/// The map to lens space from the coordinates in which rays leave the lens. `axis` is that from the
+/// axis at the end of the last gap.
+fn film_map(axis: Option<DAffine3>, elements: &[Element]) -> Option<Box<DAffine3>> {
+    let end = elements.last().map_or(0.0, |last| last.vertex_z + last.gap);
+    axis.map(|map| Box::new(map * DAffine3::from_translation(-end * DVec3::Z)))
+}
+
+/// Places an element in lens space, if it or an earlier one is decentered. `axis` is the map to
+/// lens space from the axis at the element, which becomes that at the next one; none up to the
+/// first decentered surface.
+fn advance_axis(axis: &mut Option<DAffine3>, element: &mut Element, surface: &Surface) {
+    let Some(frame) = surface
+        .frame
+        .as_deref()
+        .copied()
+        .or(axis.map(|_| SurfaceFrame::default()))
+    else {
+        return;
+    };
+    let facing = DVec3::new(1.0, 1.0, element.facing);
+    let start = axis.unwrap_or_else(|| {
+        DAffine3::from_translation(element.vertex_z * DVec3::Z) * DAffine3::from_scale(facing)
+    });
+    let place = start * frame.before.affine();
+    element.place = Some(Box::new(place));
+    let turn = match surface.is_mirror {
+        true => DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0)),
+        false => DAffine3::IDENTITY,
+    };
+    let gap = DAffine3::from_translation(surface.thickness * DVec3::Z);
+    *axis = Some(place * turn * frame.after.affine() * gap);
 }

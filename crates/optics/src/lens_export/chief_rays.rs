@@ -41,13 +41,13 @@ impl ChiefRays {
             .prescription()
             .surfaces
             .iter()
-            .any(|s| !s.shape.is_rotational())
+            .any(|s| !s.shape.is_rotational() || s.frame.is_some())
         {
             return Err(Diagnostic::unsupported(format!(
-                "`{}` has cylinders or toroids, and its distortion is not a function of the radius",
+                "`{}` has cylinders, toroids or tilts: its distortion is no function of the radius",
                 lens.name()
             ))
-            .with_help("lenses of surfaces of revolution can be exported"));
+            .with_help("lenses of surfaces of revolution on one axis can be exported"));
         }
         let pupil = lens.first_order().entrance_pupil;
         let origin_z = pupil.map_or(0.0, |p| p.z);

@@ -46,8 +46,8 @@ struct PupilBox {
 /// shader does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
-    if lens.prescription().has_mirrors() || lens.is_obstructed() {
-        let message = format!("`{}` has mirrors or a closed middle", lens.name());
+    if lens.prescription().is_folded() || lens.is_obstructed() {
+        let message = format!("`{}` has mirrors, tilts or a closed middle", lens.name());
         return Err(Diagnostic::unsupported(message)
             .with_help("the shader traces lenses that light goes straight through"));
     }

@@ -5,14 +5,15 @@
 //! folder because readers need them: a file may give an f-number in place of a diameter. Nothing
 //! here traces rays; `lens` does.
 //!
-//! The folder's parts, from the ground up: `glass` and `surface`; `prescription` is the table,
-//! `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes another
-//! table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats` reads
-//! and writes files.
+//! The folder's parts, from the ground up: `glass`, `decenter` and `surface`; `prescription` is the
+//! table, `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes
+//! another table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats`
+//! reads and writes files.
 
 pub(crate) mod about;
 mod adjust;
 pub(crate) mod changes;
+pub(crate) mod decenter;
 pub(crate) mod first_order;
 pub mod formats;
 pub mod glass;
@@ -24,6 +25,7 @@ pub(crate) mod text;
 
 pub use about::About;
 pub use changes::{Change, Quantity};
+pub use decenter::{Decenter, SurfaceFrame};
 pub use first_order::{FirstOrder, Focal, Pupil};
 pub use formats::{Gap, Reading};
 pub use glass::{Catalogue, Coating, Medium};

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
 
+use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::surface::{Shape, Surface};
@@ -141,7 +142,8 @@ impl Prescription {
 
     /// Whether the lens is symmetric about its axis.
     pub fn is_rotational(&self) -> bool {
-        self.iris == Iris::Round && self.surfaces.iter().all(|s| s.shape.is_rotational())
+        let is_round = |s: &Surface| s.shape.is_rotational() && s.frame.is_none();
+        self.iris == Iris::Round && self.surfaces.iter().all(is_round)
     }
 
     /// Whether the index of a medium depends on the wavelength.
@@ -175,6 +177,16 @@ impl Prescription {
         self.surfaces.iter().any(|s| s.is_mirror)
     }
 
+    /// Whether light leaves the straight axis: at a mirror, or at a decentered surface.
+    pub fn is_folded(&self) -> bool {
+        self.has_mirrors() || self.is_decentered()
+    }
+
+    /// Whether any surface is decentered or tilted.
+    pub fn is_decentered(&self) -> bool {
+        self.surfaces.iter().any(|s| s.frame.is_some())
+    }
+
     /// The signs of z in front of each surface and, last, behind the lens: −1 where light travels
     /// against the straight z axis, behind an odd number of mirrors.
     pub(crate) fn facings(&self) -> Vec<f64> {
@@ -206,6 +218,14 @@ impl Prescription {
             if signs[1] < 0.0 {
                 surface.thickness = -surface.thickness;
             }
+            if let Some(frame) = &mut surface.frame {
+                let turned = |d: &Decenter, sign| match sign < 0.0 {
+                    true => d.turned_around(),
+                    false => *d,
+                };
+                frame.before = turned(&frame.before, signs[0]);
+                frame.after = turned(&frame.after, signs[1]);
+            }
         }
         let gaps = lens.zoom.iter_mut().flat_map(|zoom| &mut zoom.gaps);
         for (_, gap) in gaps.filter(|(i, _)| signs.get(i + 1) == Some(&-1.0)) {
@@ -217,8 +237,13 @@ impl Prescription {
     /// The lens with front and rear exchanged. It has no zoom positions and no focusing group.
     pub fn reversed(&self) -> Self {
         let count = self.surfaces.len();
+        let turned = |frame: &SurfaceFrame| SurfaceFrame {
+            before: frame.after.inverse().turned_around(),
+            after: frame.before.inverse().turned_around(),
+        };
         let surfaces = (0..count).rev().map(|i| Surface {
             medium: self.medium_before(i).clone(),
+            frame: self.surfaces[i].frame.as_ref().map(|f| Box::new(turned(f))),
             thickness: i
                 .checked_sub(1)
                 .map_or(0.0, |before| self.surfaces[before].thickness),
@@ -365,6 +390,11 @@ pub(crate) fn check(
     }
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         check_numbers(i, surface, &fail, &place)?;
+        let frame = surface.frame.as_deref();
+        if !frame.is_none_or(|f| f.before.is_finite() && f.after.is_finite()) {
+            let message = format!("a decenter of surface {i} is not a finite number");
+            return Err(fail(place(i, Column::Thickness), message));
+        }
     }
     check_stops(prescription, &fail, &place)?;
     check_mirrors(prescription, sink, &fail, &place)?;
@@ -512,7 +542,8 @@ fn check_mirrors(
         return Err(fail(place(first, Column::Thickness), message.into())
             .with_help("leave `focus_group` out: the whole lens then moves"));
     }
-    if surfaces.iter().all(|s| s.obstruction == 0.0) {
+    let is_tilted = |s: &Surface| s.is_mirror && s.frame.is_some();
+    if surfaces.iter().all(|s| s.obstruction == 0.0) && !surfaces.iter().any(is_tilted) {
         let message = "nothing blocks light in the middle of this lens with mirrors";
         sink.note(place(first, Column::SemiDiameter), message)
             .help("an obstruction shades the beam as the second mirror and the film do");
@@ -612,10 +643,12 @@ fn warn_of_gaps(
 }
 
 /// The height at which two neighboring surfaces cross nearer to the axis than `reach`, by more than
-/// a thousandth of it; none if they do not.
+/// a thousandth of it; none if they do not, or if one is decentered, because no circle is then
+/// where they cross.
 fn crossing(front: &Surface, rear: &Surface, thickness: f64, reach: f64) -> Option<f64> {
     const STEPS: u32 = 64;
-    if !reach.is_finite() || thickness < 0.0 {
+    let is_decentered = front.frame.is_some() || rear.frame.is_some();
+    if !reach.is_finite() || thickness < 0.0 || is_decentered {
         return None;
     }
     // The next surface faces a mirror from the side that light comes from.

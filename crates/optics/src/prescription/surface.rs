@@ -2,6 +2,7 @@
 
 use ivcam_base::diag::Span;
 
+use crate::prescription::decenter::SurfaceFrame;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
 
@@ -247,6 +248,8 @@ pub struct Surface {
     /// the surfaces behind it are given as [`Prescription`](crate::prescription::Prescription)
     /// says.
     pub is_mirror: bool,
+    /// How the surface is decentered and tilted; none on the axis of its neighbors.
+    pub frame: Option<Box<SurfaceFrame>>,
     /// The coating of the surface.
     pub coating: Coating,
     /// The place of the surface in the file, for messages.
@@ -265,6 +268,7 @@ impl Surface {
             obstruction: 0.0,
             is_stop: false,
             is_mirror: false,
+            frame: None,
             coating: Coating::default(),
             span: Span::default(),
         }
@@ -290,9 +294,10 @@ impl Surface {
         self.is_idle(before) && is_open && !self.is_stop
     }
 
-    /// Whether this is a plane that neither refracts nor reflects, given the medium before it.
+    /// Whether this is a plane that neither refracts nor reflects nor tilts the axis, given the
+    /// medium before it.
     pub(crate) fn is_idle(&self, before: &Medium) -> bool {
-        self.is_plane() && !self.is_mirror && self.medium == *before
+        self.is_plane() && !self.is_mirror && self.frame.is_none() && self.medium == *before
     }
 
     /// The step of the index that bends a ray, given the indices in front of the surface and behind
@@ -303,6 +308,18 @@ impl Surface {
         } else {
             behind - before
         }
+    }
+
+    /// How the surface is decentered, and the gap behind it along its own axis: 0 if the axis
+    /// behind it is another one.
+    pub(crate) fn frame_and_gap(&self) -> (SurfaceFrame, f64) {
+        let frame = self.frame.as_deref().copied().unwrap_or_default();
+        let gap = if frame.after.is_none() {
+            self.thickness
+        } else {
+            0.0
+        };
+        (frame, gap)
     }
 
     /// Replaces the shape by another one that is made of it.
@@ -362,11 +379,15 @@ impl Surface {
             thickness: self.thickness * factor,
             semi_diameter: self.semi_diameter * factor,
             obstruction: self.obstruction * factor,
+            frame: self
+                .frame
+                .as_ref()
+                .map(|frame| Box::new(frame.scaled(factor))),
             ..self.clone()
         }
     }
 
-    /// The surface as seen from the other side. Its gap and medium are not changed.
+    /// The surface as seen from the other side. Its gap, medium and frame are not changed.
     pub(crate) fn reversed(&self) -> Self {
         let mut shape = self.shape.map_terms(|_, term| -term);
         if let Shape::Toroid { across, .. } = &mut shape {

@@ -32,8 +32,8 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
         ))
         .with_help("give the surfaces semi-diameters"));
     }
-    if lens.prescription().has_mirrors() || lens.is_obstructed() {
-        let message = format!("`{}` has mirrors or a closed middle", lens.name());
+    if lens.prescription().is_folded() || lens.is_obstructed() {
+        let message = format!("`{}` has mirrors, tilts or a closed middle", lens.name());
         return Err(Diagnostic::unsupported(message)
             .with_help("solids are lenses that light goes straight through"));
     }

@@ -185,9 +185,9 @@ impl<'a> Beam<'a> {
     pub(crate) fn footprints(&self) -> Vec<Vec<DVec2>> {
         let mut all = vec![Vec::new(); self.lens.prescription().surfaces.len()];
         for place in self.outline() {
-            let path = self.lens.trace_path(&self.ray(place), Toward::Film, false);
-            for (print, hit) in all.iter_mut().zip(path.hits) {
-                print.push(hit.truncate());
+            let hits = self.lens.hits_on_surfaces(&self.ray(place));
+            for (print, hit) in all.iter_mut().zip(hits) {
+                print.push(hit);
             }
         }
         all

@@ -70,7 +70,7 @@ impl Lens {
         ray.reflect(second, away)?;
         ray.advance_to(last, toward)?;
         ray.cross(last, toward)?;
-        Some(ray.end())
+        Some(ray.end(toward))
     }
 }
 
@@ -98,11 +98,15 @@ impl<'a> GhostRay<'a> {
             Toward::Film => 0,
             Toward::Scene => elements.len().checked_sub(1)?,
         };
+        let element = elements.get(at)?;
+        let mut p = ray.origin - element.vertex_z * DVec3::Z;
+        let mut d = unit(ray.direction).filter(|_| ray.origin.is_finite())?;
+        element.enter(toward, &mut p, &mut d);
         Some(Self {
             elements,
             wavelengths,
-            p: ray.origin - elements.get(at)?.vertex_z * DVec3::Z,
-            d: unit(ray.direction).filter(|_| ray.origin.is_finite())?,
+            p,
+            d,
             at,
             is_on_surface: false,
             share: DVec3::ONE,
@@ -123,6 +127,7 @@ impl<'a> GhostRay<'a> {
 
     /// Makes the next surface in the direction of travel the surface `at`.
     fn step(&mut self, toward: Toward) {
+        self.elements[self.at].leave(toward, &mut self.p, &mut self.d);
         match toward {
             Toward::Film => {
                 self.p.z -= self.elements[self.at].gap;
@@ -133,6 +138,7 @@ impl<'a> GhostRay<'a> {
                 self.p.z += self.elements[self.at].gap;
             }
         }
+        self.elements[self.at].enter(toward, &mut self.p, &mut self.d);
         self.is_on_surface = false;
     }
 
@@ -169,8 +175,9 @@ impl<'a> GhostRay<'a> {
         element.is_open_at(self.p).then_some((element, hit))
     }
 
-    /// The ray in lens space and the share of the light that remains.
-    fn end(self) -> (LensRay, DVec3) {
+    /// The ray as it leaves the lens and the share of the light that remains.
+    fn end(mut self, toward: Toward) -> (LensRay, DVec3) {
+        self.elements[self.at].leave(toward, &mut self.p, &mut self.d);
         let origin = self.p + self.elements[self.at].vertex_z * DVec3::Z;
         let direction = self.d;
         (LensRay { origin, direction }, self.share)

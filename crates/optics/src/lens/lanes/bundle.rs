@@ -1,6 +1,6 @@
 //! A bundle of rays, stored component by component.
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 use ivcam_base::math::lanes::{LANES, Lane};
 
 use crate::lens::trace::ray::LensRay;
@@ -123,6 +123,18 @@ impl Bundle {
         let more = (fill > self.fill[lane]) & (self.lost[lane] == 0.0);
         self.fill[lane] = if more { fill } else { self.fill[lane] };
         self.limit[lane] = if more { number } else { self.limit[lane] };
+    }
+
+    /// Maps the origins and directions of all rays.
+    pub(super) fn map(&mut self, map: &DAffine3) {
+        for lane in 0..LANES {
+            let LensRay { origin, direction } = self.ray(lane);
+            let (origin, direction) = (
+                map.transform_point3(origin),
+                map.transform_vector3(direction),
+            );
+            self.put(lane, &LensRay { origin, direction });
+        }
     }
 
     /// Empties a lane.

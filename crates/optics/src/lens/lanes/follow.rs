@@ -15,7 +15,7 @@ use crate::lens::lanes::step::{LARGE_STEP, LaneStep, SAME_INDEX, SLIGHT_STEP, ki
 use crate::lens::lanes::toroid::toroid;
 use crate::lens::lanes::transmittances::Transmittances;
 use crate::lens::lens::Lens;
-use crate::lens::trace::element::Form;
+use crate::lens::trace::element::{Element, Form};
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::tracer::Tracer;
 
@@ -104,8 +104,21 @@ pub(super) fn follow<const STOPS: bool, const FUSED: bool>(
 /// fewer; in one of hundreds of surfaces most rays are lost soon.
 const LOST_AFTER: usize = 32;
 
+/// Moves rays into the coordinates of a surface if it is decentered, by `shift` along the axis and
+/// then into its frame. Returns the shift that is left.
+#[inline(always)]
+fn enter(element: &Element, toward: Toward, bundle: &mut Bundle, shift: f64) -> f64 {
+    let Some(frame) = &element.frame else {
+        return shift;
+    };
+    bundle.z.iter_mut().for_each(|z| *z += shift);
+    bundle.map(frame.entering(toward));
+    0.0
+}
+
 /// Traces rays through some of the surfaces, which are counted in the order of travel. Between
-/// calls the positions are relative to the vertex of the last surface, whose z is returned.
+/// calls the positions are relative to the vertex of the last surface, along the axis that the rays
+/// leave it along. The z of that vertex is returned.
 #[inline(always)]
 pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
     tracer: &Tracer<'_>,
@@ -122,8 +135,9 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         cos: zero,
     };
     for i in surfaces {
-        let (surface, shift) = tracer.leg(i);
+        let (surface, along) = tracer.leg(i);
         let element = &tracer.elements[surface];
+        let shift = enter(element, tracer.toward, bundle, along);
         vertex_z = element.vertex_z;
         let refraction = element.refraction(tracer.toward);
         let step = LaneStep {
@@ -139,7 +153,7 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
             }
             Form::Sphere => {
                 // A ray from far away is first moved to the point nearest the vertex.
-                if i == 0 || (element.curvature * shift).abs() > 4.0 {
+                if i == 0 || (element.curvature * along).abs() > 4.0 {
                     approach::<FUSED>(&step, bundle);
                 } else {
                     bundle.z.iter_mut().for_each(|z| *z += shift);
@@ -170,6 +184,9 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
                 block_at_iris(&step, bundle);
             }
             false => note_iris_fill(&step, bundle),
+        }
+        if let Some(frame) = &element.frame {
+            bundle.map(frame.leaving(tracer.toward));
         }
         if i % LOST_AFTER == LOST_AFTER - 1 && bundle.lost.iter().all(|lost| *lost != 0.0) {
             break;

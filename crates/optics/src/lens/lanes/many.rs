@@ -1,5 +1,6 @@
 //! Traces any number of rays from the scene to the film side, a bundle at a time.
 
+use glam::DVec3;
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, Width, dispatch};
 use ivcam_base::work;
 
@@ -125,12 +126,19 @@ impl SimdKernel for OpticalPaths<'_> {
                 false => 1.0,
             };
             vertex_z = stretch::<false, FUSED>(self.tracer, b, i..i + 1, None);
+            let frame = self.tracer.elements[i].frame.as_deref();
+            let back = frame.map(|f| (f.entering(Toward::Film), f.leaving(Toward::Film).inverse()));
             for lane in 0..LANES {
-                let (x, y) = (b.x[lane] - x[lane], b.y[lane] - y[lane]);
-                let z = facing * b.z[lane] - (z[lane] - gap);
+                let mut from = DVec3::new(x[lane], y[lane], z[lane] - gap);
+                let mut hit = DVec3::new(b.x[lane], b.y[lane], b.z[lane]);
+                if let Some((enter, back)) = &back {
+                    (from, hit) = (enter.transform_point3(from), back.transform_point3(hit));
+                }
+                let (x, y) = (hit.x - from.x, hit.y - from.y);
+                let z = facing * hit.z - from.z;
                 let length = (x * x + y * y + z * z).sqrt();
                 // Inside the lens the length is signed, because a ray may travel backward between
-                // surfaces that cross.
+                // surfaces that cross; a tilt of less than 90 degrees keeps the sign of z.
                 let signed = if i == 0 { length } else { length.copysign(z) };
                 paths[lane] += n * signed;
             }

@@ -117,9 +117,9 @@ impl Lens {
             elements: &self.elements()[stop..],
             ..self.tracer(Toward::Scene, false)
         };
-        let _ = tracer.follow(ray, |surface, hit| {
+        let _ = tracer.walk(ray, |surface, hit| {
             if surface == 0 {
-                found = Some(hit.truncate());
+                found = Some(hit.point.truncate());
             }
         });
         found

@@ -10,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::math::Mm;
 
 use crate::lens::lens::Lens;
-use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::ray::LensRay;
 use crate::prescription::prescription::Iris;
 use crate::prescription::surface::Plane;
 
@@ -91,14 +91,14 @@ impl Lens {
             origin: DVec3::new(0.0, height, -self.far()),
             direction: DVec3::Z,
         };
-        let path = self.trace_path(&ray, Toward::Film, false);
-        let Some(hit) = path.hits.get(stop) else {
+        let hits = self.hits_on_surfaces(&ray);
+        let Some(hit) = hits.get(stop) else {
             return Err(Diagnostic::error(format!(
                 "`{}` can't be stopped down to f/{f_number}: its beam misses the stop",
                 self.name()
             )));
         };
-        self.with_stop(Mm(hit.truncate().length()))
+        self.with_stop(Mm(hit.length()))
     }
 
     /// The lens with the stop at which it has an f-number, by bisection. A rim limits the beam in

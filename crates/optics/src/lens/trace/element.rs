@@ -1,6 +1,6 @@
 //! A surface made ready for tracing at one wavelength.
 
-use glam::{DVec2, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use crate::lens::trace::intersect::{
     SurfaceHit, intersect_profile, intersect_quadric, intersect_sphere, toroid,
@@ -8,6 +8,7 @@ use crate::lens::trace::intersect::{
 use crate::lens::trace::profile::Profile;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::refraction::{Refraction, refract};
+use crate::prescription::decenter::{SurfaceFrame, inverse};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::surface::{Shape, Surface};
 
@@ -31,6 +32,10 @@ pub(crate) struct Element {
     /// The sign of lens space in front of the surface: −1 behind an odd number of mirrors, where
     /// the tracer's z grows against that of lens space.
     pub facing: f64,
+    /// The maps to and from the surface, if it is decentered.
+    pub frame: Option<Box<ElementFrame>>,
+    /// The map from the surface to lens space, if this or an earlier surface is decentered.
+    pub place: Option<Box<DAffine3>>,
     /// The refraction of a ray that travels toward the film.
     pub to_film: Refraction,
     /// The refraction of a ray that travels toward the scene.
@@ -44,6 +49,42 @@ pub(crate) struct Element {
     /// to the edge over the square of its length, so that the dot product with a point inside is
     /// less than 1 for all edges. The list is empty if the hull does not contain the axis.
     pub edges: Box<[DVec2]>,
+}
+
+/// The maps between the coordinates of a decentered surface and those of the axis in front of it
+/// and behind it, each with its inverse.
+#[derive(Clone, Debug)]
+pub(crate) struct ElementFrame {
+    /// From the surface to the axis in front of it, and back.
+    before: [DAffine3; 2],
+    /// From the axis behind the surface to the surface, and back.
+    after: [DAffine3; 2],
+}
+
+impl ElementFrame {
+    fn new(frame: &SurfaceFrame) -> Self {
+        let both = |map: DAffine3| [map, inverse(&map)];
+        Self {
+            before: both(frame.before.affine()),
+            after: both(frame.after.affine()),
+        }
+    }
+
+    /// The map from the axis that a ray comes along to the surface.
+    pub(crate) fn entering(&self, toward: Toward) -> &DAffine3 {
+        match toward {
+            Toward::Film => &self.before[1],
+            Toward::Scene => &self.after[0],
+        }
+    }
+
+    /// The map from the surface to the axis that a ray leaves along.
+    pub(crate) fn leaving(&self, toward: Toward) -> &DAffine3 {
+        match toward {
+            Toward::Film => &self.after[1],
+            Toward::Scene => &self.before[0],
+        }
+    }
 }
 
 /// The shape of a surface, by the method that intersects it. The first three are quadrics, which
@@ -104,6 +145,11 @@ impl Element {
             obstruction: surface.obstruction * surface.obstruction,
             is_mirror: surface.is_mirror,
             facing: 1.0,
+            frame: surface
+                .frame
+                .as_deref()
+                .map(|f| Box::new(ElementFrame::new(f))),
+            place: None,
             to_film: Refraction::new(before, behind),
             to_scene: Refraction::new(behind, before),
             indices: [before, behind],
@@ -129,6 +175,42 @@ impl Element {
         r2 <= self.clear
             && r2 >= self.obstruction
             && corners.is_none_or(|corners| is_inside(corners, hit.truncate()))
+    }
+
+    /// Moves a ray from the axis that it comes along to the coordinates of the surface. Those of
+    /// a surface that is not decentered are the same.
+    #[inline(always)]
+    pub(crate) fn enter(&self, toward: Toward, p: &mut DVec3, d: &mut DVec3) {
+        if let Some(frame) = &self.frame {
+            let map = frame.entering(toward);
+            (*p, *d) = (map.transform_point3(*p), map.transform_vector3(*d));
+        }
+    }
+
+    /// Moves a ray from the coordinates of the surface to those of the axis that it leaves along.
+    #[inline(always)]
+    pub(crate) fn leave(&self, toward: Toward, p: &mut DVec3, d: &mut DVec3) {
+        if let Some(frame) = &self.frame {
+            let map = frame.leaving(toward);
+            (*p, *d) = (map.transform_point3(*p), map.transform_vector3(*d));
+        }
+    }
+
+    /// The place in lens space of a point relative to the vertex.
+    pub(crate) fn placed(&self, point: DVec3) -> DVec3 {
+        if let Some(place) = &self.place {
+            return place.transform_point3(point);
+        }
+        let DVec3 { x, y, z } = point;
+        DVec3::new(x, y, self.facing * z) + self.vertex_z * DVec3::Z
+    }
+
+    /// The component of a vector of lens space along the light that reaches the surface.
+    pub(crate) fn along(&self, v: DVec3) -> f64 {
+        match &self.place {
+            Some(place) => v.dot(place.matrix3.z_axis),
+            None => self.facing * v.z,
+        }
     }
 
     /// The sign of z along a ray that reaches the surface, in the space in front of it. A mirror is

@@ -8,6 +8,9 @@
 //! hit are turned around, and light travels toward the film between all surfaces. Only the points
 //! that are handed out have the z of lens space.
 //!
+//! A decentered surface has coordinates of its own. A ray is moved into them in front of it, and
+//! out of them behind it, so that between surfaces it has those of the axis.
+//!
 //! Between two surfaces a ray may travel backward (t < 0): thin edges and zero gaps make surfaces
 //! cross outside their rims, and the ray is still correct. There is no epsilon anywhere, so a lens
 //! scaled by a power of two gives the same directions to the last bit.
@@ -53,19 +56,16 @@ impl Tracer<'_> {
         ray: LensRay,
         mut at_hit: impl FnMut(usize, DVec3),
     ) -> Result<LensRay, Loss> {
-        self.walk(ray, |surface, vertex_z, hit| {
-            let DVec3 { x, y, z } = hit.point;
-            let z = self.elements[surface].facing * z;
-            at_hit(surface, DVec3::new(x, y, z) + vertex_z * DVec3::Z);
+        self.walk(ray, |surface, hit| {
+            at_hit(surface, self.elements[surface].placed(hit.point));
         })
     }
 
-    /// Traces a ray. `at_hit` is called with the surface, the z of its vertex, and the hit relative
-    /// to that vertex.
+    /// Traces a ray. `at_hit` is called with the surface and the hit relative to its vertex.
     pub(crate) fn walk(
         &self,
         ray: LensRay,
-        mut at_hit: impl FnMut(usize, f64, &SurfaceHit),
+        mut at_hit: impl FnMut(usize, &SurfaceHit),
     ) -> Result<LensRay, Loss> {
         let count = self.elements.len();
         let first = match self.toward {
@@ -91,11 +91,12 @@ impl Tracer<'_> {
             vertex_z = element.vertex_z;
             p.z += shift;
             let lost = |kind| Loss { kind, surface };
+            element.enter(toward, &mut p, &mut d);
             (p, d) = (element.arriving(toward, p), element.arriving(toward, d));
             let hit = element
                 .intersect(p, d, element.sign(toward))
                 .ok_or(lost(LossKind::Missed))?;
-            at_hit(surface, vertex_z, &hit);
+            at_hit(surface, &hit);
             if self.apertures && !element.is_open_at(hit.point) {
                 return Err(lost(LossKind::Blocked));
             }
@@ -106,6 +107,7 @@ impl Tracer<'_> {
                 element.leaving(toward, hit.point),
                 element.leaving(toward, d),
             );
+            element.leave(toward, &mut p, &mut d);
         }
         Ok(LensRay {
             origin: p + vertex_z * DVec3::Z,

@@ -13,17 +13,22 @@
 //! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
 //! A surface with `mirror` reflects; behind it thicknesses and radii have the signs of a straight z
 //! axis. `obstruction` is the radius that is closed in the middle of a surface.
+//! `decenter` in mm and `tilt` in degrees, each [x, y, z], are those of the surface against the
+//! axis in front of it, `decenter_after` and `tilt_after` those of the axis behind it against the
+//! surface; see [`Decenter`].
 //! `coating` is none, mgf2 or ideal. It belongs to a surface or, beside `surfaces`, to all surfaces
 //! without one.
 
 use std::collections::BTreeMap;
 
+use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde::Deserialize;
 use serde::de::value::MapDeserializer;
 use serde_json::{Map, Value};
 
 use crate::prescription::about::KEYS;
+use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::json_text::{JsonPlaces, parse};
 use crate::prescription::formats::origin::at_zoom_list;
@@ -41,7 +46,7 @@ const KINDS: [&str; 8] = [
 /// are lists beside them that begin with `A4`.
 const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
                       sellmeier formula coefficients semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
-                      coating";
+                      coating decenter tilt decenter_after tilt_after";
 
 /// The names of the fields of each column of the table.
 const COLUMNS: [&[&str]; 4] = [
@@ -130,6 +135,10 @@ struct SurfaceFields {
     #[serde(rename = "c_x")]
     curvature_x: Option<f64>,
     coating: Option<Value>,
+    decenter: Option<[f64; 3]>,
+    tilt: Option<[f64; 3]>,
+    decenter_after: Option<[f64; 3]>,
+    tilt_after: Option<[f64; 3]>,
 }
 
 /// The name of a field of the wrong type, and the type that it should have.
@@ -317,6 +326,7 @@ impl LensJsonReader<'_> {
             obstruction: fields.obstruction.unwrap_or(0.0),
             is_stop,
             is_mirror,
+            frame: frame(&fields).boxed(),
             coating: self
                 .coating(fields.coating.as_ref(), Some(i))?
                 .unwrap_or(coating),
@@ -497,6 +507,18 @@ impl LensJsonReader<'_> {
                 rotation,
             }),
         }
+    }
+}
+
+/// How a surface is decentered.
+fn frame(fields: &SurfaceFields) -> SurfaceFrame {
+    let decenter = |shift: Option<[f64; 3]>, tilt: Option<[f64; 3]>| Decenter {
+        shift: shift.map_or(DVec3::ZERO, DVec3::from_array),
+        tilt: tilt.map_or(DVec3::ZERO, DVec3::from_array),
+    };
+    SurfaceFrame {
+        before: decenter(fields.decenter, fields.tilt),
+        after: decenter(fields.decenter_after, fields.tilt_after),
     }
 }
 

@@ -2,13 +2,14 @@
 //!
 //! Each format has a file or a folder with its `Format`. What the readers share is in `reader`
 //! (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a file),
-//! `commands` (CODE V and OSLO), `json_text` and `loose` (JSON) and `index_table` (glasses by their
-//! indices at several wavelengths).
+//! `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose` (JSON) and
+//! `index_table` (glasses by their indices at several wavelengths).
 
 pub(crate) mod apertures;
 mod bench;
 mod commands;
 mod dat;
+mod decenters;
 mod flare;
 mod format;
 mod index_table;

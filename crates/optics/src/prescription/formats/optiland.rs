@@ -2,11 +2,15 @@
 //! behind them and perhaps an aperture. The first is the object, the last the image.
 //!
 //! Planes, spheres, conics and even and odd aspheres are read. Apertures that are missing are
-//! those of the beam of `aperture` and `fields`. Shifts and tilts are refused.
+//! those of the beam of `aperture` and `fields`. The places and angles of surfaces are those of one
+//! space: a shifted or tilted surface is decentered alone, and behind a tilted mirror the axis is
+//! reflected as light is.
 
+use glam::{DAffine3, DMat3, DVec3};
 use ivcam_base::diag::{Result, Sink, Span};
 use serde_json::Value;
 
+use crate::prescription::decenter::{Decenter, SurfaceFrame, inverse};
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{finite, numbers, parse};
@@ -14,6 +18,9 @@ use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape, Surface};
+
+/// The greatest number of coordinate systems in each other.
+const MAX_NESTING: usize = 64;
 
 /// optiland's JSON.
 pub(crate) static FORMAT: Format = Format {
@@ -98,7 +105,97 @@ fn draft(file: PrescriptionReader<'_>, root: &Value) -> Result<Draft> {
         let surface = surface(file, i + 1, [row, next], draft.medium())?;
         draft.push(surface, [places.next().unwrap_or(Span::at(0)); 4]);
     }
+    let maps: Option<Vec<DAffine3>> = rows[1..].iter().map(place).collect();
+    let is_turned = |map: &DAffine3| {
+        let flat = map.translation.truncate().length() < 1e-12;
+        !(flat && map.matrix3.abs_diff_eq(DMat3::IDENTITY, 1e-12))
+    };
+    if let Some(maps) = maps.filter(|maps| maps.iter().any(is_turned)) {
+        decenter(&mut draft, &maps);
+    }
     Ok(draft)
+}
+
+/// The map from a surface to the space of the file; none if its place is not stated.
+fn place(row: &Value) -> Option<DAffine3> {
+    let mut system = &row["geometry"]["cs"];
+    let mut map = DAffine3::IDENTITY;
+    for _ in 0..MAX_NESTING {
+        let number = |key: &str| finite(system.get(key)).unwrap_or(0.0);
+        finite(system.get("z"))?;
+        let [x, y, z] = ["rx", "ry", "rz"].map(|key| number(key).to_degrees());
+        let turn = |tilt: DVec3| {
+            Decenter {
+                tilt,
+                ..Decenter::NONE
+            }
+            .affine()
+        };
+        // The turns are about fixed axes, first about x.
+        let turned = turn(z * DVec3::Z) * turn(y * DVec3::Y) * turn(x * DVec3::X);
+        let shift = DVec3::from_array(["x", "y", "z"].map(number));
+        map = DAffine3::from_translation(shift) * turned * map;
+        system = &system["reference_cs"];
+        if system.is_null() {
+            return Some(map);
+        }
+    }
+    None
+}
+
+/// Gives surfaces their thicknesses and frames, from the maps from each of them and the image to
+/// the space of the file.
+///
+/// The axis goes on straight behind every surface, as the light along it would without refraction:
+/// a mirror reflects it. So the axis stays where the surfaces are, whatever folds it.
+fn decenter(draft: &mut Draft, maps: &[DAffine3]) {
+    let flip = DAffine3::from_scale(DVec3::new(1.0, 1.0, -1.0));
+    // From the axis at the last surface, with z along the light, to the space of the file.
+    let mut axis = DAffine3::from_translation(maps[0].translation.z * DVec3::Z);
+    let mut facing = DAffine3::IDENTITY;
+    let mut signs = 1.0;
+    for (i, map) in maps.iter().enumerate() {
+        let found = inverse(&axis) * *map * facing;
+        let gap = found.translation.z;
+        if let Some(last) = i.checked_sub(1).map(|last| &mut draft.lens.surfaces[last]) {
+            last.thickness = signs * gap;
+        }
+        axis *= DAffine3::from_translation(gap * DVec3::Z);
+        let mut before = Decenter::from_affine(&found);
+        before.shift.z = 0.0;
+        let Some(surface) = draft.lens.surfaces.get_mut(i) else {
+            draft.pending = tidy(before);
+            return;
+        };
+        let [front, behind] = match surface.is_mirror {
+            true => [signs, -signs],
+            false => [signs; 2],
+        };
+        let turned = |decenter: Decenter, sign: f64| match sign < 0.0 {
+            true => decenter.turned_around(),
+            false => decenter,
+        };
+        let before = tidy(before);
+        surface.frame = SurfaceFrame {
+            before: turned(before, front),
+            after: turned(before.inverse(), behind),
+        }
+        .boxed();
+        if surface.is_mirror {
+            axis = axis * before.affine() * flip * before.inverse().affine();
+            facing *= flip;
+            signs = -signs;
+        }
+    }
+}
+
+/// A decenter without what rounding made of 0.
+fn tidy(decenter: Decenter) -> Decenter {
+    let clean = |v: DVec3| v.map(|v| if v.abs() < 1e-11 { 0.0 } else { v });
+    Decenter {
+        shift: clean(decenter.shift),
+        tilt: clean(decenter.tilt),
+    }
 }
 
 /// The first of two neighboring surfaces.
@@ -108,7 +205,6 @@ fn surface(
     [row, next]: [&Value; 2],
     before: &Medium,
 ) -> Result<Surface> {
-    refuse(file, number, row)?;
     let z = |row: &Value| finite(row["geometry"]["cs"].get("z"));
     let apart = z(row).zip(z(next)).map(|(here, there)| there - here);
     let Some(thickness) = apart.or(finite(row.get("thickness"))) else {
@@ -131,19 +227,6 @@ fn surface(
         is_mirror,
         ..Surface::sphere(0.0, thickness, medium, radius)
     })
-}
-
-/// Refuses surfaces that are shifted or tilted.
-fn refuse(file: PrescriptionReader<'_>, number: usize, row: &Value) -> Result<()> {
-    let system = &row["geometry"]["cs"];
-    for key in ["x", "y", "rx", "ry", "rz"] {
-        if finite(system.get(key)).is_some_and(|v| v.abs() > 1e-12) {
-            let message = format!("surface {number} is shifted or tilted (`{key}`)");
-            let help = "ivcam traces lenses on one straight axis";
-            return Err(file.refuse(file.find("\"surface_group\""), message, help));
-        }
-    }
-    Ok(())
 }
 
 /// Whether a surface is a mirror.

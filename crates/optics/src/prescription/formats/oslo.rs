@@ -3,13 +3,16 @@
 //! Surface 0 is the object and the last one, or the one of `END`, the image. Read: RD or CV, TH,
 //! AP (a semi-diameter, perhaps after CHK), AST, AIR, GLA with a name, an index, or `MOD` and the
 //! indices at the wavelengths of WV, CC, AD to AG; EBR, FNO, ANG and GIH for apertures that the
-//! file leaves out, RFL and RFH for mirrors, and UNI, the millimeters of its unit. What tilts or
-//! diffracts is refused by name.
+//! file leaves out, RFL and RFH for mirrors, DCX to DCZ and TLA to TLC with DT, BEN and RCO for
+//! decenters, and UNI, the millimeters of its unit. What diffracts is refused by name.
+
+use std::collections::BTreeMap;
 
 use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::commands::commands;
+use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::index_table;
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero, refused};
@@ -32,12 +35,9 @@ pub(crate) static FORMAT: Format = Format {
     read,
 };
 
-/// Commands for properties that a centered refracting lens does not have, refused unless their
+/// Commands for properties that are not traced, refused unless their
 /// value is 0.
-const REFUSED: [(&str, &str); 12] = [
-    ("is tilted", "TLA TLB TLC"),
-    ("is decentered", "DCX DCY DCZ"),
-    ("folds the axis", "BEN"),
+const REFUSED: [(&str, &str); 9] = [
     ("is a grating", "GSP GOR"),
     ("is an ideal lens", "PFL"),
     ("is toric", "CVX RDX"),
@@ -57,6 +57,8 @@ struct OsloReader<'a> {
     /// The wavelengths of model glasses in nanometers.
     wavelengths: Vec<f64>,
     beam: Beam,
+    /// The decenters of surfaces, by their numbers.
+    decenters: BTreeMap<usize, StatedDecenter>,
     ended: bool,
 }
 
@@ -67,6 +69,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
         // OSLO's default wavelengths.
         wavelengths: vec![D_LINE, F_LINE, C_LINE],
         beam: Beam::default(),
+        decenters: BTreeMap::new(),
         ended: false,
     };
     reader.next_surface(Span::at(0));
@@ -130,14 +133,14 @@ impl<'a> OsloReader<'a> {
         Ok(())
     }
 
-    /// Refuses a command for a property that a centered refracting lens does not have.
+    /// Refuses a command for a property that is not traced.
     fn refuse(&self, name: &str, command: &[Word<'a>]) -> Result<()> {
         let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
         match refused(&REFUSED, name) {
             Some(what) if !is_zero => {
                 let number = self.draft.places.len() - 1;
                 let message = format!("`{name}` is not read: surface {number} {what}");
-                Err(self.file.off_axis(command[0].span, message))
+                Err(self.file.not_traced(command[0].span, message))
             }
             _ => Ok(()),
         }
@@ -175,10 +178,46 @@ impl<'a> OsloReader<'a> {
                 stated = word.span;
                 Column::SemiDiameter
             }
+            _ if self.decenter(name, command)? => return Ok(()),
             _ => return self.of_shape(name, command, sink),
         };
         self.draft.places[last][column as usize] = stated;
         Ok(())
+    }
+
+    /// Executes a command that decenters the last surface. Returns whether it is one.
+    fn decenter(&mut self, name: &str, command: &[Word<'a>]) -> Result<bool> {
+        let last = self.draft.places.len() - 1;
+        let stated = self.decenters.entry(last).or_default();
+        let all = match name {
+            "TLA" | "TLB" | "TLC" => &mut stated.tilt,
+            "DCX" | "DCY" | "DCZ" => &mut stated.shift,
+            _ => {
+                match name {
+                    "BEN" => stated.behind = AxisBehind::Bends,
+                    "RCO" => stated.behind = AxisBehind::Returns,
+                    // -1: the tilt comes first.
+                    "DT" => stated.is_tilted_first = self.file.argument(command)? < 0.0,
+                    _ => return Ok(false),
+                }
+                let other = command
+                    .get(1)
+                    .and_then(|word| word.text.parse::<usize>().ok());
+                if let ("RCO", Some(other)) = (name, other.filter(|other| *other != last)) {
+                    let message = format!("`RCO {other}` of surface {last} is not read");
+                    let help = "`RCO` of the surface itself is read: only it is decentered";
+                    return Err(self.file.refuse(command[0].span, message, help));
+                }
+                return Ok(true);
+            }
+        };
+        let value = self.file.argument(command)?;
+        match &name[2..] {
+            "A" | "X" => all.x = value,
+            "B" | "Y" => all.y = value,
+            _ => all.z = value,
+        }
+        Ok(true)
     }
 
     /// Executes a command that changes the shape of the last surface, or another property that no
@@ -237,11 +276,17 @@ impl<'a> OsloReader<'a> {
             let help = "OSLO begins each surface behind the object with `NXT`";
             return Err(self.file.no_surfaces(Span::at(0), help));
         }
+        for (surface, decenter) in &self.decenters {
+            self.draft.lens.surfaces[*surface].frame = decenter.frame();
+        }
         self.draft.places.remove(0);
         let lens = &mut self.draft.lens;
         lens.object_medium = lens.surfaces.remove(0).medium;
-        lens.surfaces.pop();
+        let image = lens.surfaces.pop();
         self.remove_dummies();
+        if let Some(frame) = image.and_then(|image| image.frame) {
+            self.draft.pending = frame.before;
+        }
         self.draft.fold();
         self.draft.limit(self.beam, sink);
         self.file.finish(self.draft, sink)

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use ivcam_base::math::LengthUnit;
 
+use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::format::Reading;
 use crate::prescription::glass::{Medium, named_line};
@@ -36,6 +37,8 @@ pub(super) struct Draft {
     pub places: Vec<Places>,
     /// The length of the file's unit in millimeters.
     pub unit: f64,
+    /// The decenter of the axis behind the last surface, for the next surface.
+    pub pending: Decenter,
 }
 
 impl<'a> PrescriptionReader<'a> {
@@ -66,9 +69,10 @@ impl<'a> PrescriptionReader<'a> {
         self.refuse(span, message, help)
     }
 
-    /// The error for a property that a lens on one straight axis does not have.
-    pub(super) fn off_axis(self, span: Span, message: String) -> Box<Diagnostic> {
-        let help = "ivcam traces lenses on one straight axis, without gratings";
+    /// The error for a property that is not traced.
+    pub(super) fn not_traced(self, span: Span, message: String) -> Box<Diagnostic> {
+        let help = "ivcam traces glass and mirrors, without gratings and ideal lenses: put the surfaces \
+                    of a real lens in their place";
         self.refuse(span, message, help)
     }
 
@@ -149,6 +153,7 @@ impl<'a> PrescriptionReader<'a> {
             lens: Prescription::new(self.name(name), Vec::new()),
             places: Vec::new(),
             unit: 1.0,
+            pending: Decenter::NONE,
         }
     }
 
@@ -158,7 +163,12 @@ impl<'a> PrescriptionReader<'a> {
             mut lens,
             places,
             unit,
+            pending,
         } = draft;
+        if !pending.is_none() {
+            sink.warn(Span::at(0), "the decenter of the image surface is left out")
+                .help("tilt and shift the film instead: --tilt, --swing, --rise and --shift");
+        }
         let place = |surface: usize, column: Column| {
             let found = places.get(surface);
             found.map_or(Span::at(0), |places| places[column as usize])
@@ -169,8 +179,17 @@ impl<'a> PrescriptionReader<'a> {
 }
 
 impl Draft {
-    /// Adds a surface behind the others.
-    pub(super) fn push(&mut self, surface: Surface, places: Places) {
+    /// Adds a surface behind the others, on the axis as it is there.
+    pub(super) fn push(&mut self, mut surface: Surface, places: Places) {
+        let pending = std::mem::take(&mut self.pending);
+        if !pending.is_none() {
+            let frame = surface
+                .frame
+                .take()
+                .map_or_else(SurfaceFrame::default, |frame| *frame);
+            let before = pending.then(&frame.before);
+            surface.frame = SurfaceFrame { before, ..frame }.boxed();
+        }
         self.lens.surfaces.push(surface);
         self.places.push(places);
     }

@@ -2,12 +2,15 @@
 //!
 //! `ifcs` are the interfaces with their profiles and apertures, `gaps` the distances and media
 //! behind them; the first is the object, the last the image. Spheres, conics and polynomials in r
-//! are read, and mirrors. Thin lenses and decentered interfaces are refused.
+//! are read, mirrors, and decentered interfaces. Thin lenses and gratings are refused.
 
+use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde_json::Value;
 
+use crate::prescription::decenter::SurfaceFrame;
 use crate::prescription::formats::apertures::{Beam, note_f_number};
+use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{finite, numbers, parse};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
@@ -126,6 +129,7 @@ impl RayOpticsReader<'_> {
             curvature,
             obstruction,
             is_mirror: values["interact_mode"] == "reflect",
+            frame: self.frame(values)?,
             ..Surface::sphere(0.0, thickness, self.medium(gap)?, radius)
         })
     }
@@ -136,11 +140,38 @@ impl RayOpticsReader<'_> {
             let message = format!("interface {number} is a `{class}`, not a surface of glass");
             return Err(self.fail(&format!("\"{class}\""), message));
         }
-        if !values["decenter"].is_null() {
-            let message = format!("interface {number} is decentered or tilted");
-            return Err(self.fail("\"DecenterData\"", message));
+        if !values["phase_element"].is_null() {
+            let message = format!("interface {number} diffracts");
+            return Err(self.fail("\"phase_element\"", message));
         }
         Ok(())
+    }
+
+    /// The frame of an interface; none if it is not decentered.
+    fn frame(&self, values: &Value) -> Result<Option<Box<SurfaceFrame>>> {
+        let stated = attributes(&values["decenter"]);
+        let vector = |key: &str| match numbers(stated.get(key))[..] {
+            [x, y, z] => DVec3::new(x, y, z),
+            _ => DVec3::ZERO,
+        };
+        let behind = match stated["dtype"].as_str().or(stated["_dtype"].as_str()) {
+            None if stated.is_null() => return Ok(None),
+            Some("decenter") => AxisBehind::Follows,
+            Some("reverse") => AxisBehind::Reverses,
+            Some("dec and return") => AxisBehind::Returns,
+            Some("bend") => AxisBehind::Bends,
+            _ => {
+                let message = format!("a decenter of the kind {} is not read", stated["dtype"]);
+                return Err(self.fail("\"DecenterData\"", message));
+            }
+        };
+        let stated = StatedDecenter {
+            shift: vector("dec"),
+            tilt: vector("euler"),
+            behind,
+            ..StatedDecenter::default()
+        };
+        Ok(stated.frame())
     }
 
     fn profile(&self, number: usize, profile: &Value) -> Result<(Curvature, Shape)> {

@@ -7,9 +7,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 
 use crate::prescription::about::{About, KEYS};
+use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::write_seq::code_v;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
@@ -91,6 +93,9 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
         if surface.is_mirror {
             return Err(refuse(i, "is a mirror", FORMAT));
         }
+        if surface.frame.is_some() {
+            return Err(refuse(i, "is decentered or tilted", FORMAT));
+        }
         if surface.obstruction > 0.0 {
             return Err(refuse(i, "is closed in its middle", FORMAT));
         }
@@ -169,35 +174,95 @@ fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
     let glasses = Catalogue::builtin();
     let mut left_out = Vec::new();
     glass_line(&mut text, &lens.object_medium, &glasses, &mut left_out);
+    let mut numbers = SurfaceNumbers::default();
     for (i, surface) in lens.surfaces.iter().enumerate() {
-        let _ = writeln!(text, "SURF {}", i + 1);
-        if surface.is_stop {
-            text += "  STOP\n";
-        }
-        shape_lines(&mut text, i, surface)?;
-        let _ = writeln!(text, "  DISZ {}", surface.thickness);
-        match surface.is_mirror {
-            true => text += "  GLAS MIRROR 0 0 1.5 40\n",
-            false => glass_line(&mut text, &surface.medium, &glasses, &mut left_out),
-        }
-        let (closed, a) = (surface.obstruction, surface.semi_diameter);
-        let _ = match (closed > 0.0, a.is_finite()) {
-            (false, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0"),
-            (true, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  CLAP {closed} {a} 0"),
-            (true, false) => writeln!(text, "  OBSC 0 {closed} 0"),
-            (false, false) => Ok(()),
-        };
+        let (frame, _) = surface.frame_and_gap();
+        numbers.breaks(&mut text, &frame.before, 0.0);
+        let own = numbers.next();
+        numbers.own.push(own);
+        let _ = writeln!(text, "SURF {own}");
+        surface_lines(&mut text, i, surface, &glasses, &mut left_out)?;
+        numbers.breaks(&mut text, &frame.after, surface.thickness);
+        numbers.gaps.push(numbers.last);
     }
-    let count = lens.surfaces.len();
     let _ = writeln!(
         text,
         "SURF {}\n  TYPE STANDARD\n  CURV 0\n  DISZ 0",
-        count + 1
+        numbers.next()
     );
-    configurations(&mut text, lens);
+    configurations(&mut text, lens, &numbers);
     left_out.extend(beyond_surfaces(lens, true));
     left_out.dedup();
     Ok((text, left_out))
+}
+
+/// Writes the lines of a surface below its heading.
+fn surface_lines(
+    text: &mut String,
+    i: usize,
+    surface: &Surface,
+    glasses: &Catalogue,
+    left_out: &mut Vec<String>,
+) -> Result<()> {
+    if surface.is_stop {
+        *text += "  STOP\n";
+    }
+    shape_lines(text, i, surface)?;
+    let _ = writeln!(text, "  DISZ {}", surface.frame_and_gap().1);
+    match surface.is_mirror {
+        true => *text += "  GLAS MIRROR 0 0 1.5 40\n",
+        false => glass_line(text, &surface.medium, glasses, left_out),
+    }
+    let (closed, a) = (surface.obstruction, surface.semi_diameter);
+    let _ = match (closed > 0.0, a.is_finite()) {
+        (false, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0"),
+        (true, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  CLAP {closed} {a} 0"),
+        (true, false) => writeln!(text, "  OBSC 0 {closed} 0"),
+        (false, false) => Ok(()),
+    };
+    Ok(())
+}
+
+/// The numbers of surfaces in a file of Zemax, whose coordinate breaks are surfaces too.
+#[derive(Default)]
+struct SurfaceNumbers {
+    /// The number of each surface.
+    own: Vec<usize>,
+    /// The number of the surface that has the gap behind each surface.
+    gaps: Vec<usize>,
+    last: usize,
+}
+
+impl SurfaceNumbers {
+    fn next(&mut self) -> usize {
+        self.last += 1;
+        self.last
+    }
+
+    /// Writes a decenter with the gap behind it, if there is one, as coordinate breaks. A shift
+    /// along the axis is the gap of a break.
+    fn breaks(&mut self, text: &mut String, decenter: &Decenter, gap: f64) {
+        if decenter.is_none() {
+            return;
+        }
+        let Decenter { shift, tilt } = decenter;
+        if shift.z != 0.0 {
+            let _ = writeln!(
+                text,
+                "SURF {}\n  TYPE COORDBRK\n  DISZ {}",
+                self.next(),
+                shift.z
+            );
+        }
+        let _ = writeln!(text, "SURF {}\n  TYPE COORDBRK", self.next());
+        for (i, value) in [shift.x, shift.y, tilt.x, tilt.y, tilt.z]
+            .into_iter()
+            .enumerate()
+        {
+            let _ = writeln!(text, "  PARM {} {value}", i + 1);
+        }
+        let _ = writeln!(text, "  DISZ {gap}");
+    }
 }
 
 fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: &mut Vec<String>) {
@@ -276,7 +341,7 @@ pub(super) fn is_even(terms: &[f64; MAX_POWER + 1], highest: usize) -> bool {
 }
 
 /// Zoom positions as configurations, in Zemax's order of operands.
-fn configurations(text: &mut String, lens: &Prescription) {
+fn configurations(text: &mut String, lens: &Prescription, numbers: &SurfaceNumbers) {
     if lens.zoom.is_empty() {
         return;
     }
@@ -295,7 +360,7 @@ fn configurations(text: &mut String, lens: &Prescription) {
             let _ = writeln!(
                 text,
                 "THIC {} {} {gap} 0 0 0 1 1 1 0 0 \"\" 0",
-                surface + 1,
+                numbers.gaps[surface],
                 c + 1
             );
         }
@@ -306,7 +371,7 @@ fn configurations(text: &mut String, lens: &Prescription) {
             let _ = writeln!(
                 text,
                 "SDIA {} {} {radius} 0 0 0 1 1 1 0 0 \"\" 0",
-                stop + 1,
+                numbers.own[stop],
                 c + 1
             );
         }
@@ -390,6 +455,10 @@ fn surface_value(surface: &Surface) -> String {
         true => fields.push(("mirror", "true".to_owned())),
         false => fields.extend(medium_fields(&surface.medium)),
     }
+    if let Some(frame) = &surface.frame {
+        decenter_fields(&mut fields, ["decenter", "tilt"], &frame.before);
+        decenter_fields(&mut fields, ["decenter_after", "tilt_after"], &frame.after);
+    }
     if surface.obstruction > 0.0 {
         fields.push(("obstruction", number(surface.obstruction)));
     }
@@ -415,6 +484,18 @@ fn surface_value(surface: &Surface) -> String {
         _ => {}
     }
     format!("  {}", object(&fields))
+}
+
+fn decenter_fields(
+    fields: &mut Vec<(&str, String)>,
+    names: [&'static str; 2],
+    decenter: &Decenter,
+) {
+    for (name, v) in names.into_iter().zip([decenter.shift, decenter.tilt]) {
+        if v != DVec3::ZERO {
+            fields.push((name, list(&v.to_array())));
+        }
+    }
 }
 
 fn kind(surface: &Surface) -> &'static str {

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use ivcam_base::diag::Result;
 
 use crate::prescription::about::About;
+use crate::prescription::decenter::Decenter;
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::formats::write::{beyond_surfaces, is_even, refuse};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
@@ -49,6 +50,7 @@ pub(super) fn code_v(lens: &Prescription, object: f64) -> Result<(String, Vec<St
     );
     for (i, surface) in lens.surfaces.iter().enumerate() {
         surface_lines(&mut text, i, surface, &glasses)?;
+        frame_lines(&mut text, surface, &glasses);
     }
     text += "SI 0 0\n";
     zoom_lines(&mut text, lens);
@@ -79,7 +81,8 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
         true => "REFL".to_owned(),
         false => glasses.word(&surface.medium),
     };
-    let _ = writeln!(text, "S {radius} {} {glass}", surface.thickness);
+    let (_, gap) = surface.frame_and_gap();
+    let _ = writeln!(text, "S {radius} {gap} {glass}");
     if !is_radius(in_y) {
         let _ = writeln!(text, "  CUY {}", in_y.per_mm());
     }
@@ -128,6 +131,48 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     Ok(())
 }
 
+/// Writes how a surface is decentered. The axis behind it is that of a plane.
+fn frame_lines(text: &mut String, surface: &Surface, glasses: &Glasses) {
+    let (frame, _) = surface.frame_and_gap();
+    decenter_lines(text, &frame.before);
+    if has_plane_behind(surface) {
+        let medium = glasses.word(&surface.medium);
+        let _ = writeln!(text, "S 0 {} {medium}", surface.thickness);
+        decenter_lines(text, &frame.after);
+    }
+}
+
+/// Writes a decenter of a surface. Turns about x and y have the opposite sign.
+fn decenter_lines(text: &mut String, decenter: &Decenter) {
+    let Decenter { shift, tilt } = decenter;
+    let [a, b] = [tilt.x, tilt.y].map(|v| if v == 0.0 { 0.0 } else { -v });
+    let names = ["XDE", "YDE", "ZDE", "ADE", "BDE", "CDE"];
+    let values = [shift.x, shift.y, shift.z, a, b, tilt.z];
+    for (name, value) in names
+        .into_iter()
+        .zip(values)
+        .filter(|(_, value)| *value != 0.0)
+    {
+        let _ = writeln!(text, "  {name} {value}");
+    }
+}
+
+/// Whether a plane is written behind a surface, for the axis there.
+fn has_plane_behind(surface: &Surface) -> bool {
+    surface
+        .frame
+        .as_ref()
+        .is_some_and(|frame| !frame.after.is_none())
+}
+
+/// The number in the file of a surface.
+fn number_of(lens: &Prescription, surface: usize) -> usize {
+    let planes = lens.surfaces[..surface]
+        .iter()
+        .filter(|s| has_plane_behind(s));
+    surface + 1 + planes.count()
+}
+
 fn zoom_lines(text: &mut String, lens: &Prescription) {
     if lens.zoom.is_empty() {
         return;
@@ -149,7 +194,8 @@ fn zoom_lines(text: &mut String, lens: &Prescription) {
                 .to_string()
         };
         let values = words(lens.zoom.iter().map(gap).collect());
-        let _ = writeln!(text, "ZOO THI S{} {values}", surface + 1);
+        let own = number_of(lens, surface) + usize::from(has_plane_behind(&lens.surfaces[surface]));
+        let _ = writeln!(text, "ZOO THI S{own} {values}");
     }
     let radii: Option<Vec<String>> = lens
         .zoom
@@ -157,7 +203,7 @@ fn zoom_lines(text: &mut String, lens: &Prescription) {
         .map(|z| z.stop_semi_diameter.map(|r| r.to_string()))
         .collect();
     if let (Some(stop), Some(radii)) = (lens.stop(), radii) {
-        let _ = writeln!(text, "ZOO CIR S{} {}", stop + 1, words(radii));
+        let _ = writeln!(text, "ZOO CIR S{} {}", number_of(lens, stop), words(radii));
     }
 }
 

@@ -63,8 +63,7 @@ pub(super) fn stop_radius(lens: &Lens, distance: f64) -> Option<f64> {
 pub(super) fn stop_radius_of(lens: &Lens, distance: f64, height: f64) -> Option<f64> {
     let stop = lens.first_order().stop?;
     let ray = lens.axial_ray(distance, height);
-    let path = lens.trace_path(&ray, Toward::Film, false);
-    let radius = path.hits.get(stop)?.truncate().length();
+    let radius = lens.hits_on_surfaces(&ray).get(stop)?.length();
     (radius > 0.0).then_some(radius)
 }
 
@@ -137,9 +136,9 @@ impl<'a> PointRays<'a> {
             elements: &self.lens.elements()[..=self.stop],
             ..self.lens.tracer(Toward::Film, false)
         };
-        let _ = tracer.follow(self.ray(place), |surface, hit| {
+        let _ = tracer.walk(self.ray(place), |surface, hit| {
             if surface == self.stop {
-                found = Some(hit.truncate() / self.radius);
+                found = Some(hit.point.truncate() / self.radius);
             }
         });
         found
@@ -215,7 +214,7 @@ impl<'a> PointRays<'a> {
         for (legs, (n, element)) in path.hits.windows(2).zip(behind) {
             // The length is signed, because a ray may travel backward between surfaces that cross.
             let leg = legs[1] - legs[0];
-            optical += n * leg.length().copysign(element.facing * leg.z);
+            optical += n * leg.length().copysign(element.along(leg));
         }
         Some((out, optical))
     }

@@ -86,7 +86,7 @@ impl SeidelSums {
     pub fn of(lens: &Lens, distance: f64, marginal_height: f64, image_height: f64) -> Option<Self> {
         let surfaces = &lens.prescription().surfaces;
         let is_smooth = |s: &Surface| fourth_power(s).is_some();
-        if !surfaces.iter().all(is_smooth) {
+        if !surfaces.iter().all(is_smooth) || lens.prescription().is_decentered() {
             return None;
         }
         let indices = lens.prescription().indices(lens.wavelength());

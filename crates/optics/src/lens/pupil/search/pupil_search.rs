@@ -80,7 +80,7 @@ impl<'a> PupilSearch<'a> {
             reach: REACH * rear,
             rotational: lens.is_rotational(),
             fine: false,
-            mirror_symmetric: lens.iris_edges().is_empty(),
+            mirror_symmetric: lens.iris_edges().is_empty() && !lens.prescription().is_decentered(),
             grid: 1 + lens.prescription().surfaces.len() / SURFACES_PER_BUNDLE,
             half_turn: std::array::from_fn(|i| {
                 Direction::at(PI * i as f64 / (DIRECTIONS - 1) as f64)

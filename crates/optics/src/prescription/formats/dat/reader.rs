@@ -72,7 +72,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     let draft = Draft {
         lens,
         places: rows.iter().map(|row| row.spans).collect(),
-        unit: 1.0,
+        ..file.draft(None)
     };
     let lens = file.finish(draft, sink)?;
     if gap == Gap::Next {

@@ -1,9 +1,12 @@
 //! Executes the commands of a file, one after another.
 
+use std::collections::BTreeMap;
+
 use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::commands::{Command, commands};
+use crate::prescription::formats::decenters::StatedDecenter;
 use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, refused};
 use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
@@ -11,11 +14,8 @@ use crate::prescription::prescription::{Prescription, crossings};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::Word;
 
-/// Commands for properties that a centered refracting lens does not have.
-const REFUSED: [(&str, &str); 17] = [
-    ("tilts a surface", "ADE BDE CDE DAR REV"),
-    ("shifts a surface", "XDE YDE ZDE"),
-    ("folds the axis", "BEN"),
+/// Commands for properties that are not traced.
+const REFUSED: [(&str, &str); 14] = [
     ("diffracts", "DIF DOE HOE"),
     ("is a grating", "GRT GRO"),
     ("is an x toroid", "XTO"),
@@ -33,9 +33,10 @@ const REFUSED: [(&str, &str); 17] = [
 ];
 
 /// Commands that may name a surface behind them, beside those that are refused.
-const OF_SURFACE: [&str; 29] = [
+const OF_SURFACE: [&str; 38] = [
     "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
     "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
+    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN",
 ];
 
 /// The state of executing the commands of a file of CODE V.
@@ -49,6 +50,8 @@ pub(super) struct SequenceReader<'a> {
     /// The wavelengths in nanometers, and the index of the reference.
     wavelengths: (Vec<f64>, usize),
     pub(super) draft: Draft,
+    /// The decenters of surfaces, by their numbers from 0.
+    pub(super) decenters: BTreeMap<usize, StatedDecenter>,
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
 }
@@ -151,6 +154,7 @@ impl<'a> SequenceReader<'a> {
             beam: Beam::default(),
             wavelengths: (Vec::new(), 0),
             draft: file.draft(None),
+            decenters: BTreeMap::new(),
             current: None,
         }
     }
@@ -184,10 +188,15 @@ impl<'a> SequenceReader<'a> {
                 self.numbered_surface(number, command, sink)?;
             }
             _ => {
+                if about.is_empty() {
+                    self.decenter_image(&name, &plain, sink);
+                }
                 let current = self.current;
                 for surface in about {
                     self.current = Some(surface);
-                    self.of_surface(&name, &plain, sink)?;
+                    if !self.decenter(surface, &name, &plain)? {
+                        self.of_surface(&name, &plain, sink)?;
+                    }
                 }
                 self.current = current;
             }
@@ -195,20 +204,19 @@ impl<'a> SequenceReader<'a> {
         Ok(())
     }
 
-    /// Refuses a command for a property that a centered refracting lens does not have. `about` are
+    /// Refuses a command for a property that is not traced. `about` are
     /// the surfaces that it is of, and `command` does not name them any more.
     fn refuse(&self, name: &str, about: &[usize], command: &[Word<'a>]) -> Result<()> {
         let Some(what) = refused(&REFUSED, name) else {
             return Ok(());
         };
-        let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
         let of_no_surface = about.is_empty() && self.count() > 0;
-        if of_no_surface || (name.ends_with("DE") && is_zero) {
+        if of_no_surface {
             return Ok(());
         }
         let surface = about.first().copied().unwrap_or(0) + 1;
         let message = format!("`{name}` {what}, at surface {surface}");
-        Err(self.file.off_axis(command[0].span, message))
+        Err(self.file.not_traced(command[0].span, message))
     }
 
     /// Executes a command about the whole lens. Returns whether it is one.
@@ -318,6 +326,9 @@ impl<'a> SequenceReader<'a> {
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        for (surface, decenter) in &self.decenters {
+            self.draft.lens.surfaces[*surface].frame = decenter.frame();
+        }
         self.draft.fold();
         self.draft.limit(self.beam, sink);
         let (all, reference) = &self.wavelengths;

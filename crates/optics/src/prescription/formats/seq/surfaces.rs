@@ -2,12 +2,18 @@
 
 use ivcam_base::diag::{Result, Sink, Span};
 
+use crate::prescription::formats::decenters::AxisBehind;
 use crate::prescription::formats::reader::Places;
 use crate::prescription::formats::seq::glasses::glass;
 use crate::prescription::formats::seq::reader::SequenceReader;
 use crate::prescription::prescription::Column;
 use crate::prescription::surface::{Curvature, Shape, Surface};
 use crate::prescription::text::Word;
+
+/// The commands that decenter a surface.
+const DECENTERS: [&str; 9] = [
+    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN",
+];
 
 impl SequenceReader<'_> {
     /// The number of surfaces so far.
@@ -123,6 +129,51 @@ impl SequenceReader<'_> {
             _ => {}
         }
         Ok(())
+    }
+
+    /// Executes a command that decenters a surface. Returns whether it is one.
+    pub(super) fn decenter(
+        &mut self,
+        current: usize,
+        name: &str,
+        command: &[Word<'_>],
+    ) -> Result<bool> {
+        if !DECENTERS.contains(&name) {
+            return Ok(false);
+        }
+        let stated = self.decenters.entry(current).or_default();
+        let behind = match name {
+            "DAR" => AxisBehind::Returns,
+            "REV" => AxisBehind::Reverses,
+            "BEN" => AxisBehind::Bends,
+            _ => {
+                let value = self.file.argument(command)?;
+                let all = match &name[1..] == "DE" && name < "XDE" {
+                    true => &mut stated.tilt,
+                    false => &mut stated.shift,
+                };
+                match &name[..1] {
+                    "A" | "X" => all.x = value,
+                    "B" | "Y" => all.y = value,
+                    _ => all.z = value,
+                }
+                return Ok(true);
+            }
+        };
+        stated.behind = behind;
+        Ok(true)
+    }
+
+    /// Warns of a command that decenters the image, which it has no surface for.
+    pub(super) fn decenter_image(&self, name: &str, command: &[Word<'_>], sink: &mut Sink) {
+        let is_zero = command.get(1).is_some_and(|w| w.text.parse() == Ok(0.0));
+        if DECENTERS.contains(&name) && self.count() > 0 && !is_zero {
+            sink.warn(
+                command[0].span,
+                format!("`{name}` of the image surface is left out"),
+            )
+            .help("tilt and shift the film instead: --tilt, --swing, --rise and --shift");
+        }
     }
 
     /// Executes `CIR`, which gives a surface its semi-diameter.

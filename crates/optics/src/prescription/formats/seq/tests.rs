@@ -82,7 +82,7 @@ fn a_private_glass_is_its_table() {
 fn what_can_not_be_traced_is_refused_by_name_and_place() {
     let around = |inner: &str| format!("RDM\nSO 0 1e9\nS 10 3 NBK7\n{inner}\nSI 0 0\n");
     for (inner, says, at) in [
-        (" ADE 60", "`ADE` tilts", (4, 2)),
+        (" ADE x", "`x` is not a number", (4, 6)),
         ("S 0 2 REFR_REFL", "mirror", (4, 7)),
         (" RMD TIR", "`RMD TIR` of surface 1", (4, 6)),
         (" DIF DOE", "`DIF` diffracts", (4, 2)),
@@ -126,14 +126,18 @@ fn a_command_may_name_its_surface() {
     assert_eq!(bare(plain).name, "a ! b");
     for (command, says) in [
         ("CIR S3 5", "no surface `S3`"),
-        ("ADE S2 5", "`ADE` tilts a surface, at surface 2"),
+        ("ADE S3 5", "no surface `S3`"),
         ("ZOO 2\nZOO THI S7 1 2", "no surface `S7`"),
     ] {
         let error = parse(&format!("{numbered}{command}\n")).unwrap_err();
         assert!(error.message.contains(says), "{command}: {error}");
     }
     // A tilt by 0 is not a tilt.
-    assert!(parse(&format!("{numbered}ADE S2 0\nXDE S1 0.0\n")).is_ok());
+    let text = format!("{numbered}ADE S2 0\nXDE S1 0.0\n");
+    assert!(!parse(&text).unwrap().is_decentered());
+    let tilted = parse(&format!("{numbered}ADE S2 5\nDAR S2\n")).unwrap();
+    let frame = tilted.surfaces[1].frame.as_deref().unwrap();
+    assert_eq!((frame.before.tilt.x, frame.after.tilt.x), (-5.0, 5.0));
 }
 
 #[test]

@@ -1,7 +1,9 @@
 //! Reads the lens from the lines of a file.
 
+use glam::DVec3;
 use ivcam_base::diag::{Result, Sink, Span};
 
+use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero};
@@ -57,6 +59,24 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     draft.limit(beam, sink);
     reader.state_wavelengths(&mut draft);
     file.finish(draft, sink)
+}
+
+/// Breaks the axis by a decenter and then by the gap of the surface of a number.
+fn advance(
+    draft: &mut Draft,
+    kept: &mut Vec<Kept>,
+    decenter: &Decenter,
+    (number, gap): (usize, f64),
+    span: Span,
+) {
+    let before = draft.lens.surfaces.len();
+    let is_part = draft.break_axis(decenter, gap, span);
+    let gaps = vec![(number, gap)];
+    if draft.lens.surfaces.len() > before {
+        kept.push(Kept { number, gaps });
+    } else if let (true, Some(last)) = (is_part, kept.last_mut()) {
+        last.gaps.extend(gaps);
+    }
 }
 
 /// The texts of words with blanks between them.
@@ -162,9 +182,13 @@ impl ZemaxReader<'_> {
         draft.lens.object_medium = self.medium(object)?;
         let mut kept: Vec<Kept> = Vec::new();
         for block in inner {
+            if self.break_axis(block, &mut draft, &mut kept)? {
+                continue;
+            }
             let surface = self.surface(block, draft.medium(), sink)?;
             let gap = (block.number, surface.thickness);
             let idle = surface.is_idle(draft.medium()) && !surface.is_stop;
+            let is_broken = !draft.pending.is_none();
             let limits = |keyword: &&str| block.line(keyword).is_some();
             if !idle || surface.obstruction > 0.0 || ["FLAP", "CLAP"].iter().any(limits) {
                 kept.push(Kept {
@@ -172,6 +196,16 @@ impl ZemaxReader<'_> {
                     gaps: vec![gap],
                 });
                 draft.push(surface, block.places());
+            } else if is_broken {
+                let span = block.heading;
+                let gap = surface.thickness;
+                advance(
+                    &mut draft,
+                    &mut kept,
+                    &Decenter::NONE,
+                    (block.number, gap),
+                    span,
+                );
             } else if let (Some(last), Some(kept)) =
                 (draft.lens.surfaces.last_mut(), kept.last_mut())
             {
@@ -186,6 +220,47 @@ impl ZemaxReader<'_> {
         Ok((draft, kept))
     }
 
+    /// Breaks the axis if a block is a coordinate break. Returns whether it is one.
+    fn break_axis(
+        &self,
+        block: &Block<'_>,
+        draft: &mut Draft,
+        kept: &mut Vec<Kept>,
+    ) -> Result<bool> {
+        if !block.first("TYPE").is_some_and(|kind| kind.is("COORDBRK")) {
+            return Ok(false);
+        }
+        let mut parameters = [0.0; 6];
+        for (number, value) in block.numbered("PARM") {
+            let number = number.text.parse::<usize>().unwrap_or(0);
+            if let Some(slot) = number.checked_sub(1).and_then(|i| parameters.get_mut(i)) {
+                *slot = self.file.number(value)?;
+            }
+        }
+        let [dx, dy, tx, ty, tz, order] = parameters;
+        let (shift, tilt) = (DVec3::new(dx, dy, 0.0), DVec3::new(tx, ty, tz));
+        let decenter = match order == 0.0 {
+            true => Decenter { shift, tilt },
+            // The tilts about z, y and x come first, and then the shift.
+            false => Decenter {
+                shift: -shift,
+                tilt: -tilt,
+            }
+            .inverse(),
+        };
+        let gap = (block.number, self.thickness(block)?);
+        advance(draft, kept, &decenter, gap, block.heading);
+        Ok(true)
+    }
+
+    /// The distance to the next surface, which is 0 if it is infinite.
+    fn thickness(&self, block: &Block<'_>) -> Result<f64> {
+        match block.first("DISZ") {
+            Some(word) if word.is("INFINITY") => Ok(0.0),
+            _ => self.value(block, "DISZ"),
+        }
+    }
+
     /// The surface of a block, behind the medium `before`.
     fn surface(&self, block: &Block<'_>, before: &Medium, sink: &mut Sink) -> Result<Surface> {
         let mut curvature = Curvature::from_curvature(self.value(block, "CURV")?);
@@ -197,10 +272,7 @@ impl ZemaxReader<'_> {
         {
             (curvature, shape) = (*across, Shape::CylinderY);
         }
-        let thickness = match block.first("DISZ") {
-            Some(word) if word.is("INFINITY") => 0.0,
-            _ => self.value(block, "DISZ")?,
-        };
+        let thickness = self.thickness(block)?;
         let is_mirror = block.first("GLAS").is_some_and(|name| name.is("MIRROR"));
         let medium = match is_mirror {
             true => before.clone(),

@@ -32,7 +32,6 @@ impl ZemaxReader<'_> {
 
     fn unsupported(&self, block: &Block<'_>, kind: Word<'_>) -> Box<Diagnostic> {
         let what = match kind.text {
-            "COORDBRK" => "a coordinate break: it tilts or shifts what follows",
             "DGRATING" | "EGRATING" | "RADGRATE" | "VLS_GRAT" => "a diffraction grating",
             "BINARY_1" | "BINARY_2" | "BINARY_3" | "BINARY_4" | "HOLOGRM1" | "HOLOGRM2" => {
                 "a surface that diffracts"
