@@ -138,7 +138,8 @@ impl RayOpticsReader<'_> {
     fn refuse(&self, number: usize, class: &str, values: &Value) -> Result<()> {
         if class != "Surface" {
             let message = format!("interface {number} is a `{class}`, not a surface of glass");
-            return Err(self.fail(&format!("\"{class}\""), message));
+            let help = "put the surfaces of a real lens in its place";
+            return Err(self.fail(&format!("\"{class}\""), message).with_help(help));
         }
         if !values["phase_element"].is_null() {
             let message = format!("interface {number} diffracts");

@@ -296,7 +296,8 @@ impl ZemaxReader<'_> {
         for keyword in ["OBDC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID", "UDAD"] {
             if let Some(line) = block.lines.iter().find(|l| l[0].is(keyword)) {
                 let message = format!("the aperture `{keyword}` is read as the round one of DIAM");
-                sink.warn(line[0].span, message);
+                sink.warn(line[0].span, message)
+                    .help("write the lens as .json and give the stop its outline by `iris`");
             }
         }
         if let Some(inner) = block.first("OBSC")

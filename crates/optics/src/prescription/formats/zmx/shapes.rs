@@ -45,6 +45,10 @@ impl ZemaxReader<'_> {
             _ => "a kind that ivcam does not trace",
         };
         let message = format!("surface {} is `{}`, {what}", block.number, kind.text);
+        if ["PARAXIAL", "PARAX_XY"].contains(&kind.text) {
+            let help = "put the surfaces of a real lens of that focal length in its place";
+            return self.file.refuse(kind.span, message, help);
+        }
         let help = "read are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL and plain \
                     BICONICX";
         self.file.refuse(kind.span, message, help)
