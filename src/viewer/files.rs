@@ -34,7 +34,7 @@ impl DroppedKind {
         match end.as_str() {
             "png" | "jpg" | "jpeg" | "tif" | "tiff" | "gif" | "bmp" | "ppm" | "pgm" | "pnm"
             | "tga" | "rgb" | "sgi" | "bw" | "exr" => Self::Picture,
-            "zmx" | "seq" | "json" | "len" | "lens" | "roa" => Self::Lens,
+            "zmx" | "seq" | "json" | "len" | "lens" | "roa" | "fx" => Self::Lens,
             "env" => Self::Environment,
             "dat" if CameraChoice::File(path.to_owned()).pose().is_ok() => Self::Camera,
             "dat" => Self::Lens,

@@ -8,6 +8,7 @@
 pub(crate) mod apertures;
 mod bench;
 mod commands;
+mod crayg;
 mod dat;
 mod decenters;
 mod flare;
@@ -16,6 +17,7 @@ mod index_table;
 mod iset;
 mod json;
 mod json_text;
+mod lensoptics;
 mod loose;
 mod optiland;
 pub(crate) mod origin;
@@ -33,15 +35,17 @@ pub use format::{Gap, Reading};
 pub use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.
-pub(crate) static FORMATS: [&Format; 10] = [
+pub(crate) static FORMATS: [&Format; 12] = [
     &iset::FORMAT,
     &roa::FORMAT,
     &optiland::FORMAT,
     &json::FORMAT,
     &bench::FORMAT,
+    &crayg::FORMAT,
     &flare::FORMAT,
     &oslo::FORMAT,
     &zmx::FORMAT,
     &seq::FORMAT,
+    &lensoptics::FORMAT,
     &dat::FORMAT,
 ];

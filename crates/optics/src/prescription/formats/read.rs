@@ -67,17 +67,6 @@ fn refuse_unknown(file: PrescriptionReader<'_>) -> Result<()> {
         let help = "give it as --glass-catalogue FILE.agf";
         return Err(file.refuse(Span::at(0), message, help));
     }
-    let heading = |word: &str| {
-        let mut lines = text::lines(file.text());
-        let found = lines.find(|(_, line)| line.trim().eq_ignore_ascii_case(word));
-        found.map(|(start, line)| Span::new(start, start + line.len()))
-    };
-    if let (Some(_), Some(span)) = (heading("[metadata]"), heading("[elements]")) {
-        let message = "this is a lens file of crayg, which is not read";
-        let help = "export it as Zemax `.zmx` or CODE V `.seq`, or write its rows as radius, \
-                    thickness, index, aperture diameter";
-        return Err(file.refuse(span, message, help));
-    }
     Ok(())
 }
 
@@ -106,6 +95,14 @@ mod tests {
             ("{\"optical_model\": {\"seq_model\": 1}}", "ray-optics"),
             ("[Lens Data]\n1\t2\t3\n", "Optical Bench"),
             ("name: a\n surfaces:\n10 2 1.5 60 9 1\n", "lens flare table"),
+            (
+                "[Metadata]\nName: a\n[Elements]\nRadius Thickness\n",
+                "crayg",
+            ),
+            (
+                "# own\n35 2 bk7 1.5 54 15\n-35 1/2/3 air 15\n",
+                "lensoptics",
+            ),
             ("// OSLO 6\nLEN NEW \"a\"\nTH 1e20\nNXT // 1\n", "OSLO"),
             ("", "four columns"),
         ] {
@@ -123,20 +120,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_prescription_or_not_read_is_refused_by_name() {
-        for (text, says, at) in [
-            (
-                "[Metadata]\nName: a\n\n[Elements]\nRadius Thickness\n",
-                "crayg",
-                (4, 1),
-            ),
-            ("ab\ncd\0\u{1}", "not text", (2, 3)),
-        ] {
-            let source = Arc::new(Source::new("a", text.as_bytes().to_vec()));
-            let error = read(&source, &mut Sink::new()).unwrap_err();
-            assert!(error.message.contains(says), "{error}");
-            assert_eq!(error.location().1, Some(at), "{error}");
-        }
+    fn what_is_not_text_is_refused() {
+        let source = Arc::new(Source::new("a", b"ab\ncd\0\x01".to_vec()));
+        let error = read(&source, &mut Sink::new()).unwrap_err();
+        assert!(error.message.contains("not text"), "{error}");
+        assert_eq!(error.location().1, Some((2, 3)), "{error}");
     }
 
     #[test]
@@ -186,7 +174,12 @@ mod tests {
              "gaps": [{"attributes": {"thi": Infinity, "medium": {"__instance_type__": ["a", "Air"]}}},
               {"attributes": {"thi": 5, "medium": {"attributes": {"n": 1.5, "v": 60}}}},
               {"attributes": {"thi": 40, "medium": {"__instance_type__": ["a", "Air"]}}}]}}}}}"#;
-        let mut texts: Vec<String> = [seq, bench, flare, oslo, optiland, roa]
+        let crayg = "[Metadata]\nName: a\n[Surfaces]\n50 5 1.5 9 60 SCHOTT_N_BK7 ASPHERICAL\n\
+                     -50 9 1 9 0 AIR SPHERICAL\n0 40 0 5 0 AIR PLANAR\n[Aspheric Coefficients]\n\
+                     0: k=-1 a4=1e-6\n[Variable Distances]\nFocal Length Samples: 50 70\n1: 3 9\n";
+        let lensoptics = "# own\n#!scale 2\n50 5 cx_bk7 1.5 60 9 #!aspheric=0,1e-6\n\
+                          -50 3/4/5 air 9\n1e5 40 iris 5\n";
+        let mut texts: Vec<String> = [seq, bench, flare, oslo, optiland, roa, crayg, lensoptics]
             .map(str::to_owned)
             .to_vec();
         for text in &texts {
