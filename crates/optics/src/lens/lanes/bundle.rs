@@ -125,7 +125,10 @@ impl Bundle {
         self.limit[lane] = if more { number } else { self.limit[lane] };
     }
 
-    /// Maps the origins and directions of all rays.
+    /// Maps the origins and directions of all rays. It is no part of the kernel, because few lenses
+    /// have decentered surfaces.
+    #[cold]
+    #[inline(never)]
     pub(super) fn map(&mut self, map: &DAffine3) {
         for lane in 0..LANES {
             let LensRay { origin, direction } = self.ray(lane);
