@@ -174,7 +174,7 @@ impl LensDiagram {
 
     /// Draws every gap that is not air, up to the next surface that refracts.
     fn elements(&mut self, lens: &Lens, film_z: f64, reach: f64) {
-        let layout = Layout::of(lens);
+        let layout = SectionLayout::of(lens);
         let folded = &layout.folded;
         let surfaces = &folded.surfaces;
         let idle = |i: usize| surfaces[i].is_idle(folded.medium_before(i));
@@ -217,7 +217,7 @@ impl LensDiagram {
 
     /// Draws mirrors, and what closes the middles of other surfaces.
     fn mirrors(&mut self, lens: &Lens, reach: f64) {
-        let layout = Layout::of(lens);
+        let layout = SectionLayout::of(lens);
         for (i, surface) in layout.folded.surfaces.iter().enumerate() {
             let (closed, a) = (surface.obstruction, radius(surface, reach));
             let sides = match (surface.is_mirror, closed > 0.0) {
@@ -239,7 +239,7 @@ impl LensDiagram {
         let Some(stop) = lens.prescription().stop() else {
             return;
         };
-        let layout = Layout::of(lens);
+        let layout = SectionLayout::of(lens);
         let surface = &layout.folded.surfaces[stop];
         let a = radius(surface, reach);
         let sag = surface.sag(a);
@@ -483,7 +483,7 @@ fn behind(lens: &Lens, p: DVec3) -> DVec2 {
 }
 
 /// Where the surfaces of a lens are on the drawing.
-struct Layout<'a> {
+struct SectionLayout<'a> {
     lens: &'a Lens,
     /// The surfaces with the signs of the straight axis.
     folded: Prescription,
@@ -491,7 +491,7 @@ struct Layout<'a> {
     vertices: Vec<f64>,
 }
 
-impl<'a> Layout<'a> {
+impl<'a> SectionLayout<'a> {
     fn of(lens: &'a Lens) -> Self {
         let folded = lens.prescription().folded();
         let vertices = vertices(&folded.surfaces);
