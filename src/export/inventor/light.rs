@@ -108,8 +108,8 @@ impl<'w> LightWriter<'w> {
     }
 }
 
-/// Returns the fields of an `Environment` with the ambient light of VRML97's directional lights. That
-/// of other lights depends on the place. Without these fields Inventor has some ambient light.
+/// Returns the fields of an `Environment` with the ambient light of VRML97's directional lights.
+/// That of other lights depends on the place. Without these fields Inventor has some ambient light.
 pub(super) fn ambient_fields(model: &Model) -> Vec<(&'static str, Value)> {
     let lights = model.lights.iter();
     let everywhere = lights.filter(|light| light.shape == LightShape::Directional);

@@ -116,8 +116,8 @@ impl LampTree {
     }
 
     /// Chooses a leaf of a range. Of two halves, one is chosen in proportion to its weight, by a
-    /// number from 0 to 1 that serves at all levels. Returns the leaf, its probability, and what is
-    /// left of the number, from 0 to 1 again; `None` if both weights are 0 somewhere on the way.
+    /// number from 0 to 1 that serves at all levels. Returns the leaf, its probability, and the
+    /// rest of the number, from 0 to 1 again; `None` if both weights are 0 somewhere on the way.
     pub(crate) fn choose(
         &self,
         mut range: LampRange,

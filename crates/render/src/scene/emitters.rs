@@ -122,9 +122,8 @@ impl Emitters {
     }
 
     /// Draws a point on a primitive, for light on a face, by two numbers from 0 to 1. The first
-    /// chooses the primitive, and what is left of it serves for the place, so that samples that
-    /// are spread evenly are spread over all primitives. Returns `None` if no primitive lights the
-    /// face.
+    /// chooses the primitive, and its rest serves for the place, so that samples that are spread
+    /// evenly are spread over all primitives. Returns `None` if no primitive lights the face.
     pub(crate) fn sample(
         &self,
         scene: &RenderScene,

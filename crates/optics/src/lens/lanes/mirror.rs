@@ -6,8 +6,8 @@ use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::LaneStep;
 use crate::lens::trace::ray::Toward;
 
-/// Reflects rays at a mirror of any shape. `cos` receives the cosines of the angles of incidence. It
-/// is no part of the kernel, because few lenses have mirrors.
+/// Reflects rays at a mirror of any shape. `cos` receives the cosines of the angles of incidence.
+/// It is no part of the kernel, because few lenses have mirrors.
 #[inline(never)]
 pub(super) fn mirror<const STOPS: bool>(
     step: &LaneStep<'_>,

@@ -27,8 +27,8 @@ pub struct TracedRows<'a> {
     pub origins: &'a mut [[f64; 3]],
     /// Directions of unit length; NaN for a lost ray.
     pub directions: &'a mut [[f64; 3]],
-    /// 0 for a ray that passed, 1 for one that missed a surface, 2 for one that an aperture blocked,
-    /// and 3 for one that was totally reflected.
+    /// 0 for a ray that passed, 1 for one that missed a surface, 2 for one that an aperture
+    /// blocked, and 3 for one that was totally reflected.
     pub codes: &'a mut [u8],
     /// The surface where a ray was lost, counted from 0 at the front; −1 for a ray that passed.
     pub surfaces: &'a mut [i32],
