@@ -70,12 +70,16 @@ fn effective(lens: &Prescription) -> usize {
         .count()
 }
 
-/// Returns the number of planes that only break the axis.
+/// Returns the number of planes that only break the axis. Their aperture may be that of the beam.
 fn breaks(lens: &Prescription) -> usize {
-    let is_idle = |s: &&Surface| !s.is_stop && !s.is_mirror && s.semi_diameter.is_infinite();
-    let idle = lens.surfaces.iter().filter(is_idle);
-    idle.filter(|s| s.frame.is_some() && s.curvature.is_plane())
-        .count()
+    let media = lens.surfaces.iter().map(|surface| &surface.medium);
+    let before = std::iter::once(&lens.object_medium).chain(media);
+    let all = lens.surfaces.iter().zip(before);
+    let is_break = |(s, before): &(&Surface, &Medium)| {
+        let is_idle = !s.is_stop && !s.is_mirror && s.medium == **before;
+        is_idle && s.frame.is_some() && s.curvature.is_plane()
+    };
+    all.filter(is_break).count()
 }
 
 /// Returns the surfaces without their places in the file, and without the names of the glasses that
