@@ -816,7 +816,8 @@ impl Session {
         let spent = Duration::try_from_secs_f64(exposure.spent.seconds).unwrap_or_default();
         let left = self.opening.zip(self.plan.stop.time);
         let left = left.map(|(opening, time)| time.saturating_sub(opening).saturating_sub(spent));
-        let _timer = left.map(|left| stop.after(left + GRACE));
+        // Unlike a pass, it can be left out, so it does not go on after the time.
+        let _timer = left.map(|left| stop.after(left));
         diffract(&exposure.film, camera, stop)
     }
 
