@@ -5,10 +5,7 @@ use glam::DVec3;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::State;
 
-use super::canvas::{
-    Canvas, MaterialsBy, PictureView, Runs, TriangleList, Vertices, Wants, draw_facets, draw_mesh,
-    draw_triangles,
-};
+use super::canvas::{Canvas, MaterialsBy, PictureView, Wants, draw_facets, draw_mesh};
 use super::census::Census;
 use super::placement::Placement;
 use super::shapes;
@@ -66,16 +63,6 @@ impl Canvas for NearCanvas {
 
     fn set_placement(&mut self, placement: Placement) {
         self.placement = placement;
-    }
-
-    fn triangles(
-        &mut self,
-        runs: &Runs<'_>,
-        vertices: &Vertices<'_, '_>,
-        _most: usize,
-        cut: &mut dyn FnMut(&mut TriangleList<'_>),
-    ) {
-        draw_triangles(self, runs, vertices, cut);
     }
 
     fn triangle(&mut self, corners: [Corner; 3]) {

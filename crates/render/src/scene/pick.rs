@@ -7,10 +7,7 @@ use ivcam_inventor::pose::ViewRay;
 use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::State;
 
-use super::canvas::{
-    BoundsCanvas, Canvas, MaterialsBy, PictureView, Runs, Sides, TriangleList, Vertices, Wants,
-    draw_mesh, draw_triangles,
-};
+use super::canvas::{BoundsCanvas, Canvas, MaterialsBy, PictureView, Sides, Wants, draw_mesh};
 use super::census::Census;
 use super::near::is_near;
 use super::options::CompileOptions;
@@ -119,16 +116,6 @@ impl Canvas for PickCanvas {
 
     fn set_sides(&mut self, sides: Sides) {
         self.sides = sides;
-    }
-
-    fn triangles(
-        &mut self,
-        runs: &Runs<'_>,
-        vertices: &Vertices<'_, '_>,
-        _most: usize,
-        cut: &mut dyn FnMut(&mut TriangleList<'_>),
-    ) {
-        draw_triangles(self, runs, vertices, cut);
     }
 
     /// Intersects a triangle (Möller and Trumbore, *Fast, Minimum Storage Ray/Triangle

@@ -67,6 +67,23 @@ pub(crate) enum MaterialsBy {
     Part,
 }
 
+/// Draws the triangles of a vertex-based shape.
+pub(crate) fn draw_triangles(
+    out: &mut (impl Canvas + ?Sized),
+    runs: &Runs<'_>,
+    vertices: &Vertices<'_, '_>,
+    cut: &mut dyn FnMut(&mut TriangleList<'_>),
+) {
+    let counts = runs.counts();
+    TriangleList::fill(cut, &mut |triangles| {
+        for triangle in triangles.iter() {
+            if let Some(corners) = vertices.corners(triangle, runs, &counts) {
+                out.triangle(corners);
+            }
+        }
+    });
+}
+
 /// Receives the geometry of shapes, in object space.
 pub(crate) trait Canvas {
     /// What the canvas needs of the current shape.
@@ -110,15 +127,17 @@ pub(crate) trait Canvas {
     /// Sets the texture of the current shape to rasterized text, without interpolation.
     fn set_text_texture(&mut self, _text: Texture) {}
 
-    /// Draws triangles whose corners are in the lists of a shape. `cut` adds at most `most`
-    /// triangles to the list.
+    /// Draws triangles whose corners are in the lists of a shape; by default one by one. `cut`
+    /// adds at most `_most` triangles to the list.
     fn triangles(
         &mut self,
         runs: &Runs<'_>,
         vertices: &Vertices<'_, '_>,
-        most: usize,
+        _most: usize,
         cut: &mut dyn FnMut(&mut TriangleList<'_>),
-    );
+    ) {
+        draw_triangles(self, runs, vertices, cut);
+    }
 
     /// Returns whether there is memory to make a shape of a number of bytes before it is drawn. If
     /// not, this is reported, and the shape is not to be drawn.

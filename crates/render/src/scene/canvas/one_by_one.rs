@@ -1,27 +1,7 @@
 //! Draws shapes into a canvas one triangle after the other, when it cannot keep them as a whole.
 
 use super::drawing::{Canvas, MaterialsBy};
-use super::runs::Runs;
-use super::triangle_list::TriangleList;
-use super::vertices::Vertices;
 use crate::geometry::{self, Corner, Fineness, Mesh, QuadricKind};
-
-/// Draws the triangles of a vertex-based shape.
-pub(crate) fn draw_triangles(
-    out: &mut impl Canvas,
-    runs: &Runs<'_>,
-    vertices: &Vertices<'_, '_>,
-    cut: &mut dyn FnMut(&mut TriangleList<'_>),
-) {
-    let counts = runs.counts();
-    TriangleList::fill(cut, &mut |triangles| {
-        for triangle in triangles.iter() {
-            if let Some(corners) = vertices.corners(triangle, runs, &counts) {
-                out.triangle(corners);
-            }
-        }
-    });
-}
 
 /// Draws the triangles of a mesh.
 pub(crate) fn draw_mesh(out: &mut impl Canvas, mesh: &Mesh, materials: MaterialsBy) {

@@ -14,8 +14,7 @@ use super::weld::{self, Lists};
 use crate::geometry::text::MissingCharacters;
 use crate::geometry::{self, Corner, Fineness, QuadricKind};
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
-    draw_facets, draw_mesh, draw_triangles,
+    Canvas, MaterialsBy, PictureView, Reports, Sides, Wants, draw_facets, draw_mesh,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
@@ -358,16 +357,6 @@ impl Canvas for MeshCanvas {
         if let Some(shape) = &mut self.shape {
             shape.surface.set_text(text, &mut self.images);
         }
-    }
-
-    fn triangles(
-        &mut self,
-        runs: &Runs<'_>,
-        vertices: &Vertices<'_, '_>,
-        _most: usize,
-        cut: &mut dyn FnMut(&mut TriangleList<'_>),
-    ) {
-        draw_triangles(self, runs, vertices, cut);
     }
 
     fn triangle(&mut self, corners: [Corner; 3]) {
