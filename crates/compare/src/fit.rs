@@ -803,24 +803,37 @@ mod tests {
         Plate::from_planes([plane.clone(), plane.clone(), plane])
     }
 
-    #[test]
-    fn place_and_size_of_a_drawing_are_found_again_under_another_gain_and_with_grain() {
-        let truth = [0.52, 0.31, 1.1];
+    /// Returns a drawing with grain: `mix` has a pixel's value and its grain, from −0.5 to 0.5.
+    pub(super) fn with_grain(mut drawing: Plate, mix: impl Fn(f32, f32) -> f32) -> Plate {
         let grain = |i: usize| ((i * 7919 + i * i * 31) % 101) as f32 / 101.0 - 0.5;
-        let mut target = blobs(&truth, (192, 128));
-        for channel in &mut target.channels {
+        for channel in &mut drawing.channels {
             for (i, v) in channel.values.iter_mut().enumerate() {
-                *v = 0.1 + 0.6 * *v + 0.02 * grain(i);
+                *v = mix(*v, grain(i));
             }
         }
-        let fit = Fit {
-            target: &target,
-            sizes: Fit::pyramid((192, 128)),
+        drawing
+    }
+
+    /// Returns the fit of place and size to a drawing.
+    pub(super) fn fit_of<'a>(target: &'a Plate, has_to_end: &'a dyn Fn() -> bool) -> Fit<'a> {
+        let plane = &target.channels[0];
+        Fit {
+            target,
+            sizes: Fit::pyramid((plane.width, plane.height)),
             steps: vec![0.003; 3],
             blur: Vec::new(),
             mask: None,
-            has_to_end: &|| false,
-        };
+            has_to_end,
+        }
+    }
+
+    #[test]
+    fn place_and_size_of_a_drawing_are_found_again_under_another_gain_and_with_grain() {
+        let truth = [0.52, 0.31, 1.1];
+        let target = with_grain(blobs(&truth, (192, 128)), |v, grain| {
+            0.1 + 0.6 * v + 0.02 * grain
+        });
+        let fit = fit_of(&target, &|| false);
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
         let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
         let mut shares = Vec::new();
@@ -844,14 +857,7 @@ mod tests {
     #[test]
     fn the_nearest_of_several_starts_is_the_best_one() {
         let target = blobs(&[0.52, 0.31, 1.1], (96, 64));
-        let fit = Fit {
-            target: &target,
-            sizes: Fit::pyramid((96, 64)),
-            steps: vec![0.003; 3],
-            blur: Vec::new(),
-            mask: None,
-            has_to_end: &|| false,
-        };
+        let fit = fit_of(&target, &|| false);
         let starts = [[0.2, 0.6, 0.7], [0.5, 0.33, 1.05], [0.8, 0.1, 1.6]].map(|s| s.to_vec());
         let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
         let best = fit.best_start(&starts, &mut render).unwrap();

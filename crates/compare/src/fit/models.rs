@@ -280,8 +280,8 @@ impl FitLevel<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::tests::blobs;
-    use crate::fit::{Effort, Fit};
+    use crate::fit::Effort;
+    use crate::fit::tests::{blobs, fit_of, with_grain};
     use crate::plane::{Plane, Plate};
 
     /// Returns blobs that are bent outward at the sides of the picture by a share, as by the
@@ -300,22 +300,10 @@ mod tests {
     /// The camera is found with a model that does not bend the picture, as by a pinhole.
     #[test]
     fn the_model_that_bends_as_the_picture_does_is_found_by_four_renderings_at_each_size() {
-        let grain = |i: usize| ((i * 7919 + i * i * 31) % 101) as f32 / 101.0 - 0.5;
         let truth = [0.52, 0.31, 1.1];
-        let mut target = bent_blobs(&truth, (192, 128), 0.1);
-        for channel in &mut target.channels {
-            for (i, v) in channel.values.iter_mut().enumerate() {
-                *v += 0.01 * grain(i);
-            }
-        }
-        let fit = Fit {
-            target: &target,
-            sizes: Fit::pyramid((192, 128)),
-            steps: vec![0.003; 3],
-            blur: Vec::new(),
-            mask: None,
-            has_to_end: &|| false,
-        };
+        let bent = bent_blobs(&truth, (192, 128), 0.1);
+        let target = with_grain(bent, |v, grain| v + 0.01 * grain);
+        let fit = fit_of(&target, &|| false);
         let mut plain = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
         let base = fit.fit_model(&[0.5, 0.33, 1.05], &mut plain).unwrap();
         let mut renders = 0;
@@ -359,14 +347,7 @@ mod tests {
         let target = blobs(&[0.52, 0.31, 1.1], (96, 64));
         let left = std::cell::Cell::new(1000);
         let ended = || left.get() == 0;
-        let fit = Fit {
-            target: &target,
-            sizes: Fit::pyramid((96, 64)),
-            steps: vec![0.003; 3],
-            blur: Vec::new(),
-            mask: None,
-            has_to_end: &ended,
-        };
+        let fit = fit_of(&target, &ended);
         let mut render = |v: &[f64], size: (usize, usize), _| {
             if ended() {
                 return Err(super::out_of_time());
