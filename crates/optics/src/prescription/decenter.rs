@@ -116,7 +116,7 @@ impl Decenter {
         }
     }
 
-    /// The same decenter where z counts the other way.
+    /// The decenter in coordinates whose z axis has the opposite direction.
     pub(crate) fn turned_around(&self) -> Self {
         Self {
             shift: DVec3::new(self.shift.x, self.shift.y, -self.shift.z),
