@@ -147,7 +147,7 @@ pub(super) fn pictures() -> Vec<Seed> {
         height: 4,
         pixels: (0..20).map(|i| [0.1 * i as f32, 0.5, 3.0]).collect(),
         response: Response::Linear,
-        provenance: indexmap::IndexMap::new(),
+        provenance: Default::default(),
     };
     for (format, ending) in [(PictureFormat::Exr, "exr"), (PictureFormat::Sgi, "sgi")] {
         for depth in [Depth::Eight, Depth::Sixteen] {

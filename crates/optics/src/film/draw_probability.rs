@@ -20,11 +20,14 @@ const AROUND: f64 = 0.45;
 /// that a pixel with its number of samples would have by the samples of its neighborhood: the few
 /// samples of a pixel on an edge may agree by chance, and adaptive sampling gives few samples to a
 /// pixel whose noise its first look missed. The rest is even.
+/// A pixel that is exposed in any case is not drawn, and its noise is not that of its neighborhood.
 ///
 /// The probabilities are computed anew whenever they are asked for, so that a large picture needs
 /// no memory for them.
 pub struct DrawProbabilities<'a> {
     picture: &'a [Exposed],
+    /// The indices of the pixels that are not drawn, in their order.
+    exempt: &'a [u32],
     width: usize,
     /// The factors of the two variances. Both are 0 in a picture without any.
     factors: [f64; 2],
@@ -35,11 +38,16 @@ pub struct DrawProbabilities<'a> {
 }
 
 impl<'a> DrawProbabilities<'a> {
-    /// Returns the probabilities for a picture.
-    pub fn new(picture: &'a [Exposed], size: Resolution) -> Self {
+    /// Returns the probabilities for a picture of which some pixels are not drawn, whose indices are
+    /// in their order.
+    pub fn new(picture: &'a [Exposed], size: Resolution, exempt: &'a [u32]) -> Self {
         let width = size.width.max(1) as usize;
         let (mut sums, mut weighted, mut all) = ([0.0; 2], [0.0; 2], 0.0);
-        for (pixel, variances) in picture.iter().zip(variances(picture, width)) {
+        let both = variances(picture, width, exempt);
+        for ((number, pixel), variances) in picture.iter().enumerate().zip(both) {
+            if is_exempt(exempt, number) {
+                continue;
+            }
             let count = f64::from(pixel.count);
             all += count;
             for i in 0..2 {
@@ -47,7 +55,7 @@ impl<'a> DrawProbabilities<'a> {
                 weighted[i] += count * variances[i];
             }
         }
-        let even = 1.0 / picture.len() as f64;
+        let even = 1.0 / (picture.len() - exempt.len()).max(1) as f64;
         let [own, around] = sums;
         let (factors, even) = if own > 0.0 && around > 0.0 && own.is_finite() {
             ([OWN / own, AROUND / around], EVEN * even)
@@ -60,6 +68,7 @@ impl<'a> DrawProbabilities<'a> {
         };
         Self {
             picture,
+            exempt,
             width,
             factors,
             even,
@@ -71,24 +80,49 @@ impl<'a> DrawProbabilities<'a> {
     pub fn iter(&self) -> impl Iterator<Item = f64> {
         let [a, b] = self.factors;
         // The variances may be infinite where the factors are 0.
-        let noisy = (a > 0.0).then(|| variances(self.picture, self.width));
+        let noisy = (a > 0.0).then(|| variances(self.picture, self.width, self.exempt));
         let mut noisy = noisy.into_iter().flatten();
-        let even = self.picture.iter().map(|_| self.even);
-        even.map(move |even| match noisy.next() {
-            Some([own, around]) => a * own + b * around + even,
-            None => even,
+        (0..self.picture.len()).map(move |pixel| {
+            let noise = noisy.next().map(|[own, around]| a * own + b * around);
+            match is_exempt(self.exempt, pixel) {
+                true => 0.0,
+                false => noise.unwrap_or_default() + self.even,
+            }
         })
     }
 }
 
+fn is_exempt(exempt: &[u32], pixel: usize) -> bool {
+    exempt.binary_search(&(pixel as u32)).is_ok()
+}
+
+/// Returns the number of the pixel that stands for a pixel in the neighborhood of others: the next
+/// one in its row that is drawn.
+fn stand_in(exempt: &[u32], width: usize, pixel: usize) -> usize {
+    let row = pixel - pixel % width;
+    let mut near = (row..=pixel).rev().chain(pixel + 1..row + width);
+    let drawn = near.find(|pixel| !is_exempt(exempt, *pixel));
+    drawn.unwrap_or(pixel)
+}
+
 /// Returns the variances of each pixel's mean, by its own samples and by those of its neighborhood.
-fn variances(picture: &[Exposed], width: usize) -> impl Iterator<Item = [f64; 2]> {
-    let rows = || picture.chunks_exact(width);
+fn variances<'a>(
+    picture: &'a [Exposed],
+    width: usize,
+    exempt: &'a [u32],
+) -> impl Iterator<Item = [f64; 2]> + 'a {
+    let rows = move || {
+        let firsts = (0..picture.len() / width).map(move |row| row * width);
+        firsts.map(move |first| {
+            let shown = |pixel| &picture[stand_in(exempt, width, pixel)];
+            (first..first + width).map(shown).collect::<Vec<&Exposed>>()
+        })
+    };
     let levels = blurred(rows().map(|row| row.iter().map(|p| p.mean).collect()));
     let of_sample = rows().zip(levels).map(|(row, (levels, means))| {
         let around = levels.into_iter().zip(means);
-        let of_pixel = |(p, (level, mean))| variance_of_sample(p, level - mean);
-        row.iter().zip(around).map(of_pixel).collect::<Vec<f64>>()
+        let of_pixel = |(p, (level, mean)): (&Exposed, _)| variance_of_sample(p, level - mean);
+        row.into_iter().zip(around).map(of_pixel).collect()
     });
     let both = blurred(of_sample).flat_map(|(own, around)| own.into_iter().zip(around));
     both.zip(picture).map(|((own, around), p)| {
@@ -170,7 +204,7 @@ mod tests {
         let quiet = 5 * 32 + 9;
         picture[quiet] = Exposed::default();
         (0..4).for_each(|_| picture[quiet].add(DVec3::ONE));
-        let all: Vec<f64> = DrawProbabilities::new(&picture, SIZE).iter().collect();
+        let all: Vec<f64> = DrawProbabilities::new(&picture, SIZE, &[]).iter().collect();
         assert!((all.iter().sum::<f64>() - 1.0).abs() < 1e-12);
         assert!(
             all[quiet] > 3.0 * all[quiet + 5],
@@ -180,15 +214,34 @@ mod tests {
         );
         assert!(all[quiet + 32] > all[quiet]);
         let black = vec![Exposed::default(); 32 * 24];
-        let all = DrawProbabilities::new(&black, SIZE);
+        let all = DrawProbabilities::new(&black, SIZE, &[]);
         assert!(all.iter().all(|p| (p * 768.0 - 1.0).abs() < 1e-12));
+    }
+
+    /// A bright pixel that is exposed in any case leaves the probabilities of the others as they are
+    /// in a picture without it.
+    #[test]
+    fn an_exempt_pixel_is_not_drawn_nor_noise_for_others() {
+        let mut picture = picture();
+        let plain: Vec<f64> = DrawProbabilities::new(&picture, SIZE, &[]).iter().collect();
+        let (bright, pixel) = (2 * 32 + 3, 3 * 32 + 4);
+        picture[bright].add(DVec3::splat(900.0));
+        let seen: Vec<f64> = DrawProbabilities::new(&picture, SIZE, &[]).iter().collect();
+        assert!(seen[pixel] > 10.0 * plain[pixel]);
+        let exempt = [bright as u32];
+        let all = DrawProbabilities::new(&picture, SIZE, &exempt);
+        let each: Vec<f64> = all.iter().collect();
+        assert_eq!(each[bright], 0.0);
+        assert!((each.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!((each[pixel] / plain[pixel] - 1.0).abs() < 0.05);
+        assert!(all.samples < 4.01);
     }
 
     #[test]
     fn the_expected_number_of_samples_is_that_of_the_probabilities() {
         let mut picture = picture();
         picture[100..200].fill(Exposed::default());
-        let all = DrawProbabilities::new(&picture, SIZE);
+        let all = DrawProbabilities::new(&picture, SIZE, &[]);
         let counts = picture.iter().map(|p| f64::from(p.count));
         let expected: f64 = counts.zip(all.iter()).map(|(n, p)| n * p).sum();
         assert!((all.samples - expected).abs() < 1e-12 * expected);

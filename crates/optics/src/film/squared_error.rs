@@ -8,7 +8,7 @@
 //!
 //! The pixels of the pairs are drawn with probabilities that the picture determines, in
 //! proportion to the scatter of their samples for the most part. A pixel that is expected to be
-//! drawn twice or more is a stratum: its exposures are not paired off, but every two of them are
+//! drawn twice or more, or which is exposed in any case, is a stratum: its exposures are not paired off, but every two of them are
 //! multiplied (Hoeffding, "A class of statistics with asymptotically normal distribution", 1948),
 //! and its variance is the jackknife's (Efron and Stein, "The jackknife estimate of variance",
 //! 1981). All other pixels together are one stratum, whose sum is the mean of the products over
@@ -30,8 +30,8 @@ use super::pixel::Exposed;
 pub struct Pair {
     /// The index of the pixel in the film, row by row.
     pub pixel: u32,
-    /// The probability with which the pixel was drawn.
-    pub probability: f64,
+    /// The probability with which the pixel was drawn; `None` if it is exposed in any case.
+    pub probability: Option<f64>,
     /// The levels of the two exposures.
     pub levels: [DVec3; 2],
 }
@@ -102,7 +102,8 @@ impl SquaredError {
         if pairs.len() < 2 {
             return None;
         }
-        let draws = pairs.len() as f64;
+        let of_draws = pairs.iter().filter(|pair| pair.probability.is_some());
+        let draws = of_draws.count() as f64;
         let mut all = Self {
             pairs: pairs.len(),
             ..Self::default()
@@ -116,12 +117,15 @@ impl SquaredError {
                 pixel, probability, ..
             } = run[0];
             let level = picture[pixel as usize].mean;
-            if run.len() > 1 && draws * probability >= REPEATED {
+            let is_repeated = probability.is_none_or(|p| draws * p >= REPEATED);
+            if run.len() > 1 && is_repeated {
                 let others = run.iter().flat_map(|pair| pair.levels);
                 let errors: Vec<DVec3> = others.map(|other| level - other).collect();
                 let variance = all.add_repeated(&errors);
                 carried.push((pixel, variance));
             } else {
+                // A pixel in any case counts once.
+                let probability = probability.unwrap_or(1.0 / draws);
                 for pair in run {
                     let [a, b] = pair.levels.map(|other| level - other);
                     let both = (a + b).element_sum() / 6.0;
@@ -131,13 +135,13 @@ impl SquaredError {
                 }
             }
         }
-        let share = rest.len() as f64 / draws;
+        let share = rest.len() as f64 / draws.max(1.0);
         let each = all.add_stratum(&rest, share);
         let mut each = each.into_iter();
         for (_, variance) in carried.iter_mut().filter(|(_, v)| v.is_nan()) {
             *variance = each.next().unwrap_or(0.0);
         }
-        all.expect_excess(noisy, draws);
+        all.expect_excess(noisy, draws.max(1.0));
         all.heaviest = heaviest(&carried, all.variance);
         Some(all)
     }
@@ -425,7 +429,7 @@ mod tests {
         picture: &[Exposed],
         deviation: impl Fn(u64) -> f64,
     ) -> Vec<Pair> {
-        let probabilities: Vec<f64> = DrawProbabilities::new(picture, SIZE).iter().collect();
+        let probabilities: Vec<f64> = DrawProbabilities::new(picture, SIZE, &[]).iter().collect();
         let draw = |number: u64| {
             let mut left = (number as f64 + unit(mix(seed))) / count as f64;
             let pixel = probabilities.iter().position(|p| {
@@ -439,7 +443,7 @@ mod tests {
             };
             Pair {
                 pixel: pixel as u32,
-                probability: probabilities[pixel as usize],
+                probability: Some(probabilities[pixel as usize]),
                 levels: [level(0), level(1)],
             }
         };
@@ -503,7 +507,7 @@ mod tests {
         let level = |i: usize| DVec3::splat(if i.is_multiple_of(4) { -2.0 } else { 2.0 });
         let pair = |i: usize| Pair {
             pixel: 0,
-            probability: 1.0,
+            probability: Some(1.0),
             levels: [level(2 * i), level(2 * i + 1)],
         };
         let pairs: Vec<Pair> = (0..20).map(pair).collect();
@@ -534,7 +538,7 @@ mod tests {
             pixel.add(DVec3::splat(20.0 + off));
             let pair = |i: u64| Pair {
                 pixel: 0,
-                probability: 1.0,
+                probability: Some(1.0),
                 levels: [2 * i, 2 * i + 1]
                     .map(|i| DVec3::splat(20.0 + normal(mix(seed) ^ mix(i + 9)))),
             };

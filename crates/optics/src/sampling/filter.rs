@@ -136,11 +136,49 @@ impl FilterTable {
         let weight = self.filter.at(x) / (density * self.integral);
         (0.5 + sign * x, weight)
     }
+
+    /// Half of the filter's width, in pixels.
+    pub fn radius(&self) -> f64 {
+        self.filter.radius()
+    }
+
+    /// The number that [`FilterTable::spread`] maps to a position along one axis, in pixels from the
+    /// pixel's corner; 0 or 1 beyond the filter's ends.
+    pub fn number_at(&self, position: f64) -> f64 {
+        if self.filter == Filter::Box {
+            return position.clamp(0.0, 1.0);
+        }
+        let x = position - 0.5;
+        let cells = x.abs() / self.filter.radius() * CELLS as f64;
+        let i = (cells as usize).min(CELLS - 1);
+        let part = self.before[i + 1] - self.before[i];
+        let share = (self.before[i] + part * (cells - i as f64)).min(1.0);
+        0.5 + 0.5 * share.copysign(x)
+    }
+
+    /// The share of a light in a pixel's level for each pixel of its area, along one axis: the
+    /// filter at a position in pixels from the pixel's corner over its integral.
+    pub fn share_at(&self, position: f64) -> f64 {
+        self.filter.at(position - 0.5) / self.integral
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_and_positions_are_inverse() {
+        for (name, filter) in Filter::ALL {
+            let table = FilterTable::new(filter);
+            for i in 0..1000 {
+                let u = (f64::from(i) + 0.5) / 1000.0;
+                let again = table.number_at(table.sample(u).0);
+                assert!((again - u).abs() < 1e-12, "{name}: {u} {again}");
+            }
+            assert_eq!([-2.0, 3.0].map(|x| table.number_at(x)), [0.0, 1.0]);
+        }
+    }
 
     /// The moments of the sampled positions are compared with those of the filter by Simpson's
     /// rule.

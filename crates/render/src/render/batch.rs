@@ -9,6 +9,7 @@ use ivcam_optics::lens::Bundle;
 use ivcam_optics::sampling::{PathPoints, Sampler, Samples};
 
 use super::exposure::Counts;
+use super::lamp_images::SampleWindow;
 use super::passes::Render;
 use super::shares::SampleShares;
 use super::surfaces::SurfaceSum;
@@ -52,6 +53,8 @@ pub(super) struct Batch<'a> {
     weights: Vec<f64>,
     /// The index of the sum that each sample adds to.
     slots: Vec<usize>,
+    /// The samples that are dense in a part of their pixel.
+    windows: Vec<(Range<usize>, SampleWindow)>,
     /// The random numbers of each sample's path, if the shader follows paths.
     paths: Vec<PathPoints>,
     /// The number of samples in a full batch.
@@ -91,6 +94,7 @@ impl<'a> Batch<'a> {
             pixels: Default::default(),
             weights: Vec::new(),
             slots: Vec::new(),
+            windows: Vec::new(),
             paths: Vec::new(),
             size: render.camera.batch(),
             is_spectral: render.camera.is_spectral(),
@@ -157,6 +161,18 @@ impl<'a> Batch<'a> {
         samples: Range<u32>,
         sums: &mut [Exposed],
     ) {
+        self.add_in(at, None, sampler, samples, sums);
+    }
+
+    /// Adds samples of a pixel that are dense in a window, if there is one.
+    pub(super) fn add_in(
+        &mut self,
+        at: (u32, u32),
+        window: Option<SampleWindow>,
+        sampler: Sampler,
+        samples: Range<u32>,
+        sums: &mut [Exposed],
+    ) {
         let pixel = self.render.pixel(sampler, at);
         self.counts.film_rays += u64::from(samples.end - samples.start);
         let mut samples = samples;
@@ -177,6 +193,9 @@ impl<'a> Batch<'a> {
             self.pixels[0].resize(filled + count, f64::from(at.0));
             self.pixels[1].resize(filled + count, f64::from(at.1));
             self.slots.resize(filled + count, sums.len() - 1);
+            if let Some(window) = window {
+                self.windows.push((filled..filled + count, window));
+            }
             if filled + count == self.size {
                 self.flush(sums);
             }
@@ -261,6 +280,7 @@ impl<'a> Batch<'a> {
         self.samples.clear();
         self.pixels.iter_mut().for_each(Vec::clear);
         self.slots.clear();
+        self.windows.clear();
         self.paths.clear();
     }
 
@@ -271,6 +291,12 @@ impl<'a> Batch<'a> {
         let size = [1.0 / f64::from(width), 1.0 / f64::from(height)];
         self.weights.clear();
         self.weights.resize(self.slots.len(), render.exposure);
+        let [x, y] = &mut self.samples.film;
+        for (samples, window) in &self.windows {
+            for sample in samples.clone() {
+                self.weights[sample] *= window.narrow([&mut x[sample], &mut y[sample]]);
+            }
+        }
         for (axis, size) in size.into_iter().enumerate() {
             let places = &mut self.samples.film[axis];
             render.filter.spread(places, &mut self.weights);

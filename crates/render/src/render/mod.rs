@@ -15,6 +15,7 @@ pub mod crew;
 pub mod diffraction;
 mod exposure;
 pub mod ghosts;
+mod lamp_images;
 #[cfg(test)]
 mod lamp_tests;
 mod pairs;

@@ -13,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 use super::batch::Batch;
 use super::exposure::Counts;
+use super::lamp_images::{LampImages, LampPixel, SampleWindow};
 use super::passes::Render;
 use crate::scene::SmallLight;
 
@@ -22,6 +23,14 @@ const SHARE: f64 = 1.0 / 32.0;
 const LEAST: usize = 16;
 /// The number of pairs that a thread exposes at once.
 pub(super) const AT_ONCE: usize = 32;
+/// The area in pixels from which a light is not searched for.
+const SMALL: f64 = 1.0;
+/// The number of pairs of a pixel with the image of a small light.
+const LAMP_PAIRS: usize = 8;
+/// The number of samples of their exposures that there is time for in any picture, and the least
+/// number.
+const QUICK: f64 = 512.0;
+const FEWEST: f64 = 16.0;
 /// The number of expected hits below which a light may have been missed: the probability is then
 /// at least 1%.
 const SURE: f64 = 4.6;
@@ -37,6 +46,10 @@ struct PairAmount {
     /// The number of samples that the pairs of a small picture may have. Adaptive sampling may put
     /// more than half of a picture's samples on a few pixels.
     most_samples: f64,
+    /// The largest number of samples of an exposure of a pixel with a small light, over that which
+    /// makes it as precise as the picture. Samples are stratified, so a long exposure is worth more
+    /// than several short ones.
+    longest: f64,
 }
 
 /// The first look at a film whose samples go on.
@@ -44,10 +57,12 @@ const GLANCE: PairAmount = PairAmount {
     first: 0,
     fewest: 512.0,
     most_samples: 0.0,
+    longest: 1.0,
 };
 /// The first look at a final film, of at most about a quarter of a second beside its usual share.
 const FIRST_LOOK: PairAmount = PairAmount {
     most_samples: 262_144.0,
+    longest: 4.0,
     ..GLANCE
 };
 /// The look at a final film whose error few pixels carry, if the first look left it unknown. Its
@@ -56,10 +71,11 @@ const SECOND_LOOK: PairAmount = PairAmount {
     first: 1 << 24,
     fewest: 4.0 * FIRST_LOOK.fewest,
     most_samples: 4.0 * FIRST_LOOK.most_samples,
+    longest: 16.0,
 };
 
 /// A pixel that is drawn for a pair.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PairDraw {
     /// The number of the draw, counted from 0.
     number: u32,
@@ -69,7 +85,10 @@ pub(super) struct PairDraw {
     at: (u32, u32),
     /// The number of samples of each exposure.
     samples: u32,
-    probability: f64,
+    /// Where samples are dense because a small light is there.
+    window: Option<SampleWindow>,
+    /// `None` if the pixel is exposed in any case.
+    probability: Option<f64>,
 }
 
 impl Render<'_> {
@@ -88,15 +107,16 @@ impl Render<'_> {
             true => FIRST_LOOK,
             false => GLANCE,
         };
-        let (mut error, mut counts) = self.look(film, region, first);
-        if is_final && error.is_some_and(|e| few_pixels_hide(&e, film)) {
-            let (second, more) = self.look(film, region, SECOND_LOOK);
-            error = second;
-            counts.add(&more);
-        }
         let fewest = film.pixels.iter().map(|p| p.count).min();
         let mut lights = LightWatch::new(self, fewest.unwrap_or_default());
         lights.look(film, region);
+        let lamps = lights.images.pixels((film, region), self.filter);
+        let (mut error, mut counts) = self.look((film, region), &lamps, first);
+        if is_final && error.is_some_and(|e| few_pixels_hide(&e, film)) {
+            let (second, more) = self.look((film, region), &lamps, SECOND_LOOK);
+            error = second;
+            counts.add(&more);
+        }
         if let Some(error) = &mut error {
             error.missed = lights.missed();
             error.cut_rays = self.shader.scene().cut_rays();
@@ -107,11 +127,11 @@ impl Render<'_> {
     /// Estimates the squared error of a film by the pairs of one look.
     fn look(
         &self,
-        film: &Film,
-        region: Region,
+        (film, region): (&Film, Region),
+        lamps: &[LampPixel],
         look: PairAmount,
     ) -> (Option<SquaredError>, Counts) {
-        let (pairs, counts) = self.pairs(&self.draws((film, region), look));
+        let (pairs, counts) = self.pairs(&self.draws((film, region), lamps, look));
         (SquaredError::of(&pairs, &film.pixels), counts)
     }
 
@@ -134,14 +154,23 @@ impl Render<'_> {
         (pairs, counts)
     }
 
-    /// Draws the pixels of the pairs at even steps along their summed probabilities.
-    fn draws(&self, (film, region): (&Film, Region), look: PairAmount) -> Vec<PairDraw> {
-        let probabilities = DrawProbabilities::new(&film.pixels, film.resolution);
+    /// Chooses the pixels of the pairs, in the order of the pixels: those with the images of small
+    /// lights, each [`LAMP_PAIRS`] times, and others at even steps along their summed probabilities.
+    fn draws(
+        &self,
+        (film, region): (&Film, Region),
+        lamps: &[LampPixel],
+        look: PairAmount,
+    ) -> Vec<PairDraw> {
+        let exempt: Vec<u32> = lamps.iter().map(|lamp| lamp.pixel).collect();
+        let probabilities = DrawProbabilities::new(&film.pixels, film.resolution, &exempt);
         let all: f64 = film.pixels.iter().map(|p| f64::from(p.count)).sum();
         let each = probabilities.samples;
         let pixels = film.pixels.len();
+        let most = look.most_samples.max(SHARE * all);
+        let mut draws = lamp_draws(lamps, most, look.longest);
         if !(each > 0.0) {
-            return Vec::new();
+            return numbered(draws, region, look);
         }
         let usual = (SHARE * pixels as f64).max(look.fewest) * (all / pixels as f64) / each;
         let wanted = usual.max((look.most_samples / each).min(look.fewest)) as usize;
@@ -150,24 +179,19 @@ impl Render<'_> {
         let key = self.sampler.seed ^ 0x7061_6972 ^ u64::from(look.first);
         let mut next = step * unit(mix(key));
         let mut sum = 0.0;
-        let mut draws = Vec::with_capacity(wanted);
         for (pixel, probability) in probabilities.iter().enumerate() {
             sum += probability;
             while next < sum {
                 next += step;
                 draws.push(PairDraw {
-                    number: look.first + draws.len() as u32,
                     pixel: pixel as u32,
-                    at: (
-                        region.left + pixel as u32 % region.width,
-                        region.top + pixel as u32 / region.width,
-                    ),
                     samples: film.pixels[pixel].count.div_ceil(2),
-                    probability,
+                    probability: Some(probability),
+                    ..PairDraw::default()
                 });
             }
         }
-        draws
+        numbered(draws, region, look)
     }
 
     /// Exposes the pair of each of some draws.
@@ -183,7 +207,7 @@ impl Render<'_> {
                     ..self.sampler
                 };
                 sums.push(Exposed::default());
-                batch.add(draw.at, sampler, 0..samples, &mut sums);
+                batch.add_in(draw.at, draw.window, sampler, 0..samples, &mut sums);
             }
         }
         batch.flush(&mut sums);
@@ -205,6 +229,32 @@ impl Render<'_> {
     }
 }
 
+/// The pairs of the pixels with small lights, which together have at most about a number of samples.
+fn lamp_draws(lamps: &[LampPixel], most_samples: f64, longest: f64) -> Vec<PairDraw> {
+    let most = most_samples / (2 * LAMP_PAIRS) as f64;
+    let each: f64 = lamps.iter().map(|lamp| lamp.samples).sum();
+    let longer = (most / each).min(longest);
+    let fewest = QUICK.min(most / lamps.len() as f64).max(FEWEST);
+    let pairs = lamps.iter().map(|lamp| PairDraw {
+        pixel: lamp.pixel,
+        samples: (longer * lamp.samples).max(fewest) as u32,
+        window: Some(lamp.window),
+        ..PairDraw::default()
+    });
+    pairs.flat_map(|pair| [pair; LAMP_PAIRS]).collect()
+}
+
+/// Puts draws into the order of their pixels, and states the numbers and the places of the pixels.
+fn numbered(mut draws: Vec<PairDraw>, region: Region, look: PairAmount) -> Vec<PairDraw> {
+    draws.sort_by_key(|draw| draw.pixel);
+    for (number, draw) in draws.iter_mut().enumerate() {
+        draw.number = look.first + number as u32;
+        let (column, row) = (draw.pixel % region.width, draw.pixel / region.width);
+        draw.at = (region.left + column, region.top + row);
+    }
+    draws
+}
+
 /// Returns whether an error is unknown because few pixels carry it, which more pairs can tell.
 fn few_pixels_hide(error: &SquaredError, film: &Film) -> bool {
     let stated = error.relative(film.pixels.len(), film.mean());
@@ -221,6 +271,8 @@ fn few_pixels_hide(error: &SquaredError, film: &Film) -> bool {
 /// The small lights of a scene that no sample of the examined films has hit.
 pub(super) struct LightWatch {
     lights: Vec<SmallLight>,
+    /// The images of lights which exposures of pairs look for on purpose.
+    images: LampImages,
     exposure: f64,
     /// The least number of samples of a pixel.
     fewest: u32,
@@ -232,14 +284,18 @@ impl LightWatch {
     pub(super) fn new(render: &Render<'_>, fewest: u32) -> Self {
         let size = [render.resolution.width, render.resolution.height].map(f64::from);
         let scene = render.shader.scene();
-        let mut lights = scene.small_lights(size, SURE / f64::from(fewest));
+        let most = SURE / f64::from(fewest);
+        let mut lights = scene.small_lights(size, most.max(SMALL));
         if let Some(finder) = render.lamps.filter(|_| render.shader.follows_paths()) {
             lights.retain(|light| {
                 !finder.finds_at([light.place[0] / size[0], light.place[1] / size[1]])
             });
         }
+        let images = LampImages::take_from(&mut lights, render);
+        lights.retain(|light| light.pixels < most);
         Self {
             lights,
+            images,
             exposure: render.exposure,
             fewest: u32::MAX,
         }

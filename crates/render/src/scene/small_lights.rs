@@ -5,6 +5,7 @@
 //! glyphs that are prototypes.
 
 use glam::{DVec3, Vec3};
+use ivcam_optics::sampling::{mix, unit};
 
 use super::RenderScene;
 use super::placed::Primitive;
@@ -13,6 +14,9 @@ use crate::bvh::{Hit, Ray};
 /// The largest number of luminous shapes of prototypes that are examined, each as often as it is
 /// drawn.
 const MOST_INSTANCED: usize = 1 << 14;
+
+/// The number of rays that look for a shape whose middle is hidden.
+const LOOKS: u64 = 64;
 
 /// A luminous shape that is small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,6 +28,10 @@ pub(crate) struct SmallLight {
     /// The place in the picture by the angle from the camera's axis, in pixels from its upper left
     /// corner. A lens with distortion shows the light elsewhere.
     pub place: [f64; 2],
+    /// The box around the shape in the scene.
+    pub bounds: [Vec3; 2],
+    /// The number of the shape's surface, and the place where it is drawn.
+    pub shape: (u32, u64),
 }
 
 /// The primitives of one luminous surface in front of the camera.
@@ -35,6 +43,8 @@ struct Seen {
     place: [f64; 2],
     /// A point of each of the first primitives, with the number and the place of the primitive.
     points: [Option<(u32, u64, Vec3)>; 8],
+    /// The box around the primitives.
+    bounds: Option<[Vec3; 2]>,
 }
 
 impl RenderScene {
@@ -53,20 +63,25 @@ impl RenderScene {
                 self.see((primitive as u32, 0), size, &mut seen[owner]);
             }
         }
-        let small = |(radiance, seen): (Vec3, Seen)| SmallLight {
-            radiance: radiance.as_dvec3(),
-            pixels: seen.pixels,
-            place: [
-                0.5 * size[0] + seen.place[0] / seen.pixels,
-                0.5 * size[1] - seen.place[1] / seen.pixels,
-            ],
+        let small = |(radiance, seen): (Vec3, Seen)| {
+            let (primitive, place, _) = seen.points[0]?;
+            Some(SmallLight {
+                radiance: radiance.as_dvec3(),
+                pixels: seen.pixels,
+                place: [
+                    0.5 * size[0] + seen.place[0] / seen.pixels,
+                    0.5 * size[1] - seen.place[1] / seen.pixels,
+                ],
+                bounds: seen.bounds?,
+                shape: (self.owner(primitive), place),
+            })
         };
         let is_small = |(_, seen): &(Vec3, Seen)| {
             seen.pixels > 0.0 && seen.pixels < smaller_than && self.is_in_sight(seen)
         };
         let instanced = self.instanced_lights(&luminous, size, smaller_than);
         let all = luminous.into_iter().zip(seen).chain(instanced);
-        all.filter(is_small).map(small).collect()
+        all.filter(is_small).filter_map(small).collect()
     }
 
     /// Returns the radiance of each luminous shape of a prototype, as often as it is drawn, with
@@ -104,7 +119,7 @@ impl RenderScene {
 
     /// Adds the area of a primitive in pixels to that of its surface, if it is in the picture.
     fn see(&self, (primitive, place): (u32, u64), size: [f64; 2], seen: &mut Seen) {
-        let Some((center, area)) = self.across(primitive, place) else {
+        let Some((center, area, [min, max])) = self.across(primitive, place) else {
             return;
         };
         let pixel = f64::from(self.view.pixel(center));
@@ -118,13 +133,16 @@ impl RenderScene {
         for (sum, at) in seen.place.iter_mut().zip(at) {
             *sum += pixels * at;
         }
+        let bounds = seen.bounds.unwrap_or([min, max]);
+        seen.bounds = Some([bounds[0].min(min), bounds[1].max(max)]);
         if let Some(free) = seen.points.iter_mut().find(|p| p.is_none()) {
             *free = Some((primitive, place, center));
         }
     }
 
-    /// Returns the center of a primitive and its area as the camera sees it, in square meters.
-    fn across(&self, primitive: u32, place: u64) -> Option<(Vec3, f64)> {
+    /// Returns the center of a primitive, its area as the camera sees it, in square meters, and its
+    /// box.
+    fn across(&self, primitive: u32, place: u64) -> Option<(Vec3, f64, [Vec3; 2])> {
         let toward = |p: Vec3| p.normalize_or(self.view.forward);
         let hit = Hit {
             t: 0.0,
@@ -138,7 +156,8 @@ impl RenderScene {
                 let center = (a + b + c) / 3.0;
                 let area = 0.5 * (b - a).cross(c - a).dot(toward(center)).abs();
                 // Half of a closed surface's triangles face away.
-                return Some((center, 0.5 * f64::from(area)));
+                let bounds = [a.min(b).min(c), a.max(b).max(c)];
+                return Some((center, 0.5 * f64::from(area), bounds));
             }
             Primitive::Quadric(quadric) => quadric,
             Primitive::Stroke(_) => return None,
@@ -150,17 +169,36 @@ impl RenderScene {
         let side = max - min;
         let d = toward(center).as_dvec3().abs();
         let area = side.y * side.z * d.x + side.x * side.z * d.y + side.x * side.y * d.z;
-        Some((center, std::f64::consts::FRAC_PI_4 * area))
+        let bounds = [min.as_vec3(), max.as_vec3()];
+        Some((center, std::f64::consts::FRAC_PI_4 * area, bounds))
     }
 
-    /// Returns whether a ray from the camera meets one of the points.
+    /// Returns whether a ray from the camera meets one of the points, or the shape at another point
+    /// of its box.
     fn is_in_sight(&self, seen: &Seen) -> bool {
         let meets = |&(primitive, place, point): &(u32, u64, Vec3)| {
             let hit = self.hit(&Ray::new(Vec3::ZERO, point));
             let shape = (self.owner(primitive), place);
-            hit.is_none_or(|h| h.t >= 1.0 || (self.owner(h.primitive), h.place) == shape)
+            hit.is_none_or(|h| h.t >= 1.0 || self.shape_of(&h) == shape)
         };
-        seen.points.iter().flatten().any(meets)
+        let mut points = seen.points.iter().flatten();
+        let (Some(&(primitive, place, _)), Some([min, max])) =
+            (seen.points[0].as_ref(), seen.bounds)
+        else {
+            return false;
+        };
+        let shows = |number: u64| {
+            let part = [0, 1, 2].map(|axis| unit(mix(3 * number + axis)) as f32);
+            let toward = min + Vec3::from_array(part) * (max - min);
+            let hit = self.hit(&Ray::new(Vec3::ZERO, toward));
+            hit.is_some_and(|h| self.shape_of(&h) == (self.owner(primitive), place))
+        };
+        points.any(meets) || (0..LOOKS).any(shows)
+    }
+
+    /// The number of the surface of a hit, and the place where it is drawn.
+    pub(crate) fn shape_of(&self, hit: &Hit) -> (u32, u64) {
+        (self.owner(hit.primitive), hit.place)
     }
 }
 
@@ -216,6 +254,19 @@ mod tests {
         assert!(lights(&BALL.replace("emissiveColor 9 6 3", ""), 1.0).is_empty());
     }
 
+    /// A bar hides the middle of a ball and leaves a tenth of it in sight.
+    #[test]
+    fn a_light_that_shows_beside_a_bar_is_found() {
+        let bar = |right: f64| {
+            format!(
+                "Translation {{ translation {} 0 -5 }} Cube {{ width .1 height 1 depth .001 }}",
+                0.5 * right - 0.05
+            )
+        };
+        assert_eq!(lights(&format!("{BALL}{}", bar(0.008)), 1.0).len(), 1);
+        assert!(lights(&format!("{BALL}{}", bar(0.012)), 1.0).is_empty());
+    }
+
     #[test]
     fn lights_in_shared_parts_are_found_as_often_as_they_are_drawn() {
         let cube = BALL.replace(
@@ -232,7 +283,9 @@ mod tests {
         let expected = lights(&scene, 1.0);
         assert_eq!((found.len(), expected.len()), (2 + 2 + 3 * 2, 10));
         for light in expected {
-            let same = found.iter().position(|other| *other == light);
+            let what =
+                |light: &SmallLight| (light.radiance, light.pixels, light.place, light.bounds);
+            let same = found.iter().position(|other| what(other) == what(&light));
             found.remove(same.expect("the light is found"));
         }
     }
