@@ -15,7 +15,12 @@ type Seed = (String, Vec<u8>);
 /// Returns the files below a folder of the repository that have at most `most` bytes and one of
 /// some extensions, in the order of their paths.
 fn below(folder: &str, extensions: &[&str], most: u64) -> Vec<Seed> {
-    let top = Path::new(env!("CARGO_MANIFEST_DIR"));
+    // The program for AFL++ has a manifest of its own further down.
+    let manifest = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut tops = manifest.ancestors();
+    let top = tops
+        .find(|top| top.join("scenes").is_dir())
+        .unwrap_or(manifest);
     let mut folders = vec![top.join(folder)];
     let mut paths: Vec<PathBuf> = Vec::new();
     while let Some(folder) = folders.pop() {
