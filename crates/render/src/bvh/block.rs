@@ -3,7 +3,7 @@
 //! The test does the operations of [`PreparedRay::triangle`] in the same order and never uses fused
 //! multiply-add, so a hit has the same bits whatever instructions the processor has.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 use super::triangle::PreparedRay;
 
@@ -73,122 +73,91 @@ impl BlockHits {
     };
 }
 
-/// The part of a block's triangle tests that depends only on the ray.
-#[cfg(not(target_arch = "x86_64"))]
-pub struct BlockTest<'a> {
-    ray: &'a PreparedRay,
-    t_min: f32,
+/// The part of a block's triangle tests that depends only on the ray, repeated in four lanes.
+pub(crate) struct BlockTest {
+    /// The ray's axes, which are the rows of a block's corners.
+    rows: [usize; 3],
+    /// The ray's origin along those axes.
+    origin: [Vec4; 3],
+    shear: [Vec4; 3],
+    t_min: Vec4,
 }
 
-#[cfg(not(target_arch = "x86_64"))]
-impl<'a> BlockTest<'a> {
+impl BlockTest {
     /// Prepares tests of a ray for hits beyond `t_min`.
-    pub fn new(ray: &'a PreparedRay, t_min: f32) -> Self {
-        Self { ray, t_min }
+    #[inline(always)]
+    pub(crate) fn new(ray: &PreparedRay, t_min: f32) -> Self {
+        let rows = ray.axes.map(|axis| axis.min(2));
+        Self {
+            rows,
+            origin: rows.map(|axis| Vec4::splat(ray.origin[axis])),
+            shear: ray.shear.to_array().map(Vec4::splat),
+            t_min: Vec4::splat(t_min),
+        }
     }
 
-    /// Intersects the ray with the four triangles, each by [`PreparedRay::triangle`].
+    /// Intersects the ray with the four triangles by the operations of
+    /// [`PreparedRay::triangle`], in the same order.
     #[inline(always)]
-    pub fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
+    pub(crate) fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
+        let [x, y, z] = self.rows;
+        let [sx, sy, sz] = self.shear;
         let mut hits = BlockHits::NONE;
-        for lane in 0..BLOCK {
-            let hit = self.ray.triangle(&block.triangle(lane), self.t_min, t_max);
-            if let Some((t, u, v)) = hit {
-                hits.mask |= 1 << lane;
-                (hits.t[lane], hits.u[lane], hits.v[lane]) = (t, u, v);
-            }
+        let from_ray = |corner: usize, row: usize, origin: Vec4| {
+            Vec4::from_array(block.corners[corner][row]) - origin
+        };
+        let sheared = |corner: usize| {
+            let z = from_ray(corner, z, self.origin[2]);
+            let x = from_ray(corner, x, self.origin[0]) - sx * z;
+            let y = from_ray(corner, y, self.origin[1]) - sy * z;
+            (x, y, z)
+        };
+        let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(0), sheared(1), sheared(2));
+        let cross = |px, qy, py, qx| px * qy - py * qx;
+        let mut u = cross(cx, by, cy, bx);
+        let mut v = cross(ax, cy, ay, cx);
+        let mut w = cross(bx, ay, by, ax);
+        let mut mask = !outside(u, v, w) & 15;
+        if mask == 0 {
+            return hits;
+        }
+        let zero = Vec4::splat(0.0);
+        let exact = u.cmpeq(zero) | v.cmpeq(zero) | w.cmpeq(zero);
+        if exact.bitmask() & mask != 0 {
+            u = Vec4::select(exact, cross_in_f64(cx, by, cy, bx), u);
+            v = Vec4::select(exact, cross_in_f64(ax, cy, ay, cx), v);
+            w = Vec4::select(exact, cross_in_f64(bx, ay, by, ax), w);
+            mask &= !outside(u, v, w);
+        }
+        let det = u + v + w;
+        let sum = u * az + v * bz + w * cz;
+        let t = sum * sz / det;
+        let near = self.t_min.cmplt(t);
+        let far = t.cmplt(Vec4::splat(t_max));
+        hits.mask = (near & far & det.cmpne(zero)).bitmask() & mask;
+        if hits.mask != 0 {
+            hits.t = t.to_array();
+            hits.u = (v / det).to_array();
+            hits.v = (w / det).to_array();
         }
         hits
     }
 }
 
-#[cfg(target_arch = "x86_64")]
-pub(crate) use lanes::BlockTest;
+/// A bit mask of the triangles that the ray misses: those with edge values of both signs.
+#[inline(always)]
+fn outside(u: Vec4, v: Vec4, w: Vec4) -> u32 {
+    let zero = Vec4::splat(0.0);
+    let least = u.min(v).min(w);
+    let most = u.max(v).max(w);
+    (least.cmplt(zero) & zero.cmplt(most)).bitmask()
+}
 
-#[cfg(target_arch = "x86_64")]
-mod lanes {
-    use super::*;
-    use ivcam_base::math::simd::F32x4;
-
-    /// The part of a block's triangle tests that depends only on the ray, repeated in four lanes.
-    pub(crate) struct BlockTest {
-        /// The ray's axes, which are the rows of a block's corners.
-        rows: [usize; 3],
-        /// The ray's origin along those axes.
-        origin: [F32x4; 3],
-        shear: [F32x4; 3],
-        t_min: F32x4,
-    }
-
-    impl BlockTest {
-        /// Prepares tests of a ray for hits beyond `t_min`.
-        #[inline(always)]
-        pub(crate) fn new(ray: &PreparedRay, t_min: f32) -> Self {
-            let rows = ray.axes.map(|axis| axis.min(2));
-            Self {
-                rows,
-                origin: rows.map(|axis| F32x4::splat(ray.origin[axis])),
-                shear: ray.shear.to_array().map(F32x4::splat),
-                t_min: F32x4::splat(t_min),
-            }
-        }
-
-        /// Intersects the ray with the four triangles by the operations of
-        /// [`PreparedRay::triangle`], in the same order.
-        #[inline(always)]
-        pub(crate) fn intersect(&self, block: &Block, t_max: f32) -> BlockHits {
-            let [x, y, z] = self.rows;
-            let [sx, sy, sz] = self.shear;
-            let mut hits = BlockHits::NONE;
-            let from_ray = |corner: usize, row: usize, origin: F32x4| {
-                F32x4::load(&block.corners[corner][row]) - origin
-            };
-            let sheared = |corner: usize| {
-                let z = from_ray(corner, z, self.origin[2]);
-                let x = from_ray(corner, x, self.origin[0]) - sx * z;
-                let y = from_ray(corner, y, self.origin[1]) - sy * z;
-                (x, y, z)
-            };
-            let ((ax, ay, az), (bx, by, bz), (cx, cy, cz)) = (sheared(0), sheared(1), sheared(2));
-            let cross = |px, qy, py, qx| px * qy - py * qx;
-            let mut u = cross(cx, by, cy, bx);
-            let mut v = cross(ax, cy, ay, cx);
-            let mut w = cross(bx, ay, by, ax);
-            let mut mask = !outside(u, v, w) & 15;
-            if mask == 0 {
-                return hits;
-            }
-            let zero = F32x4::splat(0.0);
-            let exact = u.equal(zero) | v.equal(zero) | w.equal(zero);
-            if exact.mask() & mask != 0 {
-                u = exact.select(F32x4::cross_in_f64(cx, by, cy, bx), u);
-                v = exact.select(F32x4::cross_in_f64(ax, cy, ay, cx), v);
-                w = exact.select(F32x4::cross_in_f64(bx, ay, by, ax), w);
-                mask &= !outside(u, v, w);
-            }
-            let det = u + v + w;
-            let sum = u * az + v * bz + w * cz;
-            let t = sum * sz / det;
-            let near = self.t_min.less(t);
-            let far = t.less(F32x4::splat(t_max));
-            hits.mask = (near & far & det.not_equal(zero)).mask() & mask;
-            if hits.mask != 0 {
-                hits.t = t.to_array();
-                hits.u = (v / det).to_array();
-                hits.v = (w / det).to_array();
-            }
-            hits
-        }
-    }
-
-    /// A bit mask of the triangles that the ray misses: those with edge values of both signs.
-    #[inline(always)]
-    fn outside(u: F32x4, v: F32x4, w: F32x4) -> u32 {
-        let zero = F32x4::splat(0.0);
-        let least = u.min(v).min(w);
-        let most = u.max(v).max(w);
-        (least.less(zero) & zero.less(most)).mask()
-    }
+/// Returns `px qy − py qx`, with the products and their difference in f64.
+#[inline]
+fn cross_in_f64(px: Vec4, qy: Vec4, py: Vec4, qx: Vec4) -> Vec4 {
+    let [px, qy, py, qx] = [px, qy, py, qx].map(|v| v.as_dvec4());
+    (px * qy - py * qx).as_vec4()
 }
 
 #[cfg(test)]

@@ -43,11 +43,6 @@ impl Default for RayPacket {
 }
 
 impl RayPacket {
-    /// Whether this processor traces a packet faster than its rays one by one.
-    pub(crate) fn is_fast() -> bool {
-        PreparedPacket::is_fast()
-    }
-
     /// The ray in a lane.
     pub(crate) fn ray(&self, lane: usize) -> Ray {
         Ray {

@@ -3,7 +3,7 @@
 //! A node's eight boxes are first tested against an interval around all rays. The boxes that pass
 //! are tested against every ray, a vector of rays at a time. A triangle is tested against all rays
 //! together with the operations of a single ray, so a hit has the same bits. When few rays are left
-//! they continue one by one, as all rays do on a processor without vectors.
+//! they continue one by one.
 
 use ivcam_base::math::lanes::{
     LANES, RaysInLanes, VectorKernel, Vectors, bits, dispatch_vectors, of_lane,
@@ -101,14 +101,6 @@ impl<P: Primitives, const TO_LIGHT: bool> VectorKernel for PacketWalk<'_, P, TO_
             };
         }
     }
-
-    fn run_plain(self) {
-        for lane in bits(self.packet.live) {
-            let primitives = self.primitives;
-            self.tree
-                .walk_one::<TO_LIGHT>(Child::ROOT, lane, self.packet, primitives);
-        }
-    }
 }
 
 impl Bvh {
@@ -199,15 +191,15 @@ impl PreparedPacket {
             let far = v.splat(node.planes[self.far[axis]][i]);
             // `max` and `min` return the second operand if one is NaN, as after an overflow.
             n = v.max(
-                v.fused(near, inverse, v.load(&self.near_from[axis], first)),
+                v.multiply_add(near, inverse, v.load(&self.near_from[axis], first)),
                 n,
             );
             f = v.min(
-                v.fused(far, inverse, v.load(&self.far_from[axis], first)),
+                v.multiply_add(far, inverse, v.load(&self.far_from[axis], first)),
                 f,
             );
         }
-        let wide = v.fused(v.abs(f), v.splat(WIDENING + CLOSE), f);
+        let wide = v.multiply_add(v.abs(f), v.splat(WIDENING + CLOSE), f);
         v.at_most(n, wide)
     }
 

@@ -1,6 +1,6 @@
 //! A packet of rays, prepared for the traversal in `packet_walk`.
 
-use ivcam_base::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, Width, dispatch, of_lane};
+use ivcam_base::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, dispatch, of_lane};
 
 use super::nearest_hit::NearestHit;
 use super::packet::{PacketHits, RayPacket};
@@ -66,11 +66,6 @@ impl PreparedPacket {
         }
     }
 
-    /// Whether the process may use the instructions that make packets faster than single rays.
-    pub(super) fn is_fast() -> bool {
-        Width::detect() != Width::Plain
-    }
-
     /// Prepares the rays of a packet, which has at least one.
     pub(super) fn load(&mut self, rays: &RayPacket) {
         dispatch(Load { packet: self, rays });
@@ -101,9 +96,11 @@ impl PreparedPacket {
         (self.hits.mask, self.unsure) = (0, 0);
     }
 
-    /// Computes for all rays what [`PreparedRay::new`] computes for one.
+    /// Computes for all rays what [`PreparedRay::new`] computes for one. Without a fused
+    /// multiply-add the product with a plane is rounded too, which twice the error covers.
     #[inline(always)]
-    fn prepare(&mut self) {
+    fn prepare<const FUSED: bool>(&mut self) {
+        let error = f32::EPSILON * if FUSED { 1.0 } else { 2.0 };
         self.axes = axes(of_lane(&self.direction, 0));
         let [kx, ky, kz] = self.axes;
         for axis in 0..3 {
@@ -111,8 +108,8 @@ impl PreparedPacket {
                 let inverse = invert(self.direction[axis][lane]);
                 let from = self.origin[axis][lane] * inverse;
                 self.inverse[axis][lane] = inverse;
-                self.near_from[axis][lane] = -from - from.abs() * f32::EPSILON;
-                self.far_from[axis][lane] = -from + from.abs() * f32::EPSILON;
+                self.near_from[axis][lane] = -from - from.abs() * error;
+                self.far_from[axis][lane] = -from + from.abs() * error;
             }
             let back = self.inverse[axis][0] < 0.0;
             self.near[axis] = if back { axis + 3 } else { axis };
@@ -194,6 +191,6 @@ impl SimdKernel for Load<'_> {
     #[inline(always)]
     fn run<const FUSED: bool>(self) {
         self.packet.copy_rays(self.rays);
-        self.packet.prepare();
+        self.packet.prepare::<FUSED>();
     }
 }

@@ -6,6 +6,7 @@
 
 use glam::Vec3;
 use ivcam_base::math::lanes::bits;
+use ivcam_base::math::simd::{Quads, Vectors};
 #[cfg(target_arch = "x86_64")]
 use ivcam_base::math::simd::{Width, distinct, load_8, store_8};
 
@@ -53,21 +54,22 @@ impl Slabs {
     /// Returns a bit mask of the boxes that the ray enters at `limit` or nearer, and stores the
     /// entry distances in `near`.
     #[inline(always)]
-    #[allow(clippy::needless_range_loop)] // the same index into eight arrays, kept for lanes
     fn enters(&self, node: &WideNode, limit: f32, near: &mut [f32; WIDTH]) -> u32 {
-        let mut mask = 0;
-        for i in 0..WIDTH {
-            let first = |axis: usize| {
-                (node.planes[self.near[axis]][i] - self.near_origin[axis]) * self.inverse[axis]
+        const { assert!(Quads::LANES == WIDTH) }
+        let v = Quads;
+        let (mut n, mut f) = (v.splat(self.t_min), v.splat(limit));
+        for axis in 0..3 {
+            let to_plane = |plane: usize, origin: Vec3| {
+                v.sub(v.load(&node.planes[plane], 0), v.splat(origin[axis]))
             };
-            let last = |axis: usize| {
-                (node.planes[self.far[axis]][i] - self.far_origin[axis]) * self.wider[axis]
-            };
-            near[i] = first(0).max(first(1)).max(first(2)).max(self.t_min);
-            let far = last(0).min(last(1)).min(last(2)).min(limit);
-            mask |= u32::from(near[i] <= far) << i;
+            let first = to_plane(self.near[axis], self.near_origin);
+            let last = to_plane(self.far[axis], self.far_origin);
+            // `max` and `min` return the second operand if one is NaN, as after an overflow.
+            n = v.max(v.mul(first, v.splat(self.inverse[axis])), n);
+            f = v.min(v.mul(last, v.splat(self.wider[axis])), f);
         }
-        mask
+        v.store(near, 0, u32::MAX, n);
+        v.at_most(n, f)
     }
 }
 

@@ -99,13 +99,13 @@ impl RenderScene {
         bits(doubtful).for_each(|lane| hits.set(lane, self.hit_any_side(&rays.ray(lane))));
     }
 
-    /// Whether rays are traced one by one: packets are not faster, or cannot limit a ray's steps.
+    /// Whether rays are traced one by one: packets cannot limit a ray's steps.
     fn traces_alone(&self) -> bool {
-        self.instances.is_some() || !RayPacket::is_fast() || self.is_crowded()
+        self.instances.is_some() || self.is_crowded()
     }
 
     /// Finds the nearest hits of a packet of rays, whether or not they are visible. Returns a bit
-    /// mask of the rays that must be traced alone: all, if packets are not faster.
+    /// mask of the rays that must be traced alone.
     fn nearest_hits(&self, rays: &RayPacket, hits: &mut PacketHits) -> u32 {
         if self.traces_alone() {
             hits.mask = 0;
@@ -158,6 +158,8 @@ impl SimdKernel for Remaining<'_> {
 mod tests {
     use glam::Vec3;
 
+    use ivcam_base::math::use_portable_arithmetic;
+
     use super::*;
     use crate::scene::CompileOptions;
     use ivcam_inventor::iv::Document;
@@ -193,8 +195,24 @@ mod tests {
         );
     }
 
+    /// Set for a process whose tests use the vectors that every processor has.
+    const PORTABLE: &str = "IVCAM_TEST_PORTABLE";
+
+    #[test]
+    fn a_packet_in_the_vectors_of_every_processor_has_the_hits_of_its_single_rays() {
+        let this = std::env::current_exe().unwrap();
+        let test = "scene::packets::tests::a_packet_has_the_hits_of_its_single_rays";
+        let mut command = std::process::Command::new(this);
+        let run = command.args([test, "--exact"]).env(PORTABLE, "1").output();
+        let output = String::from_utf8(run.unwrap().stdout).unwrap();
+        assert!(output.contains("1 passed"), "{output}");
+    }
+
     #[test]
     fn a_packet_has_the_hits_of_its_single_rays() {
+        if std::env::var_os(PORTABLE).is_some() {
+            use_portable_arithmetic();
+        }
         let text = "#Inventor V2.1 ascii\nSphere { }\nTranslation { translation 1 .4 .5 }\n\
              Cube { width .5 }\nTranslation { translation -2 -1 0 } Cone { }\n\
              Coordinate3 { point [ -1 -1 2, 3 -1 2, 3 2 2.5, -1 2 2 ] }\n\
