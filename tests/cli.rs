@@ -2143,17 +2143,32 @@ fn manual_pages_and_completions_know_every_command_and_option() {
     ] {
         assert!(names.iter().any(|n| n == name), "{names:?}");
     }
-    let page = std::fs::read_to_string(scratch.0.join("ivcam-render.1")).unwrap();
-    for part in [".TH ivcam-render 1", "target\\-error", "white\\-balance"] {
-        assert!(page.contains(part), "{part}");
+    let page = |name: &str| std::fs::read_to_string(scratch.0.join(name)).unwrap();
+    let render = page("ivcam-render.1");
+    for part in [
+        ".TH ivcam-render 1",
+        "target\\-error",
+        "white\\-balance",
+        "catalogue of glasses",
+        "also \\-\\-f\\-number",
+    ] {
+        assert!(render.contains(part), "{part}");
     }
-    for shell in ["bash", "zsh", "fish"] {
+    assert!(page("ivcam.1").contains("\\fB\\-camread\\fR \\fIFILE\\fR"));
+    let one = ivcam("man render").output().unwrap();
+    assert_eq!(String::from_utf8(one.stdout).unwrap(), render);
+    let unknown = stderr(&ivcam("man rendr").output().unwrap());
+    assert!(unknown.contains("did you mean `render`?"), "{unknown}");
+    for (shell, old) in [
+        ("bash", " -camread "),
+        ("zsh", "'-camread["),
+        ("fish", " -o camread "),
+    ] {
         let run = ivcam(&format!("completions {shell}")).output().unwrap();
         assert!(run.status.success(), "{}", stderr(&run));
         let text = String::from_utf8_lossy(&run.stdout);
-        assert!(
-            text.contains("target-error") && text.contains("pull-focus"),
-            "{shell}"
-        );
+        for part in ["target-error", "pull-focus", "mgf2", old] {
+            assert!(text.contains(part), "{shell}: {part}");
+        }
     }
 }

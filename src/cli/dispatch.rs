@@ -10,9 +10,9 @@ use ivcam_base::files::is_output_closed;
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed};
 use super::{
-    catalog, check, compare, converge, convert, convert_folder, expose, farm, flags,
-    folder_of_scenes, frames, lens, merge, nodes, outputs, pull_focus, render, render_folder,
-    shell, stability, team, usage, view, vintage_help, wrong_file,
+    catalog, check, compare, completions, converge, convert, convert_folder, expose, farm, flags,
+    folder_of_scenes, frames, lens, man, merge, nodes, outputs, pull_focus, render,
+    render_folder, stability, team, usage, view, vintage_help, wrong_file,
 };
 use crate::photo::options::command_line;
 use crate::photo::{Era, Plan, Session};
@@ -183,7 +183,7 @@ fn run_command(
         Some(("catalog", m)) => catalog::run(m),
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, words, out),
-        Some(("completions", m)) => shell::complete(m, commands(), out),
+        Some(("completions", m)) => completions::run(m, commands(), out),
         Some(("expose", m)) => expose::run(m, out),
         Some(("farm", m)) => farm::run(m),
         Some(("frames", m)) => frames::run(m, out),
@@ -194,7 +194,7 @@ fn run_command(
             None => convert::run(m, out),
         },
         Some(("lens", m)) => lens::run(m, out),
-        Some(("man", m)) => shell::man(m, &commands(), out),
+        Some(("man", m)) => man::run(m, &commands(), out),
         Some(("merge", m)) => merge::run(m, &command_line(words)),
         Some(("nodes", m)) => nodes::run(m, out),
         Some(("stability", m)) => stability::run(m, out),
@@ -314,8 +314,8 @@ pub(super) fn commands() -> Command {
         .subcommand(nodes::command())
         .subcommand(stability::command())
         .subcommand(view::command())
-        .subcommand(shell::man_command())
-        .subcommand(shell::completions_command())
+        .subcommand(man::command())
+        .subcommand(completions::command())
 }
 
 /// Returns the definition of `ivcam [flags] scene.iv`, the command line of the 1999 program.

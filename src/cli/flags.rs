@@ -173,8 +173,12 @@ fn modern_spellings(words: impl IntoIterator<Item = OsString>) -> Vec<OsString> 
                 .to_str()
                 .and_then(|w| w.strip_prefix('-'))
                 .filter(|_| !literal);
+            let (old, value) = match old.and_then(|old| old.split_once('=')) {
+                Some((old, value)) => (Some(old), format!("={value}")),
+                None => (old, String::new()),
+            };
             let found = old.and_then(|old| all().find(|o| o.vintage == Some(old) && old.len() > 1));
-            found.map_or(word, |option| format!("--{}", option.name).into())
+            found.map_or(word, |option| format!("--{}{value}", option.name).into())
         })
         .collect()
 }
@@ -208,6 +212,8 @@ mod tests {
         ] {
             assert_eq!(m.get_one::<String>(name).unwrap(), value);
         }
+        let attached = parse("-camread=camera/cam-1.dat scene/livroom.iv");
+        assert_eq!(attached.get_one::<String>("camera"), m.get_one("camera"));
     }
 
     #[test]

@@ -82,7 +82,7 @@ fn spelling_in(word: &str, option: &Opt) -> Option<String> {
     }
     let vintage = format!("-{}", option.vintage?);
     let attached = vintage.len() == 2 && word.starts_with(&vintage);
-    (word == vintage || attached).then_some(vintage)
+    (name == vintage || attached).then_some(vintage)
 }
 
 /// Reports an option that needs a value and is followed by another option.
