@@ -2172,3 +2172,46 @@ fn manual_pages_and_completions_know_every_command_and_option() {
         }
     }
 }
+
+#[test]
+fn licenses_name_crates_typefaces_and_lenses_and_the_bill_of_materials_is_whole() {
+    let said = |line: &str| String::from_utf8(ivcam(line).output().unwrap().stdout).unwrap();
+    let list = said("licenses");
+    for part in [
+        "rayon 1",
+        "GUST Font License",
+        "US 2,673,491",
+        "MIT OR Apache-2.0",
+    ] {
+        assert!(list.contains(part), "{part}");
+    }
+    assert!(
+        !list.contains("proptest"),
+        "tests are no part of the program"
+    );
+    let bill: serde_json::Value = serde_json::from_str(&said("licenses --sbom")).unwrap();
+    assert_eq!(bill["metadata"]["component"]["name"], "ivcam");
+    let components = bill["components"].as_array().unwrap();
+    let crates = components.iter().filter(|c| c["type"] == "library");
+    for component in crates {
+        let license = component["licenses"][0]["expression"].as_str();
+        assert!(
+            license.is_some_and(|license| !license.is_empty()),
+            "{component}"
+        );
+        let is_own = component["name"].as_str().unwrap().starts_with("ivcam-");
+        let hash = component["hashes"][0]["content"].as_str();
+        assert!(
+            is_own || hash.is_some_and(|hash| hash.len() == 64),
+            "{component}"
+        );
+    }
+    let needs = bill["dependencies"].as_array().unwrap().iter();
+    let refs = needs.flat_map(|entry| entry["dependsOn"].as_array().unwrap());
+    for reference in refs {
+        assert!(
+            components.iter().any(|c| c["bom-ref"] == *reference),
+            "{reference}"
+        );
+    }
+}

@@ -11,7 +11,7 @@ use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed};
 use super::{
     catalog, check, compare, completions, converge, convert, convert_folder, expose, farm, flags,
-    folder_of_scenes, frames, lens, man, merge, nodes, outputs, pull_focus, render,
+    folder_of_scenes, frames, lens, licenses, man, merge, nodes, outputs, pull_focus, render,
     render_folder, stability, team, usage, view, vintage_help, wrong_file,
 };
 use crate::photo::options::command_line;
@@ -194,6 +194,7 @@ fn run_command(
             None => convert::run(m, out),
         },
         Some(("lens", m)) => lens::run(m, out),
+        Some(("licenses", m)) => licenses::run(m, out),
         Some(("man", m)) => man::run(m, &commands(), out),
         Some(("merge", m)) => merge::run(m, &command_line(words)),
         Some(("nodes", m)) => nodes::run(m, out),
@@ -314,6 +315,7 @@ pub(super) fn commands() -> Command {
         .subcommand(nodes::command())
         .subcommand(stability::command())
         .subcommand(view::command())
+        .subcommand(licenses::command())
         .subcommand(man::command())
         .subcommand(completions::command())
 }

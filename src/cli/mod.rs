@@ -31,6 +31,7 @@ mod lens_json;
 mod lens_list;
 mod lens_request;
 mod lens_survey;
+mod licenses;
 mod man;
 pub(crate) mod merge;
 mod messages;

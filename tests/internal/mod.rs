@@ -6,6 +6,7 @@
 mod cameras;
 pub(crate) mod common;
 mod defaults;
+mod dependencies;
 mod film;
 mod fit;
 mod glass;

@@ -43,5 +43,8 @@ pub use solid::{SolidParts, text3};
 pub use style::{Justify, TextStyle, Vrml97Style};
 pub(crate) use vrml97_bounds::vrml97_bounds;
 
+/// The licenses of the shipped typefaces, as text.
+pub const LICENSE: &str = include_str!("fonts/LICENSE.txt");
+
 #[cfg(test)]
 mod tests;
