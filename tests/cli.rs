@@ -837,6 +837,22 @@ fn flags_without_effect_and_flags_that_combine_are_reported() {
         "{idle}"
     );
     assert!(said("--efl 20mm --zoom 2").contains("40 mm"));
+    let of_paths = said("--sky 30 --clamp 2 --colors linear --emission 2");
+    assert!(
+        of_paths.contains(
+            "with model recursive, `--colors`, `--emission`, `--sky` and `--clamp` do nothing"
+        ) && of_paths.contains("`--shading path`"),
+        "{of_paths}"
+    );
+    assert!(said("--shading gl --mirrors all").contains("with model gl, `--mirrors` does nothing"));
+    assert!(said("--disc polar").contains("at the exit pupil, `--disc` does nothing"));
+    for used in [
+        "--shading path --sky 30 --max-depth 2",
+        "--mirrors all",
+        "--pupil rear --disc polar",
+    ] {
+        assert!(!said(used).contains("nothing"), "{used}");
+    }
     assert_eq!(said("--f-number f/8 --focus-by lens --headlight on"), "");
     for flag in ["--aperture f/8", "--f-number 8"] {
         let sheet = ivcam(&format!("lens double-gauss {flag}"))
@@ -1807,8 +1823,8 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 }
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
-/// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE` and `TEXT` stand for files.
-const MISTAKES: [(&str, &str, &str); 54] = [
+/// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
+const MISTAKES: [(&str, &str, &str); 88] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2035,6 +2051,148 @@ const MISTAKES: [(&str, &str, &str); 54] = [
         "`--output <FILE>` is missing",
         "`ivcam merge --help`",
     ),
+    (
+        "render SCENE --lens TEXT",
+        "the lens has no surfaces",
+        "file of Zemax",
+    ),
+    ("lens TEXT", "the lens has no surfaces", "file of Zemax"),
+    (
+        "render SCENE --camera TEXT",
+        "no camera in the file",
+        "`PerspectiveCamera",
+    ),
+    ("render FBX", "no scene of a known format", "glTF"),
+    ("render ZIP", "no scene of a known format", "unpack it"),
+    (
+        "render https://example.org/a.iv",
+        "is a network address",
+        "download it",
+    ),
+    ("render nosuch.iv", "`nosuch.iv`: no such file", ""),
+    ("render SCENE -o FOLDER", "is a folder", "name of a file"),
+    (
+        "render SCENE -o nosuch/a.png",
+        "there is no folder `nosuch`",
+        "",
+    ),
+    (
+        "render SCENE --force",
+        "`--force` is for a folder of scenes",
+        "leave it out",
+    ),
+    (
+        "render SCENE --aperture 0",
+        "`--aperture 0` is not an f-number",
+        "f/8",
+    ),
+    (
+        "render SCENE --efl fifty",
+        "`--efl fifty` is not a focal length",
+        "20mm",
+    ),
+    (
+        "render SCENE --film 35mm",
+        "`--film 35mm` is not a film size",
+        "36x24",
+    ),
+    (
+        "render SCENE --exposure -1",
+        "`--exposure -1` is not a factor",
+        "a stop less 0.5",
+    ),
+    (
+        "render SCENE --focus far",
+        "`--focus far` is not a distance",
+        "inf",
+    ),
+    (
+        "render SCENE --shutter 60",
+        "`--shutter 60` is not a time",
+        "1/60",
+    ),
+    (
+        "render SCENE --iso 400",
+        "need an open shutter",
+        "`--shutter 1/60`",
+    ),
+    (
+        "render SCENE --lens none --shutter 1/60",
+        "a pinhole has no aperture",
+        "give a lens",
+    ),
+    (
+        "render SCENE --white-balance daylight",
+        "is not a color temperature",
+        "5500K for daylight",
+    ),
+    (
+        "render SCENE --response kodak",
+        "no response named `kodak`",
+        "use linear, srgb",
+    ),
+    (
+        "render SCENE --shading raytrace",
+        "is not a shading model",
+        "r (recursive)",
+    ),
+    (
+        "render SCENE --target-error 5",
+        "is not a relative error",
+        "1%",
+    ),
+    (
+        "render SCENE --ghosts yes",
+        "`--ghosts yes` is not one of",
+        "on, off",
+    ),
+    (
+        "render SCENE --every 5m",
+        "`--every` needs the file",
+        "`--checkpoint FILE`",
+    ),
+    (
+        "render SCENE --size 99999x99999",
+        "is too large",
+        "65536 pixels",
+    ),
+    (
+        "catalog",
+        "`--output <OUT>` and `<FOLDER>` are missing",
+        "`ivcam catalog --help`",
+    ),
+    (
+        "catalog SCENE -o q",
+        "is not a folder",
+        "`ivcam check` reads one scene",
+    ),
+    (
+        "compare PICTURE",
+        "no old picture is named",
+        "`ivcam compare --help`",
+    ),
+    (
+        "merge PICTURE -o q.exr",
+        "is not a checkpoint",
+        "`ivcam render --checkpoint",
+    ),
+    (
+        "convert SCENE -o s.fbx",
+        "does not name the format",
+        "`.glb`",
+    ),
+    ("nodes Kube", "no node class `Kube`", "`Cube`"),
+    ("help rendr", "no command `rendr`", "`render`"),
+    (
+        "pull-focus SCENE",
+        "`--from` is missing",
+        "`--animate FILE`",
+    ),
+    (
+        "pull-focus SCENE --from 1 --to 2 -o m.avi",
+        "cannot tell the movie's format",
+        ".mp4",
+    ),
 ];
 
 #[test]
@@ -2052,6 +2210,8 @@ fn mistakes_are_answered_by_what_is_wrong_and_what_to_do() {
         ("CAMERA", root().join("camera/cam-1.dat")),
         ("PICTURE", picture),
         ("TEXT", scratch.file("notes.txt", "hello\n")),
+        ("FBX", scratch.file("scene.fbx", "Kaydara FBX Binary")),
+        ("ZIP", scratch.file("scene.zip", "PK\u{3}\u{4}")),
     ];
     let before = scratch.names();
     for (line, wrong, help) in MISTAKES {

@@ -178,7 +178,10 @@ fn run_command(
         None => render::run(matches, Era::Vintage, words),
         Some(("render", m)) => match folder_of_scenes(m) {
             Some(folder) => render_folder::run(m, words, &folder),
-            None => render::run(m, Era::Modern, words),
+            None => {
+                render_folder::check_alone(m)?;
+                render::run(m, Era::Modern, words)
+            }
         },
         Some(("catalog", m)) => catalog::run(m),
         Some(("check", m)) => check::run(m, out),
@@ -271,6 +274,17 @@ fn check_first_word(word: &str) -> Result<()> {
         Some(near) => error.with_help(format!("did you mean `{near}`?")),
         None => error.with_help("`ivcam help` lists the commands"),
     })
+}
+
+/// Returns the error for a command that does not exist.
+pub(super) fn unknown_command(name: &str) -> Box<Diagnostic> {
+    let error = Diagnostic::not_found(format!("there is no command `{name}`"));
+    let names = commands();
+    let names = names.get_subcommands().map(clap::Command::get_name);
+    match ivcam_base::diag::nearest(name, names) {
+        Some(near) => error.with_help(format!("did you mean `{near}`?")),
+        None => error.with_help("`ivcam help` lists the commands"),
+    }
 }
 
 /// Returns the definition of `ivcam COMMAND …`.

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use clap::{Arg, ArgMatches, Command};
 use clap_mangen::Man;
-use ivcam_base::diag::{Diagnostic, Result, nearest};
+use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::write_whole;
 
 use super::{exit_code, flags, text, value};
@@ -57,15 +57,8 @@ pub(super) fn run(m: &ArgMatches, commands: &Command, out: &mut dyn Write) -> Re
 
 /// Returns the command of a name.
 fn named<'a>(commands: &'a Command, name: &str) -> Result<&'a Command> {
-    let error = || {
-        let error = Diagnostic::not_found(format!("there is no command `{name}`"));
-        let names = commands.get_subcommands().map(Command::get_name);
-        match nearest(name, names) {
-            Some(near) => error.with_help(format!("did you mean `{near}`?")),
-            None => error.with_help("`ivcam help` lists the commands"),
-        }
-    };
-    commands.find_subcommand(name).ok_or_else(error)
+    let found = commands.find_subcommand(name);
+    found.ok_or_else(|| super::unknown_command(name))
 }
 
 /// Returns the name of a command's page.

@@ -376,6 +376,7 @@ fn finish(
             &flags::given_options(matches),
             &idle,
             "with the lens in the scene",
+            "leave it out; the scene has the lens and the film as solids",
         );
         idle.iter().for_each(|warning| print_diagnostic(warning));
     }

@@ -29,6 +29,18 @@ pub(crate) fn remake() -> Arg {
     switch(REMAKE, help).long("force")
 }
 
+/// Refuses `--force` for one scene.
+///
+/// # Errors
+/// Returns an error if it was given.
+pub(crate) fn check_alone(m: &ArgMatches) -> Result<()> {
+    if !is_remade(m) {
+        return Ok(());
+    }
+    let error = Diagnostic::error("`--force` is for a folder of scenes");
+    Err(error.with_help("leave it out; the picture of one scene is always made"))
+}
+
 /// Returns whether `--force` was given.
 pub(crate) fn is_remade(m: &ArgMatches) -> bool {
     m.get_flag(REMAKE)

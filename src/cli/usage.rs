@@ -141,8 +141,7 @@ pub(super) fn explained(
         ErrorKind::UnknownArgument => unknown(&named, command),
         ErrorKind::InvalidSubcommand => {
             let word = text(ContextKind::InvalidSubcommand).unwrap_or_default();
-            let unknown = Diagnostic::not_found(format!("there is no command `{word}`"));
-            unknown.with_help("`ivcam help` lists the commands")
+            super::unknown_command(&word)
         }
         ErrorKind::MissingRequiredArgument => missing(&named, typed, command),
         ErrorKind::InvalidValue if text(ContextKind::InvalidValue).is_none_or(|v| v.is_empty()) => {
@@ -246,10 +245,20 @@ fn one_too_many(word: &str) -> Box<Diagnostic> {
 /// Explains an argument that is not there.
 fn missing(named: &str, typed: &[OsString], command: &Command) -> Box<Diagnostic> {
     let error = match named.starts_with('-') {
-        true => Diagnostic::error(format!("`{named}` is missing")),
+        true => {
+            let verb = if named.contains("`, `") { "are" } else { "is" };
+            Diagnostic::error(format!(
+                "`{}` {verb} missing",
+                named.replace("`, `", "` and `")
+            ))
+        }
         false => {
             let what = named.trim_matches(['<', '>', '.']).to_lowercase();
-            Diagnostic::error(format!("no {what} is named"))
+            let kind = match what.as_str() {
+                "old" | "new" => " picture",
+                _ => "",
+            };
+            Diagnostic::error(format!("no {what}{kind} is named"))
         }
     };
     let swallowed = typed.windows(2).find_map(|pair| match pair {

@@ -1,5 +1,6 @@
 //! Recognizes a file that is given in the place of one of another kind.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Read as _;
 use std::path::Path;
@@ -37,10 +38,28 @@ pub(super) fn explained(matches: &ArgMatches) -> Option<Box<Diagnostic>> {
     let mut wrong = places.filter_map(|(place, expected)| {
         let value = matches.try_get_raw(place).ok().flatten()?.next_back()?;
         let path = Path::new(value);
+        if is_address(value) {
+            let error = format!(
+                "`{}` is a network address, and files are not downloaded",
+                path.display()
+            );
+            return Some(
+                Diagnostic::error(error).with_help("download it, and name the file in its place"),
+            );
+        }
         let found = kind_of(path).filter(|found| found != expected)?;
         Some(message(path, *expected, found, *place == "camera"))
     });
     wrong.next()
+}
+
+fn is_address(value: &OsStr) -> bool {
+    let begins = |scheme: &str| {
+        value
+            .to_str()
+            .is_some_and(|value| value.starts_with(scheme))
+    };
+    ["http://", "https://", "ftp://"].into_iter().any(begins)
 }
 
 /// Returns the kind of a file, if it is known.

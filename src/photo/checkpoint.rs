@@ -86,7 +86,9 @@ impl Checkpoint {
         let is_checkpoint = from.read_exact(&mut magic).is_ok() && magic == MAGIC;
         if !is_checkpoint {
             let text = format!("`{name}` is not a checkpoint of ivcam");
-            return Err(is_other(text, "give the checkpoint another name"));
+            let help =
+                "`ivcam render --checkpoint FILE` writes one; give it the name of a new file";
+            return Err(is_other(text, help));
         }
         let damaged = |e: std::io::Error| {
             let text = match e.kind() {

@@ -6,6 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::Meters;
+use ivcam_render::shade::Shading;
 
 use super::given::GivenOptions;
 use super::lens::lens_options;
@@ -33,34 +34,19 @@ impl Plan {
         for (parse, _) in all().filter_map(|option| option.plan) {
             parse(&mut plan, words, sink)?;
         }
-        let idle = match plan.optics {
-            Optics::Lens(_) if plan.solids => {
-                let lacking = [OptionNeeds::Traced, OptionNeeds::Pinhole];
-                idle_options(words, &lacking, "with the lens as solids")
-            }
-            Optics::Lens(_) => idle_options(words, &[OptionNeeds::Pinhole], "with a lens"),
-            Optics::Ideal(_) => idle_options(
-                words,
-                &[
-                    OptionNeeds::Pinhole,
-                    OptionNeeds::Prescription,
-                    OptionNeeds::Traced,
-                    OptionNeeds::Pupil,
-                ],
-                "with an ideal lens",
-            ),
-            Optics::Pinhole => idle_options(
-                words,
-                &[
-                    OptionNeeds::Lens,
-                    OptionNeeds::Prescription,
-                    OptionNeeds::Traced,
-                    OptionNeeds::Pupil,
-                ],
-                "without a lens",
+        let (lacking, circumstance, help) = lacking_by_optics(&plan);
+        let by_optics = idle_options(words, lacking, circumstance, help);
+        let (lacking, help): (&[OptionNeeds], _) = match plan.shading {
+            Shading::Path => (&[], ""),
+            Shading::Recursive => (&[OptionNeeds::Path], "`--shading path` uses such options"),
+            _ => (
+                &[OptionNeeds::Path, OptionNeeds::Reflections],
+                "`--shading recursive` and `--shading path` follow light from surface to surface",
             ),
         };
-        if let Some(warning) = idle {
+        let circumstance = format!("with model {}", plan.shading.name());
+        let by_model = idle_options(words, lacking, &circumstance, help);
+        for warning in by_optics.into_iter().chain(by_model) {
             sink.add(*warning);
         }
         Ok(plan)
@@ -140,12 +126,42 @@ impl LensChoice {
     }
 }
 
+/// Returns the requirements of options that a plan's lens does not meet, with the words that
+/// describe why, and what to do.
+fn lacking_by_optics(plan: &Plan) -> (&'static [OptionNeeds], &'static str, &'static str) {
+    use OptionNeeds::{Lens, Pinhole, Prescription, Pupil, Traced};
+    const A_LENS: &str = "leave it out, or name a lens, such as `--lens double-gauss`";
+    match plan.optics {
+        Optics::Lens(_) if plan.solids => (
+            &[Traced, Pinhole],
+            "with the lens as solids",
+            "leave it out, or `--solids`",
+        ),
+        Optics::Lens(_) => (
+            &[Pinhole],
+            "with a lens",
+            "leave it out, or give `--lens none`",
+        ),
+        Optics::Ideal(_) => (
+            &[Pinhole, Prescription, Traced, Pupil],
+            "with an ideal lens",
+            A_LENS,
+        ),
+        Optics::Pinhole => (
+            &[Lens, Prescription, Traced, Pupil],
+            "without a lens",
+            A_LENS,
+        ),
+    }
+}
+
 /// Returns a warning about given options that have no effect, because a requirement in `lacking` is
-/// not met. `circumstance` describes why.
+/// not met. `circumstance` describes why, and `help` says what to do.
 pub(crate) fn idle_options(
     words: &GivenOptions,
     lacking: &[OptionNeeds],
     circumstance: &str,
+    help: &'static str,
 ) -> Option<Box<Diagnostic>> {
     let idle: Vec<String> = all()
         .filter(|option| lacking.contains(&option.needs) && words.has(option.name))
@@ -158,9 +174,8 @@ pub(crate) fn idle_options(
         [] => (last.clone(), "does"),
         _ => (format!("{} and {last}", rest.join(", ")), "do"),
     };
-    Some(Diagnostic::warning(format!(
-        "{circumstance}, {list} {verb} nothing"
-    )))
+    let warning = Diagnostic::warning(format!("{circumstance}, {list} {verb} nothing"));
+    Some(warning.with_help(help))
 }
 
 /// Returns a command line of these arguments, quoted for a shell. The first argument, the program's

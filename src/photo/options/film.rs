@@ -22,7 +22,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     )
     .plan(
         |plan, words, _| {
-            let size = words.parsed("film", "a film size such as 36x24", film_size)?;
+            let size = words.parsed("film", "a film size in millimeters, such as 36x24, which is film of 35 mm", film_size)?;
             set(&mut plan.film, size);
             Ok(())
         },
@@ -164,7 +164,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         |plan, words, _| {
             // Beyond these, exposures overflow single precision.
             let factor = |word: &str| positive(word).filter(|x| (1e-30..=1e30).contains(x));
-            let factor = words.parsed("exposure", "a number from 1e-30 to 1e30", factor)?;
+            let factor = words.parsed("exposure", "a factor from 1e-30 to 1e30; a stop more is 2, a stop less 0.5", factor)?;
             set(&mut plan.exposure, factor);
             Ok(())
         },
@@ -253,7 +253,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         |plan, words, _| {
             let kelvin = |word: &str| word.trim_end_matches('K').parse().ok();
             let balance = |word: &str| kelvin(word).and_then(WhiteBalance::of_kelvin);
-            let expects = "a color temperature from 2500 to 25000 K, such as 3200K";
+            let expects = "a color temperature from 2500 to 25000 K, such as 3200K for lamps or 5500K for daylight";
             if let Some(balance) = words.parsed("white-balance", expects, balance)? {
                 plan.response = plan.response.balanced(Some(balance));
             }

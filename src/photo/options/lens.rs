@@ -61,7 +61,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
-            let expects = "a distance greater than 0, such as 1.2 or 40cm";
+            let expects = "a distance greater than 0, such as 1.2, 40cm or inf";
             plan.focus = words.parsed("focus", expects, distance)?;
             Ok(())
         },

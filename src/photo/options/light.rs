@@ -3,7 +3,7 @@
 use ivcam_render::scene::TextureFilter;
 use ivcam_render::shade::Shading;
 
-use super::option::{Opt, Takes};
+use super::option::{Opt, OptionNeeds, Takes};
 use super::values::{if_any, set, unless_default};
 use crate::photo::headlight::Headlight;
 
@@ -50,6 +50,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
         Takes::One("off|all|SHARE"),
         "surfaces that model r draws as mirrors: those that reflect at least this share of the light, specular times shininess [1999: all, now: off]",
     )
+    .needs(OptionNeeds::Reflections)
     .plan(
         |plan, words, _| {
             let expected = "off, all or a number from 0 to 1, such as 0.3";
@@ -92,6 +93,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
         Takes::One("N"),
         "largest number of successive reflections and refractions, for model r [5; with --solids: 64]; for model i, of surfaces that scatter light on its way [no limit]",
     )
+    .needs(OptionNeeds::Reflections)
     .plan(
         |plan, words, _| {
             let depth = |w: &str| w.parse().ok().filter(|n| *n <= 10_000);
@@ -105,8 +107,8 @@ pub(super) static OPTIONS: [Opt; 5] = [
 
 /// Returns the description of the values of `--shading` for messages.
 fn models() -> String {
-    let letters = Shading::ALL.map(|model| model.letter().to_string());
-    match letters.split_last() {
+    let names = Shading::ALL.map(|model| format!("{} ({})", model.letter(), model.name()));
+    match names.split_last() {
         Some((last, rest)) => format!("a shading model: {} or {last}", rest.join(", ")),
         None => "a shading model".into(),
     }

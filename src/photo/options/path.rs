@@ -5,7 +5,7 @@ use ivcam_inventor::pose::ViewDirection;
 use ivcam_render::scene::ColorCoding;
 use ivcam_render::shade::{ClearSky, Shading};
 
-use super::option::{Opt, Takes};
+use super::option::{Opt, OptionNeeds, Takes};
 use super::values::{
     POSITIVE, angle, degrees, distance, distance_word, finite, if_any, positive, set, switch,
     unless_default,
@@ -19,6 +19,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("display|linear"),
         "for model i: the file's colors are levels of a display, decoded by sRGB, or amounts of light; with display the response is srgb unless given [display]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let names = [("display", ColorCoding::Display), ("linear", ColorCoding::Linear)];
@@ -41,6 +42,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("SCALE"),
         "for model i: multiplies emissive colors, which light the scene; 0 turns them off [1]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let scale = |word: &str| finite(word).filter(|x| (0.0..=1e9).contains(x));
@@ -56,6 +58,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("LENGTH"),
         "for model i: the diameter of point and spot lights, such as 5cm; their shadows are soft [0]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let size = |word: &str| match word {
@@ -78,6 +81,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("DEGREES"),
         "for model i: the angle across directional lights; the sun's is 0.53 [0]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let size = |word: &str| angle(word).filter(|a| *a >= 0.0);
@@ -97,6 +101,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("FILE|background"),
         "for model i: light from an equirectangular picture (EXR, HDR, PNG), its middle toward -z, or from the scene's Background [the file's ambient light]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let light = |word: &str| match word {
@@ -120,6 +125,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("ELEVATION[,AZIMUTH]"),
         "for model i: a clear sky, with the sun at these angles in degrees above the horizon and from -z toward +x [the file's ambient light; azimuth 45]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let expects = "an angle from 1 to 90 and one from -360 to 360, such as 30,45";
@@ -141,6 +147,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
         Takes::One("RADIANCE"),
         "for model i: limits the indirect light of each path, which hides bright specks and darkens the picture [no limit]",
     )
+    .needs(OptionNeeds::Path)
     .plan(
         |plan, words, _| {
             let limit = words.parsed("clamp", POSITIVE, positive)?;

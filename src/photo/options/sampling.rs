@@ -62,7 +62,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new("seed", Takes::One("N"), "seed of all random numbers [0]")
         .plan(
             |plan, words, _| {
-                let seed = words.parsed("seed", "a whole number", |w| w.parse().ok())?;
+                let seed = words.parsed("seed", "a whole number from 0", |w| w.parse().ok())?;
                 set(&mut plan.seed, seed);
                 Ok(())
             },
@@ -106,10 +106,16 @@ pub(super) static OPTIONS: [Opt; 9] = [
     )
     .needs(OptionNeeds::Pupil)
     .plan(
-        |plan, words, _| {
+        |plan, words, sink| {
             let map = words.named("disc", &DISC_MAPS)?;
-            if let Aim::RearElement(present) = &mut plan.aim {
-                set(present, map);
+            let has_lens = plan.lens().is_some();
+            match &mut plan.aim {
+                Aim::RearElement(present) => set(present, map),
+                Aim::ExitPupil if map.is_some() && has_lens => {
+                    let warning = Diagnostic::warning("at the exit pupil, `--disc` does nothing");
+                    sink.add(*warning.with_help("leave it out, or give `--pupil rear`"));
+                }
+                Aim::ExitPupil => {}
             }
             Ok(())
         },

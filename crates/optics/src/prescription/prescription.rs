@@ -385,8 +385,12 @@ pub(crate) fn check(
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
     check_count(prescription.surfaces.len(), source)?;
     if prescription.surfaces.is_empty() {
-        return Err(fail(Span::at(0), "the lens has no surfaces".into())
-            .with_help("a row is: radius, thickness, index, aperture diameter"));
+        return Err(
+            fail(Span::at(0), "the lens has no surfaces".into()).with_help(
+                "a lens is a table with the rows radius, thickness, index, aperture diameter, or a \
+                        file of Zemax (.zmx), CODE V (.seq), OSLO (.len) and others",
+            ),
+        );
     }
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         check_numbers(i, surface, &fail, &place)?;

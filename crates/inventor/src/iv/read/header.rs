@@ -311,6 +311,32 @@ fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r')
 }
 
+/// The first bytes of files that people take for scenes, and what to do with them.
+const OTHER_FORMATS: [(&[u8], &str); 7] = [
+    (b"<", "of the formats in XML, X3D is read"),
+    (
+        b"BLENDER",
+        "a file of Blender; export it there as glTF (.glb)",
+    ),
+    (
+        b"Kaydara FBX",
+        "an FBX file; convert it to glTF (.glb), with Blender for example",
+    ),
+    (
+        b"; FBX",
+        "an FBX file; convert it to glTF (.glb), with Blender for example",
+    ),
+    (
+        b"#usda",
+        "USD is written and not read; export the scene as glTF (.glb)",
+    ),
+    (
+        b"PXR-USDC",
+        "USD is written and not read; export the scene as glTF (.glb)",
+    ),
+    (b"PK\x03\x04", "a ZIP archive; unpack it"),
+];
+
 /// Returns the error for a file with an unknown header.
 fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
     let expected = "Inventor, VRML, X3D, glTF, OBJ, PLY and STL are read; the first line of an Inventor file is \
@@ -329,11 +355,10 @@ fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
         .map(|c| if c.is_control() { '?' } else { c })
         .collect();
     let message = format!("`{name}` is no scene of a known format: it begins with `{begins}`");
-    let help = if text.starts_with('<') {
-        "of the formats in XML, X3D is read"
-    } else {
-        expected
-    };
+    let other = OTHER_FORMATS
+        .iter()
+        .find(|(begin, _)| start.starts_with(begin));
+    let help = other.map_or(expected, |(_, help)| help);
     Diagnostic::error(message)
         .in_file(name)
         .of_kind(ErrorKind::Damaged)
