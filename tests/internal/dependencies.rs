@@ -37,6 +37,34 @@ fn the_table_of_dependencies_has_every_package_of_the_lock_file() {
     );
 }
 
+#[test]
+fn the_page_of_dependencies_says_what_each_direct_one_is_for() {
+    let page = std::fs::read_to_string(format!("{ROOT}/docs/dependencies.md")).unwrap();
+    let table = page.split("## Held back").next().unwrap();
+    let is_own = |name: &str| name.starts_with("ivcam") || name == "measure";
+    let locked = locked();
+    let own = locked
+        .iter()
+        .filter(|(package, _)| is_own(package.split(' ').next().unwrap()));
+    let needed = own.flat_map(|(_, package)| &package.needs);
+    let mut names: Vec<&str> = needed.filter_map(|need| need.split(' ').next()).collect();
+    names.retain(|name| !is_own(name));
+    names.sort_unstable();
+    names.dedup();
+    for name in &names {
+        assert!(
+            table.contains(&format!("`{name}`")),
+            "{name} is not on the page"
+        );
+    }
+    let rows = table.lines().filter(|line| line.starts_with("| `"));
+    let cells = rows.flat_map(|row| row.split('|').nth(1).unwrap().split(", "));
+    for cell in cells {
+        let name = cell.trim().trim_matches('`');
+        assert!(names.contains(&name), "{name} is no dependency any more");
+    }
+}
+
 /// Reads the packages of Cargo.lock by name and version.
 fn locked() -> BTreeMap<String, Package> {
     let lock = std::fs::read_to_string(format!("{ROOT}/Cargo.lock")).unwrap();
