@@ -6,8 +6,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ivcam_base::diag::{Severity, Sink, Source};
-use ivcam_optics::lens::{Lens, LensSheet, open_prescription};
+use ivcam_base::diag::{Diagnostic, Severity, Sink, Source};
+use ivcam_base::math::Meters;
+use ivcam_optics::lens::{FocusMethod, Lens, LensSheet, SheetSetting, open_prescription};
 use ivcam_optics::prescription::Reading;
 use ivcam_optics::prescription::formats;
 use ivcam_optics::prescription::formats::write::{Target, write};
@@ -209,6 +210,81 @@ fn the_field_and_the_wavelengths_of_a_file_are_those_of_its_sheet() {
         let ends = [sheet.color[0], sheet.color[30]].map(|row| row.wavelength_nm);
         assert_eq!(ends, [900.0, 1200.0], "{name}");
     }
+}
+
+/// Lenses whose object is 300 mm in front of them and 8 mm high, in five formats. The sheet opens
+/// at the image of its edge: traced chief rays near the axis have that magnification.
+#[test]
+fn a_field_of_the_object_is_its_image_on_the_sheet() {
+    let zemax = "VERS 1\nMODE SEQ\nUNIT MM\nENPD 20\nFTYP 1 0 2 1 0 0 0\nXFLN 0 4.8 90\n\
+        YFLN 0 6.4 90\nWAVM 1 0.5875618 1\nSURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ 260\n\
+        SURF 1\n  TYPE STANDARD\n  CURV 0\n  DISZ 40\n\
+        SURF 2\n  STOP\n  TYPE STANDARD\n  CURV 0.016\n  DISZ 6\n  GLAS N-BK7\n  DIAM 12.7\n\
+        SURF 3\n  TYPE STANDARD\n  CURV -0.0225\n  DISZ 2.5\n  GLAS N-SF6\n  DIAM 12.7\n\
+        SURF 4\n  TYPE STANDARD\n  CURV -0.0075\n  DISZ 97\n  DIAM 12.7\n\
+        SURF 5\n  TYPE STANDARD\n  CURV 0\n  DISZ 0\n";
+    let code_v = "RDM;LEN\nDIM M\nEPD 20\nWL 587.5618\nYOB 0 -8\nSO 0 300\nS 62.5 6 NBK7\n STO\n \
+        CIR 12.7\nS -44.444444 2.5 NSF6\n CIR 12.7\nS -133.33333 97\n CIR 12.7\nSI 0 0\nGO\n";
+    let oslo = "LEN NEW \"a\" 100 3\nEBR 10\nOBH -8\nUNI 1.0\nAIR\nTH 260\nNXT\nAIR\nTH 40\n\
+        NXT\nGLA N-BK7\nRD 62.5\nTH 6\nAP 12.7\nAST\nNXT\nGLA N-SF6\nRD -44.444444\nTH 2.5\n\
+        AP 12.7\nNXT\nAIR\nRD -133.33333\nTH 97\nAP 12.7\nNXT\nAIR\nEND 5\n";
+    let shared = |name: &str, changes: [[&str; 2]; 3]| {
+        let text = std::fs::read_to_string(folder().join(name)).unwrap();
+        let change = |text: String, [from, to]: [&str; 2]| {
+            assert!(text.contains(from), "{name}: {from}");
+            text.replacen(from, to, 1)
+        };
+        changes.into_iter().fold(text, change)
+    };
+    let rayoptics = shared(
+        "triplet.roa",
+        [
+            ["\"object\",\"angle\"", "\"object\",\"height\""],
+            ["\"_value\":10.0", "\"_value\":8.0"],
+            ["\"thi\":10000000000.0", "\"thi\":300.0"],
+        ],
+    );
+    let optiland = shared(
+        "triplet-optiland.json",
+        [
+            ["AngleField", "ObjectHeightField"],
+            ["\"y\": 10,", "\"y\": 8,"],
+            ["-Infinity", "-300.0"],
+        ],
+    );
+    for (name, text) in [
+        ("a.zmx", zemax),
+        ("a.seq", code_v),
+        ("a.len", oslo),
+        ("a.roa", &rayoptics),
+        ("a.json", &optiland),
+    ] {
+        let source = Arc::new(Source::new(name, text.as_bytes().to_vec()));
+        let read = formats::read(&source, &mut Sink::new());
+        let lens = Lens::new(read.unwrap_or_else(|e| panic!("{name}: {e}")));
+        let focus = lens.focus(FocusMethod::Film, Meters(0.3)).unwrap();
+        let setting = SheetSetting {
+            focus: Some(&focus),
+            ..SheetSetting::default()
+        };
+        let sheet = LensSheet::at(&lens, &setting).unwrap();
+        let object = sheet.image_height / sheet.projection_scale.abs();
+        assert_eq!(sheet.projection, "m y", "{name}");
+        assert!((object / 8.0 - 1.0).abs() < 1e-5, "{name}: {object}");
+    }
+}
+
+/// A field of the object without a finite object says nothing: the message says what to do.
+#[test]
+fn a_field_of_an_object_at_infinity_is_said_to_be_lost() {
+    let text = "RDM;LEN\nDIM M\nEPD 20\nYOB 0 8\nS 62.5 6 NBK7\n STO\n CIR 12.7\n\
+        S -44.444444 97\n CIR 12.7\nSI 0 0\nGO\n";
+    let mut sink = Sink::new();
+    let source = Arc::new(Source::new("a.seq", text.as_bytes().to_vec()));
+    let lens = formats::read(&source, &mut sink).unwrap();
+    assert_eq!((lens.image_height, lens.half_field), (None, None));
+    let is_said = |d: &Diagnostic| d.message.contains("a height of the object");
+    assert!(sink.items().iter().any(|d| is_said(d)));
 }
 
 /// A glass that is opaque in the visible is traced at its own wavelength, in the index that its

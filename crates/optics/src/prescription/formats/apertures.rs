@@ -27,6 +27,10 @@ pub(super) struct Beam {
     pub vignetting: f64,
     /// The height of the edge of the field in the image, if the file gives it instead of an angle.
     pub image_height: Option<f64>,
+    /// The height of the edge of the field on the object, if the file gives it instead of an angle.
+    pub object_height: Option<f64>,
+    /// The distance of the object in front of the first surface, if it is finite.
+    pub object_distance: Option<f64>,
     /// The place of the f-number or of the entrance pupil in the file, if that is stated.
     pub stated: Option<Span>,
 }
@@ -42,6 +46,26 @@ impl Beam {
     pub(super) fn state_f_number(&mut self, f_number: f64, span: Span) {
         self.f_number = Some(f_number).filter(|n| *n > 0.0);
         self.stated = Some(span);
+    }
+
+    /// The height of the object and its distance; none if one of them is not stated.
+    fn object(&self) -> Option<[f64; 2]> {
+        let height = self.object_height.filter(|h| *h > 0.0)?;
+        let distance = self
+            .object_distance
+            .filter(|d| d.is_finite() && *d != 0.0)?;
+        Some([height, distance])
+    }
+
+    /// The height of the edge of the field in the image: the stated one, or that of the paraxial
+    /// image of the object's edge.
+    pub(super) fn height_in_image(&self, lens: &Prescription) -> Option<f64> {
+        let of_object = || {
+            let [height, distance] = self.object()?;
+            let focal = lens.first_order(D_LINE).focal?;
+            Some((height * focal.front_efl / (distance + focal.front_focal_point)).abs())
+        };
+        self.image_height.or_else(of_object)
     }
 }
 
@@ -66,23 +90,25 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
         },
     };
     let widest = libm::tan(70_f64.to_radians());
-    let slope = match (beam.image_height, optics.focal) {
-        (Some(height), Some(focal)) => (height / focal.efl).abs().min(widest),
-        _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
-    };
-    let tilted = heights(lens, &indices, (0.0, slope));
+    let tilted = heights(lens, &indices, (0.0, 1.0));
     // The chief ray goes through the center of the stop.
     let shift = if ones[stop] == 0.0 {
         0.0
     } else {
         -tilted[stop] / ones[stop]
     };
+    let slope = match (beam.image_height, beam.object(), optics.focal) {
+        (Some(height), _, Some(focal)) => (height / focal.efl).abs().min(widest),
+        // The entrance pupil is `shift` in front of the first vertex.
+        (_, Some([height, distance]), _) => (height / (distance - shift)).abs().min(widest),
+        _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
+    };
     for (i, surface) in lens.surfaces.iter_mut().enumerate() {
         if surface.semi_diameter.is_finite() {
             continue;
         }
         let axial = (marginal * ones[i]).abs();
-        let chief = (tilted[i] + shift * ones[i]).abs();
+        let chief = (slope * (tilted[i] + shift * ones[i])).abs();
         let wide = if i == stop {
             axial
         } else {

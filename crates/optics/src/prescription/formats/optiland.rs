@@ -32,7 +32,10 @@ pub(crate) static FORMAT: Format = Format {
 fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(file.source)?;
     let mut draft = draft(file, &root)?;
-    let beam = beam(&root);
+    let beam = Beam {
+        object_distance: object_distance(&root),
+        ..beam(&root)
+    };
     draft.fold();
     draft.limit(beam, sink);
     state_wavelengths(&mut draft, &root);
@@ -83,9 +86,16 @@ fn beam(root: &Value) -> Beam {
             _ => 0.0,
         },
         image_height: field.contains("mage").then_some(largest),
+        object_height: (field.contains("bject") && !field.contains("ngle")).then_some(largest),
         stated: value.map(|_| Span::at(0)),
         ..Beam::default()
     }
+}
+
+/// The distance from the object to the first surface; none if it is infinite.
+fn object_distance(root: &Value) -> Option<f64> {
+    let z = |i: usize| finite(root["surface_group"]["surfaces"][i]["geometry"]["cs"].get("z"));
+    Some(z(1)? - z(0)?)
 }
 
 fn draft(file: PrescriptionReader<'_>, root: &Value) -> Result<Draft> {

@@ -123,6 +123,7 @@ impl<'a> OsloReader<'a> {
             }
             "ANG" => self.beam.half_field = self.file.argument(command)?.abs(),
             "GIH" => self.beam.image_height = Some(self.file.argument(command)?.abs()),
+            "OBH" => self.beam.object_height = Some(self.file.argument(command)?.abs()),
             "NXT" => {
                 self.file.check_count(self.draft.places.len())?;
                 self.next_surface(word.span);
@@ -267,6 +268,8 @@ impl<'a> OsloReader<'a> {
                 self.draft.push(surface, places);
             } else if let Some(last) = self.draft.lens.surfaces.last_mut() {
                 last.thickness += surface.thickness;
+            } else if let Some(distance) = &mut self.beam.object_distance {
+                *distance += surface.thickness;
             }
         }
     }
@@ -281,7 +284,9 @@ impl<'a> OsloReader<'a> {
         }
         self.draft.places.remove(0);
         let lens = &mut self.draft.lens;
-        lens.object_medium = lens.surfaces.remove(0).medium;
+        let object = lens.surfaces.remove(0);
+        lens.object_medium = object.medium;
+        self.beam.object_distance = Some(object.thickness);
         let image = lens.surfaces.pop();
         self.remove_dummies();
         if let Some(frame) = image.and_then(|image| image.frame) {

@@ -215,15 +215,21 @@ impl Draft {
             sink.note(Span::at(0), message);
         }
         note_f_number(&mut self.lens, beam);
-        self.state_field(beam);
+        self.state_field(beam, sink);
     }
 
-    /// Keeps the field of a beam.
-    pub(super) fn state_field(&mut self, beam: Beam) {
+    /// Keeps the field of a beam. That of an object height is the height of its image.
+    pub(super) fn state_field(&mut self, beam: Beam, sink: &mut Sink) {
         let stated = |value: &f64| *value > 0.0 && value.is_finite();
         self.lens.half_field = Some(beam.half_field).filter(stated);
-        let height = beam.image_height.filter(stated);
+        let height = beam.height_in_image(&self.lens).filter(stated);
         self.lens.image_height = self.lens.image_height.or(height);
+        let is_lost = beam.object_height.is_some_and(|h| h > 0.0) && height.is_none();
+        if is_lost && self.lens.half_field.is_none() {
+            let message = "the file states its field as a height of the object, which has no image";
+            sink.warn(Span::at(0), message)
+                .help("give the object a distance in the file, or give `--film`");
+        }
     }
 
     /// Keeps wavelengths in nanometers, of which `primary` is the index of the first in rank.

@@ -45,7 +45,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     if let Some(beam) = reader.beam() {
         note_f_number(&mut draft.lens, beam);
     }
-    draft.state_field(reader.field());
+    draft.state_field(reader.field(), sink);
     reader.state_wavelengths(&mut draft);
     let stated = attributes(&model["system_spec"])["_dimensions"].as_str();
     let unit = stated.unwrap_or("mm");
@@ -250,6 +250,7 @@ impl RayOpticsReader<'_> {
             libm::hypot(part(&["_x", "x"]), part(&["_y", "y"]))
         };
         let largest = points.iter().map(size).fold(0.0, f64::max);
+        let gaps = &attributes(&self.model["seq_model"])["gaps"];
         let widest = match field["is_relative"] == true {
             true => largest * first(field, &["_value", "value"]).unwrap_or(0.0),
             false => largest,
@@ -261,6 +262,8 @@ impl RayOpticsReader<'_> {
                 0.0
             },
             image_height: (is("image") && is("height")).then_some(widest),
+            object_height: (is("object") && is("height")).then_some(widest),
+            object_distance: finite(attributes(&gaps[0]).get("thi")),
             ..Beam::default()
         }
     }

@@ -246,11 +246,17 @@ impl<'a> SequenceReader<'a> {
                 let so_far = beam.image_height.unwrap_or(0.0);
                 beam.image_height = Some(widest(list()?, so_far));
             }
+            "YOB" | "XOB" => {
+                let so_far = beam.object_height.unwrap_or(0.0);
+                beam.object_height = Some(widest(list()?, so_far));
+            }
             "VUY" => {
                 let upper = list()?.last().copied().unwrap_or(0.0);
                 beam.vignetting = upper.clamp(0.0, 1.0);
             }
             "SO" | "S0" => {
+                let distance = command.get(2).map(|word| self.file.number(*word));
+                beam.object_distance = distance.transpose()?;
                 let surface = self.count() + 1;
                 self.draft.lens.object_medium = glass(self.file, command.get(3), surface)?;
             }

@@ -54,7 +54,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     draft.lens.zoom = reader.zoom(&kept, draft.lens.stop(), sink)?;
     draft.fold();
     draft.unit = reader.unit()?;
-    let mut beam = reader.beam()?;
+    let mut beam = reader.beam(&kept)?;
     beam.stated = beam.stated.filter(|_| draft.lens.zoom.is_empty());
     draft.limit(beam, sink);
     reader.state_wavelengths(&mut draft);
@@ -140,25 +140,17 @@ impl ZemaxReader<'_> {
         draft.state_wavelengths(&all[..count], primary);
     }
 
-    fn beam(&self) -> Result<Beam> {
+    fn beam(&self, kept: &[Kept]) -> Result<Beam> {
         let value = |keyword: &str| {
             let word = self.line(keyword).and_then(|line| line.get(1));
             word.map(|word| self.file.number(*word)).transpose()
         };
-        // FTYP 0 is a field in degrees, 2 and 3 are heights in the image; 1 is one of the object.
+        // FTYP 0 is a field in degrees, 1 a height of the object; 2 and 3 are heights in the image.
         let kind = |number: &str| {
             let mut lines = self.header.iter().filter(|l| l[0].is("FTYP"));
             lines.any(|l| l.get(1).is_some_and(|w| w.is(number)))
         };
-        let count = self.counted(3).unwrap_or(usize::MAX);
-        let fields = self
-            .header
-            .iter()
-            .filter(|l| l[0].is("YFLN") || l[0].is("XFLN"));
-        let largest = fields
-            .flat_map(|l| l[1..].iter().take(count))
-            .filter_map(|w| w.text.parse::<f64>().ok())
-            .fold(0.0, |most: f64, field| most.max(field.abs()));
+        let largest = self.largest_field(kind("0"));
         let mut lines = self.header.iter();
         let aperture = lines.find(|l| l[0].is("ENPD") || l[0].is("FNUM"));
         Ok(Beam {
@@ -166,9 +158,50 @@ impl ZemaxReader<'_> {
             f_number: value("FNUM")?.filter(|n| *n > 0.0),
             half_field: if kind("0") { largest } else { 0.0 },
             image_height: (kind("2") || kind("3")).then_some(largest),
+            object_height: kind("1").then_some(largest),
+            object_distance: self.object_distance(kept)?,
             stated: aperture.map(|line| line[0].span),
             ..Beam::default()
         })
+    }
+
+    /// The largest field of `XFLN` and `YFLN`: a height, or an angle in degrees whose tangents in
+    /// x and y are those of the two.
+    fn largest_field(&self, is_angle: bool) -> f64 {
+        let count = self.counted(3).unwrap_or(usize::MAX);
+        let values = |keyword: &str| {
+            let words = self.line(keyword).map_or(&[][..], |line| &line[1..]);
+            let numbers = words
+                .iter()
+                .take(count)
+                .map(|w| w.text.parse().unwrap_or(0.0));
+            numbers.collect::<Vec<f64>>()
+        };
+        let (x, y) = (values("XFLN"), values("YFLN"));
+        let at = |list: &[f64], i: usize| list.get(i).map_or(0.0, |value| value.abs());
+        let points = (0..x.len().max(y.len())).map(|i| [at(&x, i), at(&y, i)]);
+        let radius = |[x, y]: [f64; 2]| match is_angle && x > 0.0 && y > 0.0 {
+            false => libm::hypot(x, y),
+            true => {
+                let [x, y] = [x, y].map(|angle| libm::tan(angle.min(89.9).to_radians()));
+                libm::atan(libm::hypot(x, y)).to_degrees()
+            }
+        };
+        points.map(radius).fold(0.0, f64::max)
+    }
+
+    /// The distance from the object to the first surface that is kept, behind dummies; none if it
+    /// is infinite.
+    fn object_distance(&self, kept: &[Kept]) -> Result<Option<f64>> {
+        let first = kept.first().map_or(usize::MAX, |kept| kept.number);
+        let mut sum = 0.0;
+        for block in self.blocks.iter().take_while(|block| block.number < first) {
+            if block.first("DISZ").is_some_and(|word| word.is("INFINITY")) {
+                return Ok(None);
+            }
+            sum += self.value(block, "DISZ")?;
+        }
+        Ok(Some(sum))
     }
 
     /// The lens, and the surface of the file for each of its surfaces.
