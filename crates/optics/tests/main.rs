@@ -4,6 +4,7 @@ mod aberrations;
 mod extreme;
 #[path = "../../../tests/common/folder.rs"]
 mod folder;
+mod forbes;
 mod lens;
 mod lens_files;
 mod merit;

@@ -307,7 +307,9 @@ fn radius(surface: &Surface) -> String {
         Shape::Sphere => plain,
         Shape::CylinderX | Shape::CylinderY => format!("cyl {plain}"),
         Shape::Toroid { .. } => format!("tor {plain}"),
-        Shape::Conic { .. } | Shape::Asphere { .. } => format!("a {plain}"),
+        Shape::Conic { .. } | Shape::Asphere { .. } | Shape::NormalAsphere { .. } => {
+            format!("a {plain}")
+        }
     }
 }
 

@@ -42,14 +42,20 @@ struct PupilBox {
 ///
 /// # Errors
 ///
-/// Returns an error if no light reaches the axis, and for mirrors and obstructions, which the
-/// shader does not trace.
+/// Returns an error if no light reaches the axis, and for mirrors, obstructions and aspheres
+/// measured along a normal, which the shader does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
     if lens.prescription().is_folded() || lens.is_obstructed() {
         let message = format!("`{}` has mirrors, tilts or a closed middle", lens.name());
         return Err(Diagnostic::unsupported(message)
             .with_help("the shader traces lenses that light goes straight through"));
+    }
+    let is_normal = |s: &Surface| matches!(s.shape, Shape::NormalAsphere { .. });
+    if lens.prescription().surfaces.iter().any(is_normal) {
+        let message = format!("`{}` has an asphere measured along a normal", lens.name());
+        return Err(Diagnostic::unsupported(message)
+            .with_help("the shader traces aspheres that are measured along the axis"));
     }
     // What `ivcam render` takes for exposure 1: the axis with the film at the focus of infinity.
     let at_infinity = lens.first_order().focal.map(|f| f.rear_focal_point);

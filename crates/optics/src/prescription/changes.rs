@@ -89,7 +89,10 @@ impl Prescription {
             Quantity::Abbe => found.medium.abbe()?,
             Quantity::Conic => match &found.shape {
                 Shape::Sphere => 0.0,
-                Shape::Conic { k } | Shape::Asphere { k, .. } | Shape::Toroid { k, .. } => *k,
+                Shape::Conic { k }
+                | Shape::Asphere { k, .. }
+                | Shape::NormalAsphere { k, .. }
+                | Shape::Toroid { k, .. } => *k,
                 _ => return None,
             },
             Quantity::SemiDiameter => found.semi_diameter,

@@ -281,7 +281,11 @@ fn curvature(surface: &Surface, plane: Plane) -> Dd {
     match &surface.shape {
         _ if plain == 0.0 => Dd::new(0.0),
         Shape::Toroid { across, .. } if plane == Plane::X => inverse(across.radius()),
-        Shape::Asphere { terms, .. } | Shape::Toroid { terms, .. } if terms[2] != 0.0 => {
+        Shape::Asphere { terms, .. }
+        | Shape::NormalAsphere { terms, .. }
+        | Shape::Toroid { terms, .. }
+            if terms[2] != 0.0 =>
+        {
             Dd::new(plain)
         }
         _ => inverse(surface.curvature.radius()),

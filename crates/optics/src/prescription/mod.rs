@@ -5,8 +5,8 @@
 //! folder because readers need them: a file may give an f-number in place of a diameter. Nothing
 //! here traces rays; `lens` does.
 //!
-//! The folder's parts, from the ground up: `glass`, `decenter` and `surface`; `prescription` is the
-//! table, `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes
+//! The folder's parts, from the ground up: `glass`, `decenter`, `surface` and `forbes`, polynomials of
+//! aspheres; `prescription` is the table, `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes
 //! another table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats`
 //! reads and writes files.
 
@@ -15,6 +15,7 @@ mod adjust;
 pub(crate) mod changes;
 pub(crate) mod decenter;
 pub(crate) mod first_order;
+mod forbes;
 pub mod formats;
 pub mod glass;
 // The file of the central type has its name.

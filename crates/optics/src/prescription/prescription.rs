@@ -480,7 +480,10 @@ fn check_numbers(
         )
         .with_help("the last column is the diameter that lets light through"));
     }
-    if let Shape::Conic { k } | Shape::Asphere { k, .. } | Shape::Toroid { k, .. } = &surface.shape
+    if let Shape::Conic { k }
+    | Shape::Asphere { k, .. }
+    | Shape::NormalAsphere { k, .. }
+    | Shape::Toroid { k, .. } = &surface.shape
         && !k.is_finite()
     {
         let span = place(i, Column::Radius);
@@ -489,7 +492,9 @@ fn check_numbers(
             format!("the conic constant of surface {i} is not a number"),
         ));
     }
-    if let Shape::Asphere { terms, .. } | Shape::Toroid { terms, .. } = &surface.shape
+    if let Shape::Asphere { terms, .. }
+    | Shape::NormalAsphere { terms, .. }
+    | Shape::Toroid { terms, .. } = &surface.shape
         && terms.iter().any(|t| !t.is_finite())
     {
         let span = place(i, Column::Radius);

@@ -104,6 +104,14 @@ pub enum Shape {
         /// The coefficients of r^p, with p from 1 to 20, in millimeters^(1−p).
         terms: Box<[f64; MAX_POWER + 1]>,
     },
+    /// A conic plus a polynomial in r that is measured along the normal of the conic, as Forbes's
+    /// Q-bfs are: along the axis it is the polynomial over the cosine of the normal's angle.
+    NormalAsphere {
+        /// The conic constant.
+        k: f64,
+        /// The coefficients of r^p, with p even from 2 to 20, in millimeters^(1−p).
+        terms: Box<[f64; MAX_POWER + 1]>,
+    },
     /// A cylinder with its axis along x. It has power in y only.
     CylinderX,
     /// A cylinder with its axis along y. It has power in x only.
@@ -162,6 +170,7 @@ impl Shape {
     pub(crate) fn with_conic(self, k: f64) -> Self {
         match self {
             Self::Asphere { terms, .. } => Self::Asphere { k, terms },
+            Self::NormalAsphere { terms, .. } => Self::NormalAsphere { k, terms },
             Self::Sphere | Self::Conic { .. } if k != 0.0 => Self::Conic { k },
             other => other,
         }
@@ -179,6 +188,7 @@ impl Shape {
             Self::Sphere => "sphere",
             Self::Conic { .. } => "conic",
             Self::Asphere { .. } => "asphere",
+            Self::NormalAsphere { .. } => "normal_asphere",
             Self::CylinderX => "cyl_x",
             Self::CylinderY => "cyl_y",
             Self::Toroid { .. } => "toroid",
@@ -189,7 +199,7 @@ impl Shape {
     pub fn is_rotational(&self) -> bool {
         matches!(
             self,
-            Self::Sphere | Self::Conic { .. } | Self::Asphere { .. }
+            Self::Sphere | Self::Conic { .. } | Self::Asphere { .. } | Self::NormalAsphere { .. }
         )
     }
 
@@ -199,6 +209,10 @@ impl Shape {
         };
         match self {
             Self::Asphere { k, terms } => Self::Asphere {
+                k: *k,
+                terms: map(terms),
+            },
+            Self::NormalAsphere { k, terms } => Self::NormalAsphere {
                 k: *k,
                 terms: map(terms),
             },
@@ -328,7 +342,8 @@ impl Surface {
     }
 
     fn has_terms(&self) -> bool {
-        matches!(&self.shape, Shape::Asphere { terms, .. } if terms.iter().any(|t| *t != 0.0))
+        matches!(&self.shape, Shape::Asphere { terms, .. } | Shape::NormalAsphere { terms, .. }
+            if terms.iter().any(|t| *t != 0.0))
     }
 
     /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
@@ -337,9 +352,8 @@ impl Surface {
         match (&self.shape, plane) {
             (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,
             (Shape::Toroid { across, .. }, Plane::X) => across.per_mm(),
-            (Shape::Asphere { terms, .. }, _) | (Shape::Toroid { terms, .. }, Plane::Y) => {
-                c + 2.0 * terms[2]
-            }
+            (Shape::Asphere { terms, .. } | Shape::NormalAsphere { terms, .. }, _)
+            | (Shape::Toroid { terms, .. }, Plane::Y) => c + 2.0 * terms[2],
             _ => c,
         }
     }
@@ -353,7 +367,9 @@ impl Surface {
         };
         let (k, terms) = match &self.shape {
             Shape::Conic { k } => (*k, None),
-            Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
+            Shape::Asphere { k, terms }
+            | Shape::NormalAsphere { k, terms }
+            | Shape::Toroid { k, terms, .. } => (*k, Some(terms)),
             _ => (0.0, None),
         };
         let inside = (1.0 - (1.0 + k) * c * c * y * y).max(0.0);
@@ -361,6 +377,12 @@ impl Surface {
             let terms = terms.iter().rev();
             terms.fold(0.0, |sum, term| sum * y.abs() + term)
         });
+        let polynomial = match &self.shape {
+            Shape::NormalAsphere { .. } if inside > 0.0 => {
+                polynomial * ((1.0 - k * c * c * y * y) / inside).sqrt()
+            }
+            _ => polynomial,
+        };
         c * y * y / (1.0 + inside.sqrt()) + polynomial
     }
 

@@ -29,6 +29,12 @@ fn sags<const FUSED: bool>(
             p[i] = fused::<FUSED>(p[i], r[i], a);
         }
     }
+    if profile.along_normal {
+        for i in 0..LANES {
+            let inside = 1.0 - (1.0 + k) * c * c * r2[i];
+            [p[i], dp[i]] = profile.along_axis([p[i], dp[i]], r2[i], inside);
+        }
+    }
     for i in 0..LANES {
         inside[i] = 1.0 - (1.0 + k) * c * c * r2[i];
         let root = inside[i].sqrt();

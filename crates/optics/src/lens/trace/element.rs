@@ -131,6 +131,10 @@ impl Element {
                     false => Form::Asphere(profile),
                 }
             }
+            Shape::NormalAsphere { k, terms } => Form::Asphere(Profile {
+                along_normal: true,
+                ..Profile::new(curvature, *k, &terms[..])
+            }),
             Shape::Toroid { across, k, terms } => Form::Toroid {
                 profile: Profile::new(curvature, *k, &terms[..]),
                 across: across.per_mm(),

@@ -12,6 +12,8 @@ pub(crate) struct Profile {
     pub terms: Vec<f64>,
     /// Whether the coefficients of all odd powers are 0.
     pub even: bool,
+    /// Whether the polynomial is measured along the normal of the conic. Its powers are then even.
+    pub along_normal: bool,
 }
 
 impl Profile {
@@ -28,7 +30,26 @@ impl Profile {
             .step_by(if even { 2 } else { 1 })
             .copied()
             .collect();
-        Self { c, k, terms, even }
+        Self {
+            c,
+            k,
+            terms,
+            even,
+            along_normal: false,
+        }
+    }
+
+    /// The value and the slope of a polynomial that is measured along the normal of the conic, when
+    /// measured along the axis. `inside` is what [`Profile::sag`] takes the root of.
+    #[inline(always)]
+    pub(crate) fn along_axis(&self, [p, dp]: [f64; 2], r2: f64, inside: f64) -> [f64; 2] {
+        let c2 = self.c * self.c;
+        // 1/cos² of the angle of the normal, (1 − k c² r²)/inside, has the slope c²/inside².
+        let over_cos = ((1.0 - self.k * c2 * r2) / inside).sqrt();
+        [
+            p * over_cos,
+            dp * over_cos + 0.5 * p * c2 / (inside * inside * over_cos),
+        ]
     }
 
     /// The sag, and its slope divided by the radius, at a squared radius; none outside the conic.
@@ -45,6 +66,9 @@ impl Profile {
             for &a in self.terms.iter().rev() {
                 dp = dp * r2 + p;
                 p = p * r2 + a;
+            }
+            if self.along_normal {
+                [p, dp] = self.along_axis([p, dp], r2, inside);
             }
             sag += p;
             slope += 2.0 * dp;

@@ -38,8 +38,16 @@ use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
 use crate::prescription::prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface, polynomial};
 
-const KINDS: [&str; 8] = [
-    "sphere", "plane", "stop", "conic", "asphere", "cyl_x", "cyl_y", "toroid",
+const KINDS: [&str; 9] = [
+    "sphere",
+    "plane",
+    "stop",
+    "conic",
+    "asphere",
+    "normal_asphere",
+    "cyl_x",
+    "cyl_y",
+    "toroid",
 ];
 
 /// The names of the fields of [`SurfaceFields`], and of those that are read in another way. There
@@ -412,6 +420,14 @@ impl LensJsonReader<'_> {
                 };
                 Shape::Toroid { across, k, terms }
             }
+            Some("normal_asphere") => match (1..=MAX_POWER).step_by(2).find(|p| terms[*p] != 0.0) {
+                None => Shape::NormalAsphere { k, terms },
+                Some(odd) => {
+                    let message = format!("surface {i}: the term r^{odd} has an odd power");
+                    let help = "a `normal_asphere` has even powers of r";
+                    return Err(self.fail(Some(i), message).with_help(help));
+                }
+            },
             _ => Shape::rotational(k, terms),
         })
     }

@@ -11,13 +11,14 @@ use ivcam_base::diag::{Result, Sink, Span};
 use serde_json::Value;
 
 use crate::prescription::decenter::{Decenter, SurfaceFrame, inverse};
+use crate::prescription::forbes::ForbesSet;
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{finite, numbers, parse};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
-use crate::prescription::surface::{Curvature, Shape, Surface};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 /// The greatest number of coordinate systems in each other.
 const MAX_NESTING: usize = 64;
@@ -259,9 +260,11 @@ fn geometry(
         "StandardGeometry" => 0,
         "EvenAsphere" => 2,
         "OddAsphere" => 1,
+        "ForbesQNormalSlopeGeometry" => return forbes(file, number, geometry),
         _ => {
             let message = format!("surface {number} is a `{kind}`, which is not read");
-            let help = "the geometries are Plane, StandardGeometry, EvenAsphere and OddAsphere";
+            let help = "the geometries are Plane, StandardGeometry, EvenAsphere, OddAsphere and \
+                        ForbesQNormalSlopeGeometry";
             let span = file.find(&format!("\"{kind}\""));
             return Err(file.refuse(span, message, help));
         }
@@ -276,6 +279,31 @@ fn geometry(
         file.fail(file.find("\"coefficients\""), message)
     })?;
     Ok((Curvature::from_radius(radius), shape))
+}
+
+/// A Q-bfs asphere: its coefficients are the values of `terms`, whose keys are their numbers.
+fn forbes(
+    file: PrescriptionReader<'_>,
+    number: usize,
+    geometry: &Value,
+) -> Result<(Curvature, Shape)> {
+    let config = &geometry["surface_config"];
+    let value = |key: &str| finite(config.get(key));
+    let mut coefficients = vec![0.0; MAX_POWER];
+    for (key, value) in config["terms"].as_object().into_iter().flatten() {
+        let at = key.parse().unwrap_or(usize::MAX).min(MAX_POWER - 1);
+        coefficients[at] += finite(Some(value)).unwrap_or(0.0);
+    }
+    let radius = value("norm_radius")
+        .filter(|radius| *radius > 0.0)
+        .unwrap_or(1.0);
+    let terms = ForbesSet::Bfs.terms(&coefficients, radius).map_err(|_| {
+        let message = format!("surface {number} has polynomials of too high a power");
+        file.fail(file.find("\"surface_config\""), message)
+    })?;
+    let k = value("conic").unwrap_or(0.0);
+    let curvature = Curvature::from_radius(value("radius").unwrap_or(0.0));
+    Ok((curvature, Shape::NormalAsphere { k, terms }))
 }
 
 /// The material behind a surface: an index, an index with an Abbe number, or a name. Without one it

@@ -286,6 +286,9 @@ fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: 
     let _ = writeln!(text, "  GLAS ___BLANK 1 0 {} {abbe} 0 0 0 0 0 0", glass.n_d);
 }
 
+/// What is said of an asphere that only JSON keeps.
+pub(super) const NORMAL: &str = "is an asphere measured along a normal";
+
 fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
     const FORMAT: &str = "Zemax's file";
     let c = surface.curvature.per_mm();
@@ -328,6 +331,7 @@ fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
             }
         }
         Shape::Toroid { .. } => return Err(refuse(i, "is a toroid with odd terms", FORMAT)),
+        Shape::NormalAsphere { .. } => return Err(refuse(i, NORMAL, FORMAT)),
     }
     Ok(())
 }
@@ -470,7 +474,9 @@ fn surface_value(surface: &Surface) -> String {
     }
     match &surface.shape {
         Shape::Conic { k } => fields.push(("k", number(*k))),
-        Shape::Asphere { k, terms } | Shape::Toroid { k, terms, .. } => {
+        Shape::Asphere { k, terms }
+        | Shape::NormalAsphere { k, terms }
+        | Shape::Toroid { k, terms, .. } => {
             if let Shape::Toroid { across, .. } = &surface.shape {
                 bend(&mut fields, ["R_x", "c_x"], *across);
             }

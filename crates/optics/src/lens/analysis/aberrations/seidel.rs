@@ -222,6 +222,12 @@ fn fourth_power(surface: &Surface) -> Option<f64> {
             let own = (1.0 + k) * base.powi(3) / 8.0 + terms[4];
             (terms[1] == 0.0 && terms[3] == 0.0).then(|| own - vertex.powi(3) / 8.0)
         }
+        Shape::NormalAsphere { k, terms } => {
+            let vertex = surface.vertex_curvature(Plane::Y);
+            // The cosine of the normal's angle is 1 − c² r²/2.
+            let departure = terms[4] + 0.5 * terms[2] * base * base;
+            Some((1.0 + k) * base.powi(3) / 8.0 + departure - vertex.powi(3) / 8.0)
+        }
         _ => None,
     }
 }

@@ -2,10 +2,14 @@
 
 use ivcam_base::diag::{Diagnostic, Result};
 
+use crate::prescription::forbes::ForbesSet;
 use crate::prescription::formats::zmx::file::Block;
 use crate::prescription::formats::zmx::reader::ZemaxReader;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, polynomial};
 use crate::prescription::text::Word;
+
+/// The largest number of polynomials of a Q-type asphere.
+const MAX_FORBES: usize = 1000;
 
 impl ZemaxReader<'_> {
     /// The shape of the surface of a block.
@@ -22,6 +26,7 @@ impl ZemaxReader<'_> {
             "XOSPHERE" => self.extended(block, 1)?,
             "TOROIDAL" => return self.toroid(block, k, curvature),
             "BICONICX" => return self.biconic(block, kind, k, curvature),
+            "QED_TYPE" => return self.forbes(block, k),
             _ => return Err(self.unsupported(block, kind)),
         };
         match Shape::rotational(k, polynomial(terms)) {
@@ -49,8 +54,8 @@ impl ZemaxReader<'_> {
             let help = "put the surfaces of a real lens of that focal length in its place";
             return self.file.refuse(kind.span, message, help);
         }
-        let help = "read are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL and plain \
-                    BICONICX";
+        let help = "read are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL, QED_TYPE and \
+                    plain BICONICX";
         self.file.refuse(kind.span, message, help)
     }
 
@@ -109,6 +114,52 @@ impl ZemaxReader<'_> {
             *value /= (0..*power).fold(1.0, |scale, _| scale * radius);
         }
         Ok(terms)
+    }
+
+    /// XDAT 1 is 0 for Q-bfs and 1 for Q-con, 2 the number of polynomials, 3 the radius they are
+    /// scaled by, then a coefficient for each.
+    fn forbes(&self, block: &Block<'_>, k: f64) -> Result<Shape> {
+        let value = |number: &str| self.parameter(block, "XDAT", number);
+        let set = match value("1")?.unwrap_or(0.0) {
+            0.0 => ForbesSet::Bfs,
+            1.0 => ForbesSet::Con,
+            _ => {
+                let message = format!(
+                    "surface {}: Q-type aspheres are of type 0 or 1",
+                    block.number
+                );
+                return Err(self.file.fail(block.heading, message));
+            }
+        };
+        let count = value("2")?.map_or(usize::MAX, |count| count as usize);
+        let radius = value("3")?.unwrap_or(1.0);
+        if !(radius > 0.0) {
+            let message = "a norm radius is greater than 0";
+            return Err(self.file.fail(block.heading, message));
+        }
+        let mut coefficients = Vec::new();
+        for (index, word) in block.numbered("XDAT") {
+            let number = index.text.parse::<usize>().unwrap_or(0);
+            if let Some(at) = number
+                .checked_sub(4)
+                .filter(|at| *at < count.min(MAX_FORBES))
+            {
+                coefficients.resize(coefficients.len().max(at + 1), 0.0);
+                coefficients[at] = self.file.number(word)?;
+            }
+        }
+        let terms = set.terms(&coefficients, radius).map_err(|number| {
+            let message = format!(
+                "surface {}: polynomial {number} is of too high a power",
+                block.number
+            );
+            let help = format!("powers of r go up to {MAX_POWER}");
+            self.file.refuse(block.heading, message, help)
+        })?;
+        Ok(match set {
+            ForbesSet::Con => Shape::rotational(k, terms),
+            ForbesSet::Bfs => Shape::NormalAsphere { k, terms },
+        })
     }
 
     /// PARM 1 is the radius of rotation, then the coefficients of y², y⁴, ….
