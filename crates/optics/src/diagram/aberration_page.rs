@@ -126,16 +126,10 @@ fn fans(
         });
         sizes.filter(|v| v.is_finite()).fold(1e-6, f64::max)
     };
-    page.heading([MARGIN, top + 4.0], 11.5, title);
     let note = format!(
         "{unit} over the pupil coordinate; each point at its own scale; ends where the beam is vignetted"
     );
-    page.note(
-        [MARGIN + 8.0 + 7.0 * title.len() as f64, top + 4.0],
-        Anchor::Start,
-        9.0,
-        note,
-    );
+    page.heading_with_note([MARGIN, top + 4.0], title, note);
     let mut y = top + 16.0;
     for tangential in [true, false] {
         for (i, point) in points.iter().enumerate() {
@@ -253,12 +247,11 @@ fn focus_spots(page: &mut Drawing, points: &[&PointAberrations], top: f64) -> f6
     let half = round_number(2.0 * rms.fold(1e-6, f64::max));
     let side = 96.0;
     let wide = 2000.0 * half;
-    page.heading([MARGIN, top], 11.5, "Spots through focus");
     let note = format!(
         "one wavelength; boxes are {} \u{b5}m wide; shift of the film away from the lens in mm",
         tidy(wide, wide)
     );
-    page.note([MARGIN + 128.0, top], Anchor::Start, 9.0, note);
+    page.heading_with_note([MARGIN, top], "Spots through focus", note);
     let left = MARGIN + 52.0;
     let step = (WIDTH - MARGIN - left - side) / (SPOTS.len() as f64 - 1.0);
     let step = step.min(side + 24.0);
@@ -300,12 +293,11 @@ fn focus_spots(page: &mut Drawing, points: &[&PointAberrations], top: f64) -> f6
 
 /// Strehl ratios, wavefront errors and Zernike coefficients, a column for each point.
 fn wavefronts(page: &mut Drawing, points: &[&PointAberrations], nm: &str, top: f64) -> f64 {
-    page.heading([MARGIN, top], 11.5, "Wavefront");
     let note = format!(
         "in waves of {nm} nm; fringe Zernike coefficients, 1 at the edge of the disc, angles from x; \
          the unit disc is the axial beam at the stop"
     );
-    page.note([MARGIN + 66.0, top], Anchor::Start, 9.0, note);
+    page.heading_with_note([MARGIN, top], "Wavefront", note);
     let head: Vec<String> = points
         .iter()
         .map(|p| format!("{} mm", tidy(p.height, 0.1)))
@@ -377,8 +369,9 @@ fn wavefronts(page: &mut Drawing, points: &[&PointAberrations], nm: &str, top: f
 
 /// The Seidel coefficients by surface, and their sums.
 fn seidel(page: &mut Drawing, all: &Aberrations, top: f64) -> f64 {
-    page.heading([MARGIN, top], 11.5, "Seidel coefficients");
+    let title = "Seidel coefficients";
     let Some(sums) = &all.seidel else {
+        page.heading([MARGIN, top], 11.5, title);
         let text = "None: a surface without rotational symmetry, or with a term of the first or third power.";
         page.note([MARGIN, top + 18.0], Anchor::Start, 10.0, text);
         return top + 40.0;
@@ -388,7 +381,7 @@ fn seidel(page: &mut Drawing, all: &Aberrations, top: f64) -> f64 {
         tidy(sums.marginal_height, 1e-3),
         tidy(sums.image_height, 1e-3)
     );
-    page.note([MARGIN + 122.0, top], Anchor::Start, 9.0, note);
+    page.heading_with_note([MARGIN, top], title, note);
     let heads = [
         "S I spherical",
         "S II coma",

@@ -154,11 +154,12 @@ impl Chart {
     fn legend(&self, drawing: &mut Drawing, width: f64) {
         let mut x = width - RIGHT;
         for series in self.series.iter().rev().filter(|s| !s.name.is_empty()) {
-            let length = 4.9 * series.name.chars().count() as f64;
+            // The widest of the usual sans-serif fonts, DejaVu Sans, needs this for digits.
+            let length = 5.7 * series.name.chars().count() as f64;
             drawing.note([x, 26.0], Anchor::End, 9.0, &*series.name);
-            let (from, to) = ([x - length - 18.0, 23.0], [x - length - 5.0, 23.0]);
+            let (from, to) = ([x - length - 14.0, 23.0], [x - length - 3.0, 23.0]);
             drawing.curve(vec![from, to], series.ink, series.dashed);
-            x -= length + 28.0;
+            x -= length + 21.0;
         }
     }
 }

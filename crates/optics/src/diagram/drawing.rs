@@ -248,6 +248,19 @@ impl Drawing {
         self.letters(at, Anchor::Start, size, look, words);
     }
 
+    /// Adds a heading with a note on its line, as far behind it as the widest of the usual sans-serif
+    /// fonts needs, DejaVu Sans.
+    pub(crate) fn heading_with_note(
+        &mut self,
+        [x, y]: [f64; 2],
+        words: &str,
+        note: impl Into<String>,
+    ) {
+        self.heading([x, y], 11.5, words);
+        let width = 7.4 * words.chars().count() as f64;
+        self.note([x + width + 10.0, y], Anchor::Start, 9.0, note);
+    }
+
     fn letters(
         &mut self,
         at: [f64; 2],

@@ -35,9 +35,8 @@ fn grid(page: &mut Drawing, sheet: &LensSheet, [x, y]: [f64; 2], width: f64) -> 
     let factors = [100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0];
     let factor = factors.into_iter().find(|f| f * largest <= 12.0);
     let factor = factor.unwrap_or(1.0);
-    page.heading([x, y + 11.0], 11.5, "Distortion grid");
     let note = format!("{} times the distortion", tidy(factor, 1.0));
-    page.note([x + 104.0, y + 11.0], Anchor::Start, 9.0, note);
+    page.heading_with_note([x, y + 11.0], "Distortion grid", note);
     let half = sheet.image_height / SQRT_2;
     // The largest image fits.
     let scale = 0.42 * width / half;
@@ -95,9 +94,8 @@ fn footprints(
         Some(Beam::of(lens, point.height, sheet.film_z, distance)?.footprints())
     });
     let prints: Vec<Vec<Vec<DVec2>>> = prints.collect();
-    page.heading([x, y + 11.0], 11.5, "Footprints");
     let note = "the beams of the points on each surface, in its semi-diameter";
-    page.note([x + 78.0, y + 11.0], Anchor::Start, 9.0, note);
+    page.heading_with_note([x, y + 11.0], "Footprints", note);
     let cell = width / COLUMNS as f64;
     let drawn = surfaces.len().min(MOST);
     for (i, surface) in surfaces.iter().take(drawn).enumerate() {

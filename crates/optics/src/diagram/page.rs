@@ -589,8 +589,7 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     };
     let wide = 2000.0 * half;
     let box_text = format!("boxes are {} \u{b5}m wide{lines}", tidy(wide, wide));
-    page.heading([MARGIN, top], 11.5, "Spots");
-    page.note([MARGIN + 52.0, top], Anchor::Start, 9.0, box_text);
+    page.heading_with_note([MARGIN, top], "Spots", box_text);
     let inks: &[(usize, u8)] = match sheet.dispersive {
         true => &[(0, 1), (1, 3), (2, 2)],
         false => &[(1, 0)],
