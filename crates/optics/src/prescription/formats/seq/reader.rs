@@ -32,6 +32,12 @@ const REFUSED: [(&str, &str); 14] = [
     ("is an ideal lens module", "MOD"),
 ];
 
+/// Commands that place a surface by another one than that in front of it.
+const ELSEWHERE: [(&str, &str); 2] = [
+    ("returns to the axis of another surface", "RET"),
+    ("is placed from another surface", "GLB"),
+];
+
 /// Commands that may name a surface behind them, beside those that are refused.
 const OF_SURFACE: [&str; 38] = [
     "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
@@ -207,6 +213,11 @@ impl<'a> SequenceReader<'a> {
     /// Refuses a command for a property that is not traced. `about` are
     /// the surfaces that it is of, and `command` does not name them any more.
     fn refuse(&self, name: &str, about: &[usize], command: &[Word<'a>]) -> Result<()> {
+        if let (Some(what), Some(current)) = (refused(&ELSEWHERE, name), self.current) {
+            let message = format!("`{name}`: surface {} {what}", current + 1);
+            let help = "state its decenter from the surface in front of it, with DAR, REV or BEN";
+            return Err(self.file.refuse(command[0].span, message, help));
+        }
         let Some(what) = refused(&REFUSED, name) else {
             return Ok(());
         };

@@ -86,6 +86,7 @@ fn what_can_not_be_traced_is_refused_by_name_and_place() {
         ("S 0 2 REFR_REFL", "mirror", (4, 7)),
         (" RMD TIR", "`RMD TIR` of surface 1", (4, 6)),
         (" DIF DOE", "`DIF` diffracts", (4, 2)),
+        (" RET S1", "`RET`: surface 1 returns", (4, 2)),
         ("S 0 2 NBK77", "no glass named `NBK77`", (4, 7)),
         ("S 0", "too few", (4, 4)),
         ("S x 2", "not a number", (4, 3)),
