@@ -180,10 +180,12 @@ fn other_field(
             degrees(seen),
             degrees(imaged)
         ))
-        .with_help(format!(
-            "`--efl {:.0}mm` shows what the camera sees",
-            0.5 * plan.film.height / seen
-        ))
+        .with_help(match 0.5 * plan.film.height / seen {
+            efl if efl < 0.5 => {
+                "no lens sees as much: `--lens none` shows what the camera sees".into()
+            }
+            efl => format!("`--efl {efl:.0}mm` shows what the camera sees"),
+        })
     })
 }
 

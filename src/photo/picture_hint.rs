@@ -210,7 +210,8 @@ impl Session {
         } else if is_ahead(eye, forward, [min, max]) && self.is_tiny(eye, [min, max]) {
             "the scene is smaller than a pixel in it"
         } else if is_ahead(eye, forward, [min, max]) {
-            "what is in front of the camera is too thin to see, as a plane that is seen edge-on"
+            "what is in front of the camera is too small or too thin to see, as a plane that is \
+             seen edge-on"
         } else if eye.clamp(min, max) == eye {
             "the camera is inside the scene and looks to where nothing is"
         } else {
