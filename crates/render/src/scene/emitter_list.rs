@@ -3,6 +3,8 @@
 use std::collections::HashMap;
 
 use super::emitter_tree::LampTree;
+use super::lamp_faces::LampFace;
+use super::lamp_lanes::LampLanes;
 
 /// The luminous primitives of a scene, as the leaves of a tree.
 #[derive(Debug, Default)]
@@ -10,6 +12,9 @@ pub(crate) struct Emitters {
     /// The number and the place of each primitive, in the order of the leaves.
     pub(super) list: Vec<(u32, u64)>,
     pub(super) tree: LampTree,
+    pub(super) lanes: LampLanes,
+    /// The flat shape of each leaf that is one; empty if there are very many leaves.
+    pub(super) faces: Vec<Option<LampFace>>,
     /// The leaf of each primitive of the scene's own list, up to the last luminous one;
     /// [`NO_LEAF`] if it has none.
     pub(super) leaves: Vec<u32>,

@@ -12,6 +12,8 @@ use glam::Vec3;
 pub(super) struct TreeItem {
     /// The number and the place of the primitive.
     pub primitive: (u32, u64),
+    /// The number of its flat shape; `u32::MAX` for others.
+    pub face: u32,
     pub low: Vec3,
     pub high: Vec3,
     /// The area in square meters.
@@ -62,6 +64,11 @@ impl LampRange {
     /// The numbers of the leaves.
     pub(crate) fn leaves(self) -> Range<u32> {
         self.first..self.end
+    }
+
+    /// The number of the leaves.
+    fn len(self) -> u32 {
+        self.end - self.first
     }
 
     /// The two halves; `None` for a leaf.
@@ -115,17 +122,19 @@ impl LampTree {
         &self.nodes[range.node as usize]
     }
 
-    /// Chooses a leaf of a range. Of two halves, one is chosen in proportion to its weight, by a
-    /// number from 0 to 1 that serves at all levels. Returns the leaf, its probability, and the
-    /// rest of the number, from 0 to 1 again; `None` if both weights are 0 somewhere on the way.
+    /// Chooses a part of a range with at most `most` leaves. Of two halves, one is chosen in
+    /// proportion to its weight, by a number from 0 to 1 that serves at all levels. Returns the
+    /// part, its probability, and the rest of the number, from 0 to 1 again; `None` if both weights
+    /// are 0 somewhere on the way.
     pub(crate) fn choose(
         &self,
         mut range: LampRange,
+        most: u32,
         u: f64,
         weight: impl Fn(&LampNode) -> f32,
-    ) -> Option<(u32, f32, f64)> {
+    ) -> Option<(LampRange, f32, f64)> {
         let (mut rest, mut probability) = (u, 1.0f32);
-        while let Some([a, b]) = range.halves() {
+        while let Some([a, b]) = range.halves().filter(|_| range.len() > most) {
             let [wa, wb] = [a, b].map(|half| weight(self.node(half)));
             let share = wa / (wa + wb);
             if !(share >= 0.0) {
@@ -137,29 +146,31 @@ impl LampTree {
                 false => (b, (rest - edge) / (1.0 - edge), probability * (1.0 - share)),
             };
         }
-        (probability > 0.0).then_some((range.first, probability, rest))
+        (probability > 0.0).then_some((range, probability, rest))
     }
 
-    /// The probability with which [`LampTree::choose`] returns a leaf.
+    /// The part of a range with at most `most` leaves that contains a leaf, and the probability
+    /// with which [`LampTree::choose`] returns it.
     pub(crate) fn probability(
         &self,
         mut range: LampRange,
+        most: u32,
         leaf: u32,
         weight: impl Fn(&LampNode) -> f32,
-    ) -> f32 {
+    ) -> (LampRange, f32) {
         let mut probability = 1.0f32;
-        while let Some([a, b]) = range.halves() {
+        while let Some([a, b]) = range.halves().filter(|_| range.len() > most) {
             let [wa, wb] = [a, b].map(|half| weight(self.node(half)));
             let share = wa / (wa + wb);
             if !(share >= 0.0) {
-                return 0.0;
+                return (range, 0.0);
             }
             (range, probability) = match leaf < b.first {
                 true => (a, probability * share),
                 false => (b, probability * (1.0 - share)),
             };
         }
-        probability
+        (range, probability)
     }
 }
 
@@ -200,6 +211,7 @@ mod tests {
             let low = Vec3::new(libm::cosf(turn), libm::sinf(3.0 * turn), f32::from(i % 7));
             TreeItem {
                 primitive: (u32::from(i), 0),
+                face: u32::MAX,
                 low,
                 high: low + 0.1,
                 area: 1.0,
@@ -223,14 +235,15 @@ mod tests {
             let n = 200_000;
             for i in 0..n {
                 let u = (f64::from(i) + 0.5) / f64::from(n);
-                let (leaf, p, rest) = tree.choose(root, u, weight).unwrap();
+                let (leaf, p, rest) = tree.choose(root, 1, u, weight).unwrap();
+                let leaf = leaf.first;
                 assert!((0.0..=1.0).contains(&rest));
-                assert_eq!(p, tree.probability(root, leaf, weight));
+                assert_eq!(p, tree.probability(root, 1, leaf, weight).1);
                 counts[leaf as usize] += 1.0 / f64::from(n);
             }
             let mut sum = 0.0;
             for (leaf, share) in counts.iter().enumerate() {
-                let p = f64::from(tree.probability(root, leaf as u32, weight));
+                let p = f64::from(tree.probability(root, 1, leaf as u32, weight).1);
                 assert!((share - p).abs() < 2e-4, "{leaf} of {count}: {share} {p}");
                 sum += p;
             }

@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::point::{Point, clear_of};
+use super::point::Point;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
 
@@ -14,27 +14,17 @@ use crate::bvh::{Hit, Ray};
 const MAX_PASSED: usize = 10_000;
 
 impl Point<'_> {
-    /// The distance from the surface at which [`Point::leave_anywhere`] starts a ray, in meters.
+    /// The distance from the surface at which `MetPoint::leave` starts a ray, in meters.
     pub(crate) fn clearance(&self) -> f32 {
-        let size = self.position.abs().max_element();
-        self.error + f32::EPSILON * (16.0 * size).max(6.0 * self.extent)
+        clearance(self.position, self.error, self.extent)
     }
+}
 
-    /// Returns a ray from the point in any direction, also along its surface.
-    ///
-    /// Where a ray meets the plane that it starts on, the distance has an error of a few ulps of
-    /// the largest coordinate of the point or of the triangle's corners, whatever the plane's
-    /// direction. So the ray starts that far from the surface. [`Point::leave`] allows only for the
-    /// error of the position: from a floor at the camera's height, 17% of the rays of a cosine lobe
-    /// met the floor again.
-    pub(crate) fn leave_anywhere(&self, direction: Vec3) -> Ray {
-        let side = match direction.dot(self.geometric) < 0.0 {
-            true => -self.geometric,
-            false => self.geometric,
-        };
-        let origin = [0, 1, 2].map(|i| clear_of(self.position[i], side[i], self.clearance()));
-        Ray::new(Vec3::from_array(origin), direction)
-    }
+/// See [`Point::clearance`].
+#[inline(always)]
+pub(super) fn clearance(position: Vec3, error: f32, extent: f32) -> f32 {
+    let size = position.abs().max_element();
+    error + f32::EPSILON * (16.0 * size).max(6.0 * extent)
 }
 
 impl RenderScene {

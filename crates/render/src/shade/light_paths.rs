@@ -4,7 +4,7 @@ use glam::Vec3;
 use ivcam_base::math::lanes::{Lanes, Vec3Lanes, bits, set_lane};
 use ivcam_optics::sampling::{PathPoints, mix};
 
-use super::path::{CameraPath, PathLights, PathSettings, PathTracer};
+use super::path::{CameraPath, PathLights, PathSettings, PathSurface, PathTracer};
 use super::shader::{Shader, Work};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
@@ -75,12 +75,15 @@ impl Shader<'_> {
             shadows_at_eye: self.options.shadows_at_eye,
             mirrors: self.options.mirrors,
         };
-        let lights = self
-            .path_lights
-            .get_or_init(|| PathLights::of(self.scene, &settings));
+        let (lights, surfaces) = self.path_lights.get_or_init(|| {
+            let surfaces = self.scene.surfaces().iter();
+            let surfaces = surfaces.map(|surface| PathSurface::of(surface, &settings));
+            (PathLights::of(self.scene, &settings), surfaces.collect())
+        });
         PathTracer {
             scene: self.scene,
             lights: *lights,
+            surfaces,
             settings,
         }
     }

@@ -87,6 +87,9 @@ fn rays() -> impl Iterator<Item = Ray> {
     })
 }
 
+const FLOOR_BELOW: &str = "Separator { Material { diffuseColor .8 0 0 } \
+    Translation { translation 0 -.5 0 } Cube { width 90 height 1 depth 9 } }";
+
 const FLOOR: &str = "Translation { translation 0 -1.7 0 } Material { diffuseColor .7 .4 .2 } \
     Separator { Translation { translation 0 -.5 0 } Cube { width 9 height 1 depth 9 } } \
     Translation { translation 0 .5 0 } Cube { height 1 width 1 depth 1 }";
@@ -387,8 +390,6 @@ fn a_flash_has_the_light_of_the_headlight_and_throws_shadows() {
 /// A row of 100 balls, 300 m long, of which the near ones light a floor.
 #[test]
 fn many_lamps_light_a_point_as_the_sum_of_each_does_with_little_noise() {
-    let floor = "Separator { Material { diffuseColor .8 0 0 } Translation { translation 0 -.5 0 } \
-        Cube { width 90 height 1 depth 9 } }";
     let ray = Ray::new(Vec3::new(0.3, 1.0, 0.5), Vec3::NEG_Y);
     let point = Vec3::new(0.3, 0.0, 0.5);
     let glow = "Material { diffuseColor 0 0 0 emissiveColor 9 0 0 }";
@@ -404,9 +405,29 @@ fn many_lamps_light_a_point_as_the_sum_of_each_does_with_little_noise() {
         let square = f64::from(to.length_squared());
         known += 0.8 * 9.0 * 0.01 / square * f64::from(to.y) / square.sqrt();
     }
-    let scene = compile(&format!("{floor} {glow} {balls}"));
+    let scene = compile(&format!("{FLOOR_BELOW} {glow} {balls}"));
     let (found, sigma) = mean(&scene, &at_depth(1), &ray, 20_000);
     expect("balls", (found, sigma), known);
     // Drawn by their power alone, a sample would have a noise of 7.9 times the mean.
     assert!(sigma * 20_000f64.sqrt() < 1.5 * found, "{sigma} of {found}");
+}
+
+/// Most of a box's six sides bring a floor no light. Drawn by their power alone, half of the
+/// samples would be on its upper side, so that a sample had a noise of the mean.
+#[test]
+fn a_box_as_a_lamp_has_little_noise_and_the_light_of_its_lower_side() {
+    let scene = compile(&format!(
+        "{FLOOR_BELOW} Translation {{ translation 0 1.205 0 }} \
+         Material {{ diffuseColor 0 0 0 emissiveColor 9 0 0 }} \
+         Cube {{ width .5 height .01 depth .5 }}"
+    ));
+    let ray = Ray::new(Vec3::new(1.0, 1.0, 0.0), Vec3::new(-1.0, -1.0, 0.0));
+    let (found, sigma) = mean(&scene, &at_depth(1), &ray, 20_000);
+    // The part of the light of a hemisphere, by the cosine, that comes from a quarter of the
+    // square above one of its corners (Siegel and Howell, *Thermal radiation heat transfer*).
+    let side = 0.25 / 1.2f64;
+    let root = (1.0 + side * side).sqrt();
+    let quarter = side / root * libm::atan(side / root) / std::f64::consts::PI;
+    expect("box", (found, sigma), 0.8 * 9.0 * 4.0 * quarter);
+    assert!(sigma * 20_000f64.sqrt() < 0.3 * found, "{sigma} of {found}");
 }

@@ -10,7 +10,7 @@ use super::counts::RayCounts;
 use super::lanes::{PointLanes, SurfaceValues};
 use super::lighting;
 use super::many_lights::LightChoice;
-use super::path::{PathLights, PathOptions, PathWork};
+use super::path::{PathLights, PathOptions, PathSurface, PathWork};
 use super::shading::Shading;
 use crate::bvh::{Hit, PacketHits, Ray, RayPacket};
 use crate::scene::{IncidentLight, Light, Point, RenderScene, SHADOW_END, Surface};
@@ -86,8 +86,8 @@ pub struct Shader<'a> {
     pub(super) options: ShadeOptions,
     /// The values of surfaces that packets need, computed for the first packet.
     surfaces: OnceLock<Vec<SurfaceValues>>,
-    /// What lights the scene of model `i`, found for the first path.
-    pub(super) path_lights: OnceLock<PathLights>,
+    /// What lights the scene of model `i`, and its surfaces, found for the first path.
+    pub(super) path_lights: OnceLock<(PathLights, Vec<PathSurface>)>,
 }
 
 /// The state that a thread keeps between rays: counts, and buffers for reuse.

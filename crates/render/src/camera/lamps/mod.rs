@@ -32,7 +32,7 @@ use super::lens_camera::LensCamera;
 use super::rays::{CameraRays, ColorFactor, ExitRays};
 use super::spectral::split;
 use crate::bvh::{Hit, PacketHits, Ray};
-use crate::scene::{Emitters, RenderScene};
+use crate::scene::{Emitters, LampRange, LitFace, RenderScene};
 use cell::LampCell;
 use meeting::Wanted;
 
@@ -157,6 +157,17 @@ impl<'a> LampFinder<'a> {
         self.camera.eye.as_vec3()
     }
 
+    /// A face before the lens that some lamps shine on, by which one of them is chosen: so the
+    /// sides are left out that the lens does not see.
+    fn toward(&self, range: LampRange) -> LitFace {
+        let (center, _) = self.emitters().tree().node(range).sphere();
+        LitFace {
+            position: self.eye(),
+            normal: (center - self.eye()).normalize_or(Vec3::NEG_Z),
+            highlight: None,
+        }
+    }
+
     fn target(&self) -> &PupilTarget {
         match &self.camera.spectral {
             Some(lenses) => &lenses.target,
@@ -256,8 +267,8 @@ impl<'a> LampFinder<'a> {
         );
         let chosen = cell.choice_of(film, leaf)?;
         let position = ray.at(hit.t);
-        let (tree, emitters) = (self.emitters().tree(), self.emitters());
-        let by_power = tree.probability(chosen.range, leaf, |node| node.power);
+        let emitters = self.emitters();
+        let of_leaf = emitters.probability(chosen.range, leaf, &self.toward(chosen.range));
         let density = emitters.density_on(self.scene, self.eye(), position, &hit);
         let point = self.camera.lens_point(position.as_dvec3());
         Some(Sighting {
@@ -269,7 +280,7 @@ impl<'a> LampFinder<'a> {
             position,
             normal: self.scene.geometric_normal(ray, &hit),
             hit,
-            density: chosen.probability * f64::from(by_power) * f64::from(density),
+            density: chosen.probability * f64::from(of_leaf) * f64::from(density),
         })
     }
 
@@ -320,8 +331,7 @@ impl<'a> LampFinder<'a> {
         let [choice, _] = points.pair(CHOICE);
         let (chosen, rest) = cell.choose(film, f64::from(choice))?;
         let emitters = self.emitters();
-        let tree = emitters.tree();
-        let (leaf, by_power, _) = tree.choose(chosen.range, rest, |node| node.power)?;
+        let (leaf, of_leaf, _) = emitters.choose(chosen.range, rest, &self.toward(chosen.range))?;
         let on = emitters.point_on(self.scene, self.eye(), leaf, points.pair(PLACE))?;
         let ray = Ray::new(self.eye(), on.position - self.eye());
         let point = self.camera.lens_point(on.position.as_dvec3());
@@ -334,7 +344,7 @@ impl<'a> LampFinder<'a> {
             position: on.position,
             normal: self.scene.geometric_normal(&ray, &on.hit),
             hit: on.hit,
-            density: chosen.probability * f64::from(by_power) * f64::from(on.density),
+            density: chosen.probability * f64::from(of_leaf) * f64::from(on.density),
         })
     }
 

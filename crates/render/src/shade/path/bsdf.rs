@@ -53,6 +53,8 @@ pub(super) struct Bsdf {
     layer: Option<Layer>,
     /// The probability that a microfacet is sampled.
     facet_share: f32,
+    /// The shares of light that the microfacets and the rest send back.
+    shares: [f32; 2],
     /// Whether the microfacets all face up, so that only one direction is mirrored.
     is_mirror: bool,
 }
@@ -90,6 +92,7 @@ impl Bsdf {
                 wo,
                 layer: None,
                 facet_share: 0.0,
+                shares: [0.0; 2],
                 is_mirror,
             };
         }
@@ -109,6 +112,7 @@ impl Bsdf {
             own,
             wo,
             is_mirror,
+            shares: [facets, rest],
             facet_share: (facets / (facets + rest).max(1e-9)).clamp(0.1, 0.9),
             layer: Some(Layer {
                 f90,
@@ -118,6 +122,28 @@ impl Bsdf {
                 several,
             }),
         }
+    }
+
+    /// The shares of light that the microfacets and the rest send back; `None` for what is matte or
+    /// a mirror.
+    pub(super) fn shares(&self) -> Option<[f32; 2]> {
+        let is_rough = self.layer.is_some() && !self.is_mirror;
+        is_rough.then_some(self.shares)
+    }
+
+    /// The direction to the viewer.
+    pub(super) fn viewer(&self) -> Vec3 {
+        self.wo
+    }
+
+    /// The roughness α of the microfacets.
+    pub(super) fn roughness(&self) -> f32 {
+        self.own.facets.alpha
+    }
+
+    /// Whether there is no layer of microfacets.
+    pub(super) fn is_matte(&self) -> bool {
+        self.layer.is_none()
     }
 
     /// Returns the BSDF times the cosine of `wi`, and the density with which [`Bsdf::sample`] draws
@@ -156,6 +182,15 @@ impl Bsdf {
     /// Draws a direction from which light comes. `choice` and `u` are from 0 to 1. Returns `None`
     /// if the sample is below the surface, which has no light.
     pub(super) fn sample(&self, choice: f32, u: [f32; 2]) -> Option<BsdfSample> {
+        if self.is_matte() {
+            // The density is the cosine over π, which cancels that of the reflected light.
+            let wi = cosine_direction(u);
+            return (wi.z > 0.0).then(|| BsdfSample {
+                wi,
+                weight: self.own.diffuse,
+                pdf: wi.z * FRAC_1_PI,
+            });
+        }
         let wi = if choice < self.facet_share {
             if self.is_mirror {
                 return self.mirrored();

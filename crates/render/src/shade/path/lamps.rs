@@ -17,7 +17,7 @@ use super::sky::SUN_ANGLE;
 use super::tracer::PathTracer;
 use super::vertex::Vertex;
 use crate::bvh::Ray;
-use crate::scene::{IncidentLight, Light, Point, SHADOW_END};
+use crate::scene::{IncidentLight, LampFace, Light, SHADOW_END, Surface, sound_color};
 
 /// The largest number of lights of which each is considered; of more, as many are drawn.
 const CONSIDERED: usize = 16;
@@ -47,7 +47,7 @@ impl PathTracer<'_> {
     /// passes their rays. If at most `most` lights shine on the point, each is taken once.
     pub(super) fn file_lights(
         &self,
-        (point, vertex): (&Point<'_>, &Vertex),
+        (surface, vertex): (&Surface, &Vertex),
         most: usize,
         choice: [f32; 2],
         u: [f32; 2],
@@ -55,8 +55,8 @@ impl PathTracer<'_> {
     ) {
         let settings = &self.settings;
         let own = settings.own;
-        let set = self.scene.lights_of(point.surface);
-        let count = self.scene.light_count(point.surface.lights)
+        let set = self.scene.lights_of(surface);
+        let count = self.scene.light_count(surface.lights)
             + usize::from(settings.headlight.is_some())
             + usize::from(own.sun.is_some());
         let lights = set.chain(settings.headlight).chain(&own.sun);
@@ -71,7 +71,7 @@ impl PathTracer<'_> {
                 continue;
             }
             next += 1;
-            let incident = self.reach(light, point.position);
+            let incident = self.reach(light, vertex.position());
             // A large lamp may shine on a point that its center does not shine on.
             let value = match is_sized {
                 true => incident.color.abs(),
@@ -96,8 +96,7 @@ impl PathTracer<'_> {
                 false => picks as f32 / expected,
             };
             if factor > 0.0 {
-                let lamp =
-                    self.light_at((light, incident), (point, vertex), u, factor * considered);
+                let lamp = self.light_at((light, incident), vertex, u, factor * considered);
                 lamp.into_iter().for_each(&mut found);
             }
         }
@@ -126,7 +125,7 @@ impl PathTracer<'_> {
     fn light_at(
         &self,
         (light, incident): (&Light, &IncidentLight),
-        (point, vertex): (&Point<'_>, &Vertex),
+        vertex: &Vertex,
         u: [f32; 2],
         factor: f32,
     ) -> Option<LampRay> {
@@ -156,7 +155,7 @@ impl PathTracer<'_> {
         if light_here == Vec3::ZERO {
             return None;
         }
-        let mut ray = point.leave_anywhere(toward);
+        let mut ray = vertex.leave(toward);
         ray.t_max = distance * SHADOW_END;
         Some(LampRay {
             ray,
@@ -170,37 +169,50 @@ impl PathTracer<'_> {
     /// its 24 bits, of which the choice among a million shapes needs 20.
     pub(super) fn luminous_shape(
         &self,
-        point: &Point<'_>,
         vertex: &Vertex,
         u: [f32; 2],
         finer: f32,
     ) -> Option<LampRay> {
         let emitters = self.scene.emitters();
         let across = f64::from(u[0]) + f64::from(finer) * f64::exp2(-24.0);
-        let lamp = emitters.sample(self.scene, &vertex.lit_face(point), (across, u[1]))?;
-        let to = lamp.position - point.position;
+        let lamp = emitters.sample(self.scene, &vertex.lit_face(), (across, u[1]))?;
+        let to = lamp.position - vertex.position();
         let distance = to.length();
         let toward = to / distance;
         let (scattered, pdf) = vertex.eval(toward);
         if scattered == Vec3::ZERO || !(distance > 0.0) {
             return None;
         }
-        let mut ray = point.leave_anywhere(toward);
-        let start = (ray.origin - point.position).dot(toward);
-        let mut hit = lamp.hit;
-        hit.t = distance;
-        if !self.scene.is_visible(&ray, &hit) {
-            return None;
-        }
-        let there = self.scene.point(&ray, &hit);
-        let emission = ScatteringMaterial::emission_of(&there, &self.settings);
-        let facing = there.geometric.dot(toward).abs();
+        let mut ray = vertex.leave(toward);
+        let (emission, normal, clear) = match emitters.face(&lamp) {
+            Some(LampFace {
+                even: Some(even),
+                normal,
+                clearance,
+                ..
+            }) => {
+                let emission = sound_color(*even * self.settings.own.emission);
+                (emission, *normal, *clearance)
+            }
+            _ => {
+                let mut hit = lamp.hit;
+                hit.t = distance;
+                if !self.scene.is_visible(&ray, &hit) {
+                    return None;
+                }
+                let there = self.scene.point(&ray, &hit);
+                let emission = ScatteringMaterial::emission_of(&there, &self.settings);
+                let emission = emission * (1.0 - there.transparency);
+                (emission, there.geometric, there.clearance())
+            }
+        };
+        let facing = normal.dot(toward).abs();
         let density = lamp.density * distance * distance / facing;
         let weight = power_heuristic(density, pdf) / density;
-        let light = scattered * emission * ((1.0 - there.transparency) * weight);
+        let light = scattered * emission * weight;
         // The ray ends clear of the lamp.
-        let clear = there.clearance() / facing.max(0.01);
-        ray.t_max = (distance - start) * (1.0 - 1e-4) - clear;
+        let start = (ray.origin - vertex.position()).dot(toward);
+        ray.t_max = (distance - start) * (1.0 - 1e-4) - clear / facing.max(0.01);
         (light != Vec3::ZERO && light.is_finite()).then_some(LampRay {
             ray,
             light,
@@ -212,7 +224,6 @@ impl PathTracer<'_> {
     /// Draws a direction of the environment picture.
     pub(super) fn environment_light(
         &self,
-        point: &Point<'_>,
         vertex: &Vertex,
         choice: [f32; 2],
         u: [f32; 2],
@@ -227,7 +238,7 @@ impl PathTracer<'_> {
         let weight = power_heuristic(density, pdf) / density;
         let light = scattered * radiance * weight;
         (light != Vec3::ZERO && light.is_finite()).then(|| LampRay {
-            ray: point.leave_anywhere(toward),
+            ray: vertex.leave(toward),
             light,
             is_seen: true,
             has_shadow: true,

@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::bsdf::{Reflectance, conserving};
 use super::microfacets::Microfacets;
 use super::options::PathSettings;
-use crate::scene::{Point, sound_color};
+use crate::scene::{PlainSurface, Point, Surface, sound_color};
 
 /// The α of a physical material below which it is a mirror. A lobe of this α is a thousandth of a
 /// radian wide.
@@ -83,5 +83,22 @@ impl ScatteringMaterial {
             }),
             is_mirror,
         }
+    }
+}
+
+/// A surface, with its material if that is the same everywhere.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::shade) struct PathSurface {
+    /// What points of the surface need of it, and its material.
+    pub(super) plain: Option<(PlainSurface, ScatteringMaterial)>,
+}
+
+impl PathSurface {
+    pub(in crate::shade) fn of(surface: &Surface, settings: &PathSettings<'_>) -> Self {
+        let plain = PlainSurface::of(surface).map(|plain| {
+            let point = PlainSurface::any_point(surface);
+            (plain, ScatteringMaterial::of(&point, settings))
+        });
+        Self { plain }
     }
 }

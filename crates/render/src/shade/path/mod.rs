@@ -22,6 +22,7 @@ mod tracer;
 mod vertex;
 
 pub use environment::EnvironmentLight;
+pub(super) use material::PathSurface;
 pub(super) use options::PathSettings;
 pub use options::{Flash, PathOptions};
 pub use sky::ClearSky;

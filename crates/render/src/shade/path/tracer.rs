@@ -5,11 +5,11 @@ use ivcam_base::math::lanes::LANES;
 use ivcam_optics::sampling::PathPoints;
 
 use super::lamps::{LampRay, power_heuristic};
-use super::material::ScatteringMaterial;
+use super::material::{PathSurface, ScatteringMaterial};
 use super::options::PathSettings;
 use super::vertex::{Vertex, refract};
 use crate::bvh::{Hit, Ray, RayPacket};
-use crate::scene::{LitFace, Point, RenderScene, sound_color};
+use crate::scene::{LitFace, MetPoint, Point, RenderScene, Surface, sound_color};
 use crate::shade::counts::RayCounts;
 use crate::shade::lighting::{clearness, eye};
 
@@ -25,6 +25,9 @@ const MOST_STEPS: u32 = 100_000;
 /// The largest number of lights of the file that are sampled where a path turns first. Later turns
 /// sample one.
 const FIRST_LIGHTS: usize = 4;
+/// The largest number of luminous shapes of which a number of 24 bits chooses one, with 14 bits
+/// left for the place on it.
+const FEW_EMITTERS: usize = 1 << 10;
 /// The number of rays toward lamps from which a packet is faster than single rays.
 const PACKET_FROM: usize = 8;
 
@@ -35,8 +38,12 @@ pub(in crate::shade) struct PathLights {
     sky: Vec3,
     /// Whether the background lights the scene.
     background: bool,
+    /// Whether there are lights of the file, or what stands for one.
+    file: bool,
     /// Whether there are luminous shapes.
     emitters: bool,
+    /// Whether there are so many that the choice of one needs more bits than a number has.
+    many_emitters: bool,
     /// Whether light from what is seen is stopped as light from the file's lights is.
     plain: bool,
 }
@@ -49,16 +56,14 @@ impl PathLights {
             None => scene.ambient_radiance(),
         };
         let emitters = scene.has_emitters();
-        let is_lit = emitters
-            || sky != Vec3::ZERO
-            || scene.has_lights()
-            || settings.headlight.is_some()
-            || settings.own.sun.is_some()
-            || environment.is_some();
+        let file = scene.has_lights() || settings.headlight.is_some() || settings.own.sun.is_some();
+        let is_lit = emitters || file || sky != Vec3::ZERO || environment.is_some();
         Self {
             sky,
+            file,
             background: settings.own.background_lights || !is_lit,
             emitters,
+            many_emitters: scene.emitters().len() > FEW_EMITTERS,
             plain: scene.sees_what_casts_shadows(),
         }
     }
@@ -80,6 +85,8 @@ struct PathState {
     lane: usize,
     ray: Ray,
     hit: Option<Hit>,
+    /// The corners of the triangle that was hit, if it is not of a prototype.
+    corners: Option<[Vec3; 3]>,
     points: PathPoints,
     /// The fraction of the light at the ray's end that reaches the camera.
     share: Vec3,
@@ -105,6 +112,7 @@ impl PathState {
             lane: path.lane,
             ray: path.ray,
             hit: path.hit,
+            corners: None,
             points: path.points,
             share: Vec3::ONE,
             light: [Vec3::ZERO; 2],
@@ -147,6 +155,8 @@ pub(in crate::shade) struct PathTracer<'a> {
     pub scene: &'a RenderScene,
     pub settings: PathSettings<'a>,
     pub lights: PathLights,
+    /// By the number of the surface.
+    pub surfaces: &'a [PathSurface],
 }
 
 impl PathTracer<'_> {
@@ -165,6 +175,11 @@ impl PathTracer<'_> {
         live.extend(0..walks.len());
         while !live.is_empty() {
             lamps.clear();
+            // The processor waits for all corners at once, and not for each in turn.
+            for &i in live.iter() {
+                let walk = &mut walks[i];
+                walk.corners = walk.hit.and_then(|hit| self.scene.own_corners(&hit));
+            }
             live.retain(|&i| self.step(i, &mut walks[i], lamps));
             self.light_up(walks, lamps, counts);
             counts.scene += live.len() as u64;
@@ -239,11 +254,21 @@ impl PathTracer<'_> {
             self.leave_scene(walk);
             return false;
         };
-        let point = self.scene.point(&walk.ray, &hit);
         walk.steps += 1;
-        let [lobe, passing] = walk.pair(0);
-        if point.transparency > 0.0 && passing < point.transparency {
-            return self.pass(walk, &hit, &point, lobe);
+        let owner = self.scene.owner(hit.primitive) as usize;
+        if let Some((plain, material)) = &self.surfaces[owner].plain
+            && let Some(corners) = &walk.corners
+            && let Some(met) = self.scene.plain_point((&walk.ray, &hit), corners, plain)
+        {
+            let surface = &self.scene.surfaces()[owner];
+            return self.scatter((number, walk), (&met, surface), material, lamps);
+        }
+        let point = self.scene.point(&walk.ray, &hit);
+        if point.transparency > 0.0 {
+            let [lobe, passing] = walk.pair(0);
+            if passing < point.transparency {
+                return self.pass(walk, &hit, &point, lobe);
+            }
         }
         if walk.is_straight {
             let clear = match walk.turns {
@@ -259,27 +284,42 @@ impl PathTracer<'_> {
             }
         }
         let material = ScatteringMaterial::of(&point, &self.settings);
-        self.add_emission(walk, &hit, &point, material.emission);
+        let place = (&point.met(), point.surface);
+        self.scatter((number, walk), place, &material, lamps)
+    }
+
+    /// Takes a path from a surface that it meets to its next ray. Returns whether it goes on.
+    fn scatter(
+        &self,
+        (number, walk): (usize, &mut PathState),
+        (met, surface): (&MetPoint, &Surface),
+        material: &ScatteringMaterial,
+        lamps: &mut Vec<(usize, u32, LampRay)>,
+    ) -> bool {
+        self.add_emission(walk, met, material.emission);
         let Some(reflectance) = material.reflectance.filter(|_| self.may_turn(walk)) else {
             return false;
         };
         let direction = walk.ray.direction.normalize_or(Vec3::NEG_Z);
-        let vertex = Vertex::new(&point, direction, reflectance, material.is_mirror);
-        self.gather_light((number, &*walk), &point, &vertex, lamps);
+        let vertex = Vertex::new(*met, direction, reflectance, material.is_mirror);
+        self.gather_light((number, &*walk), surface, &vertex, lamps);
+        let lobe = if vertex.is_matte() {
+            0.0
+        } else {
+            walk.pair(0)[0]
+        };
         let Some((toward, drawn)) = vertex.sample(lobe, walk.pair(1)) else {
             return false;
         };
-        let [survival, _] = walk.pair(7);
-        let ray = point.leave_anywhere(toward);
-        walk.face = vertex.lit_face(&point);
-        self.turn(walk, ray, drawn.weight, drawn.pdf, survival)
+        walk.face = vertex.lit_face();
+        self.turn(walk, vertex.leave(toward), drawn.weight, drawn.pdf)
     }
 
     /// Adds the rays toward the lamps that are sampled where a path turns.
     fn gather_light(
         &self,
         (number, walk): (usize, &PathState),
-        point: &Point<'_>,
+        surface: &Surface,
         vertex: &Vertex,
         lamps: &mut Vec<(usize, u32, LampRay)>,
     ) {
@@ -288,40 +328,38 @@ impl PathTracer<'_> {
             lamp.light *= share;
             lamps.push((number, scattered, lamp));
         };
-        let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
-        let place = (point, vertex);
-        self.file_lights(place, most, walk.pair(2), walk.pair(3), &mut add);
-        let found = [
-            match self.lights.emitters {
-                true => {
-                    let [finer, _] = walk.pair(6);
-                    self.luminous_shape(point, vertex, walk.pair(4), finer)
-                }
-                false => None,
-            },
-            match self.settings.own.environment.is_some() {
-                true => {
-                    let ([_, choice], [_, below]) = (walk.pair(6), walk.pair(7));
-                    self.environment_light(point, vertex, [choice, below], walk.pair(5))
-                }
-                false => None,
-            },
-        ];
-        found.into_iter().flatten().for_each(&mut add);
+        if self.lights.file {
+            let most = if walk.turns == 0 { FIRST_LIGHTS } else { 1 };
+            let place = (surface, vertex);
+            self.file_lights(place, most, walk.pair(2), walk.pair(3), &mut add);
+        }
+        if self.lights.emitters {
+            let finer = match self.lights.many_emitters {
+                true => walk.pair(6)[0],
+                false => 0.5,
+            };
+            let lamp = self.luminous_shape(vertex, walk.pair(4), finer);
+            lamp.into_iter().for_each(&mut add);
+        }
+        if self.settings.own.environment.is_some() {
+            let ([_, choice], [_, below]) = (walk.pair(6), walk.pair(7));
+            let lamp = self.environment_light(vertex, [choice, below], walk.pair(5));
+            lamp.into_iter().for_each(&mut add);
+        }
     }
 
     /// Adds the emission of a surface to a path that meets it.
-    fn add_emission(&self, walk: &mut PathState, hit: &Hit, point: &Point<'_>, emission: Vec3) {
-        if emission == Vec3::ZERO {
+    fn add_emission(&self, walk: &mut PathState, met: &MetPoint, emission: Vec3) {
+        let Some(hit) = walk.hit.filter(|_| emission != Vec3::ZERO) else {
             return;
-        }
+        };
         let mut weight = if walk.steps == 1 { walk.glow } else { 1.0 };
         if walk.pdf < f32::INFINITY && self.lights.emitters {
             let from = walk.ray.origin;
             let emitters = self.scene.emitters();
-            let density = emitters.density(self.scene, &walk.face, point.position, hit);
-            let square = (point.position - from).length_squared();
-            let cosine = point.geometric.dot(walk.ray.direction.normalize_or_zero());
+            let density = emitters.density(self.scene, &walk.face, met.position, &hit);
+            let square = (met.position - from).length_squared();
+            let cosine = met.geometric.dot(walk.ray.direction.normalize_or_zero());
             weight = power_heuristic(walk.pdf, density * square / cosine.abs());
         }
         walk.add(emission * weight, walk.turns);
@@ -385,15 +423,8 @@ impl PathTracer<'_> {
             Some((share, ahead)) if choice >= share => ahead,
             _ => mirrored(),
         };
-        let [survival, _] = walk.pair(7);
-        self.may_turn(walk)
-            && self.turn(
-                walk,
-                point.leave_anywhere(direction),
-                Vec3::ONE,
-                f32::INFINITY,
-                survival,
-            )
+        let ray = point.met().leave(direction);
+        self.may_turn(walk) && self.turn(walk, ray, Vec3::ONE, f32::INFINITY)
     }
 
     /// Whether another surface may scatter a path.
@@ -403,7 +434,7 @@ impl PathTracer<'_> {
     }
 
     /// Sends a path on along a ray. Returns false if it ends here.
-    fn turn(&self, walk: &mut PathState, ray: Ray, weight: Vec3, pdf: f32, survival: f32) -> bool {
+    fn turn(&self, walk: &mut PathState, ray: Ray, weight: Vec3, pdf: f32) -> bool {
         walk.ray = ray;
         walk.share *= weight;
         walk.turns += 1;
@@ -411,7 +442,7 @@ impl PathTracer<'_> {
         walk.pdf = pdf;
         if walk.turns > CERTAIN_TURNS {
             let goes_on = walk.share.max_element().min(MOST_SURVIVORS);
-            if !(survival < goes_on) {
+            if !(walk.pair(7)[0] < goes_on) {
                 return false;
             }
             walk.share /= goes_on;

@@ -4,13 +4,14 @@ use glam::Vec3;
 
 use super::bsdf::{Bsdf, BsdfSample, Reflectance};
 use super::frame::ShadingFrame;
-use crate::scene::{LitFace, Point};
+use crate::bvh::Ray;
+use crate::scene::{Highlight, LitFace, MetPoint};
 
 /// The scattering at a point that is seen along a ray.
 pub(super) struct Vertex {
     frame: ShadingFrame,
-    /// The normal of the face, toward the side that is seen.
-    geometric: Vec3,
+    /// The place on the side that is seen.
+    met: MetPoint,
     bsdf: Bsdf,
 }
 
@@ -20,42 +21,67 @@ impl Vertex {
     /// The side that is seen is lit. An interpolated normal that points away from the viewer is
     /// turned until it is seen at a grazing angle.
     pub(super) fn new(
-        point: &Point<'_>,
+        met: MetPoint,
         direction: Vec3,
         reflectance: Reflectance,
         is_mirror: bool,
     ) -> Self {
         let wo = -direction;
-        let own = match point.normal.dot(point.geometric) {
-            along if along < 0.0 => -point.normal,
-            _ => point.normal,
+        let own = match met.normal.dot(met.geometric) {
+            along if along < 0.0 => -met.normal,
+            _ => met.normal,
         };
-        let own = own.normalize_or(point.geometric);
+        let own = own.normalize_or(met.geometric);
         let short = 1e-3 - own.dot(wo);
         let normal = match short > 0.0 {
-            true => (own + short * wo).normalize_or(point.geometric),
+            true => (own + short * wo).normalize_or(met.geometric),
             false => own,
         };
         let frame = ShadingFrame::around(normal);
         Self {
             bsdf: Bsdf::new(reflectance, frame.local(wo), is_mirror),
             frame,
-            geometric: point.geometric,
+            met,
         }
     }
 
+    /// The position in meters.
+    pub(super) fn position(&self) -> Vec3 {
+        self.met.position
+    }
+
+    /// Returns a ray from the point in any direction.
+    pub(super) fn leave(&self, direction: Vec3) -> Ray {
+        self.met.leave(direction)
+    }
+
+    /// Whether directions are drawn in one way only, and need no choice.
+    pub(super) fn is_matte(&self) -> bool {
+        self.bsdf.is_matte()
+    }
+
     /// The face at the point.
-    pub(super) fn lit_face(&self, point: &Point<'_>) -> LitFace {
+    pub(super) fn lit_face(&self) -> LitFace {
         LitFace {
-            position: point.position,
-            normal: self.geometric,
+            position: self.met.position,
+            normal: self.met.geometric,
+            highlight: self.bsdf.shares().map(|[facets, rest]| {
+                let (wo, alpha) = (self.bsdf.viewer(), self.bsdf.roughness());
+                Highlight {
+                    viewer: self.frame.world(wo),
+                    normal: self.frame.world(Vec3::Z),
+                    square: alpha * alpha,
+                    strength: facets / (4.0 * wo.z),
+                    matte: rest,
+                }
+            }),
         }
     }
 
     /// Returns the scattering from a direction times its cosine, and the density with which
     /// [`Vertex::sample`] draws it. No light comes through the face.
     pub(super) fn eval(&self, toward: Vec3) -> (Vec3, f32) {
-        match toward.dot(self.geometric) > 0.0 {
+        match toward.dot(self.met.geometric) > 0.0 {
             true => self.bsdf.eval(self.frame.local(toward)),
             false => (Vec3::ZERO, 0.0),
         }
@@ -65,7 +91,7 @@ impl Vertex {
     pub(super) fn sample(&self, choice: f32, u: [f32; 2]) -> Option<(Vec3, BsdfSample)> {
         let drawn = self.bsdf.sample(choice, u)?;
         let toward = self.frame.world(drawn.wi);
-        (toward.dot(self.geometric) > 0.0).then_some((toward, drawn))
+        (toward.dot(self.met.geometric) > 0.0).then_some((toward, drawn))
     }
 }
 
