@@ -5,7 +5,7 @@
 //! light of up to four lights of the file at the first turn and of one at later turns, of one point
 //! on a luminous shape, and of one direction of the environment picture. Light that both ways find
 //! is weighted by the power heuristic (Veach, *Robust Monte Carlo methods for light transport
-//! simulation*, 1997, 9.2). After three turns a path ends at random ("Russian roulette"), so that
+//! simulation*, 1997, 9.2). After one turn a path may end at random ("Russian roulette"), so that
 //! the mean is exact without a limit of depth.
 //!
 //! Every random number is a function of seed, pixel, sample and its place in the path.
