@@ -431,3 +431,45 @@ fn a_box_as_a_lamp_has_little_noise_and_the_light_of_its_lower_side() {
     expect("box", (found, sigma), 0.8 * 9.0 * 4.0 * quarter);
     assert!(sigma * 20_000f64.sqrt() < 0.3 * found, "{sigma} of {found}");
 }
+
+/// A spot of 0.2 m, 2 m above a floor. A point at the edge of its cone sees the part of the lamp
+/// from which it is inside the cone, and so does one 3 cm farther out.
+#[test]
+fn the_edge_of_a_spot_with_a_size_is_soft() {
+    let spot = "SpotLight { location 0 2 0 direction 0 -1 0 cutOffAngle .5 dropOffRate 0 }";
+    let scene = compile(&format!("{spot} {FLOOR_BELOW}"));
+    let options = with(PathOptions {
+        max_depth: Some(1),
+        light_radius: 0.1,
+        ..PathOptions::default()
+    });
+    for beyond in [-0.2f32, 0.0, 0.03, 0.2] {
+        let x = 2.0 * libm::tanf(0.5) + beyond;
+        let to = Vec3::new(-x, 2.0, 0.0);
+        let (across, toward) = (Vec3::Z, to.normalize());
+        let up = toward.cross(across);
+        // The disc that faces the point, ring by ring.
+        let (mut known, count) = (0.0, 1000u16);
+        for i in 0..count {
+            for k in 0..count {
+                let part = |k: u16| (f32::from(k) + 0.5) / f32::from(count);
+                let (r, turn) = (0.1 * part(i).sqrt(), std::f32::consts::TAU * part(k));
+                let at = to + r * (libm::cosf(turn) * across + libm::sinf(turn) * up);
+                let cosine = f64::from(at.y / at.length());
+                known += if cosine > libm::cos(0.5) { cosine } else { 0.0 };
+            }
+        }
+        known *= 0.8 / (f64::from(count) * f64::from(count));
+        let ray = Ray::new(Vec3::new(x, 1.0, 0.5), Vec3::new(0.0, -1.0, -0.5));
+        let found = mean(&scene, &options, &ray, 40_000);
+        if known == 0.0 || beyond < -0.1 {
+            assert!(
+                (found.0 - known).abs() < 1e-3,
+                "{beyond}: {found:?} {known}"
+            );
+        } else {
+            assert!(known > 0.05 && known < 0.6, "{beyond}: {known}");
+            expect(&format!("{beyond} m beyond the edge"), found, known);
+        }
+    }
+}

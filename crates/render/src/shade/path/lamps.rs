@@ -2,8 +2,8 @@
 //! environment.
 //!
 //! A light of the file shows ρ·I·cos θ on a matte color ρ, by the old equation. With the BRDF ρ/π
-//! it brings the irradiance π·I·cos θ. Its size only moves the point that it is seen at:
-//! attenuation and spot stay those of its center.
+//! it brings the irradiance π·I·cos θ. Its size only moves the point that it is seen at, and that a
+//! spot's cone starts from: the attenuation stays that of its center.
 
 use std::f32::consts::PI;
 
@@ -21,6 +21,9 @@ use crate::scene::{IncidentLight, LampFace, Light, SHADOW_END, Surface, sound_co
 
 /// The largest number of lights of which each is considered; of more, as many are drawn.
 const CONSIDERED: usize = 16;
+
+/// The largest radius of a lamp, as a share of the distance from which it is seen.
+const LARGEST: f32 = 0.9;
 
 /// A ray toward a lamp, with the light that comes along it if nothing is in the way.
 #[derive(Clone, Copy, Debug)]
@@ -71,10 +74,10 @@ impl PathTracer<'_> {
                 continue;
             }
             next += 1;
-            let incident = self.reach(light, vertex.position());
+            let (incident, widest) = self.reach(light, vertex.position());
             // A large lamp may shine on a point that its center does not shine on.
             let value = match is_sized {
-                true => incident.color.abs(),
+                true => incident.color.abs() * widest,
                 false => vertex.eval(incident.toward).0 * incident.color.abs(),
             };
             let weight = value.element_sum();
@@ -109,15 +112,42 @@ impl PathTracer<'_> {
         flash.filter(|_| self.settings.headlight.is_some_and(is_headlight))
     }
 
-    /// The light that arrives at a point from the center of a light.
-    fn reach(&self, light: &Light, point: Vec3) -> IncidentLight {
+    /// The light that arrives at a point from the center of a light, and the greatest factor of the
+    /// cones of its points. That of a lamp with a size is not in the light.
+    fn reach(&self, light: &Light, point: Vec3) -> (IncidentLight, f32) {
+        if self.has_soft_cone(light) {
+            let bare = Light {
+                kind: LightKind::Point,
+                ..*light
+            };
+            let incident = bare.reach(point);
+            let (toward, distance) = (incident.toward, incident.distance);
+            let radius = self.settings.own.light_radius.min(LARGEST * distance);
+            // The direction toward the lamp that is nearest to its axis.
+            let axis = -light.direction;
+            let along = toward.dot(axis);
+            let nearest = match along * (distance * distance + radius * radius).sqrt() < distance {
+                true => {
+                    let aside = (axis - along * toward).normalize_or_zero();
+                    (distance * toward + radius * aside).normalize_or(toward)
+                }
+                false => axis,
+            };
+            return (incident, light.cone(nearest));
+        }
         let mut incident = light.reach(point);
         if let Some(flash) = self.flash_of(light) {
             let to = flash.position - point;
             incident.toward = to.normalize_or(incident.toward);
             incident.distance = to.length();
         }
-        incident
+        (incident, 1.0)
+    }
+
+    /// Whether a light has a cone, and a size that makes its edge soft.
+    fn has_soft_cone(&self, light: &Light) -> bool {
+        let has_cone = matches!(light.kind, LightKind::Spot { .. } | LightKind::Beam { .. });
+        has_cone && self.settings.own.light_radius > 0.0
     }
 
     /// The light of a light of the file at a point, times a factor. `incident` is that of its
@@ -142,7 +172,7 @@ impl PathTracer<'_> {
             LightKind::Directional if flash.is_none() => (incident.toward, f32::INFINITY),
             _ if radius > 0.0 => {
                 // A disc that faces the point, as large as the sphere looks from far away.
-                let radius = radius.min(0.9 * incident.distance);
+                let radius = radius.min(LARGEST * incident.distance);
                 let (r, turn) = (radius * u[0].sqrt(), std::f32::consts::TAU * u[1]);
                 let across = Vec3::new(r * libm::cosf(turn), r * libm::sinf(turn), 0.0);
                 let to = incident.distance * incident.toward
@@ -151,7 +181,11 @@ impl PathTracer<'_> {
             }
             _ => (incident.toward, incident.distance),
         };
-        let light_here = vertex.eval(toward).0 * incident.color * (PI * factor);
+        let cone = match self.has_soft_cone(light) {
+            true => light.cone(toward),
+            false => 1.0,
+        };
+        let light_here = vertex.eval(toward).0 * incident.color * (PI * factor * cone);
         if light_here == Vec3::ZERO {
             return None;
         }
