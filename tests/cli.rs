@@ -1381,6 +1381,62 @@ fn a_denoiser_gets_color_albedo_and_normals_and_its_picture_states_no_error() {
     assert!(!String::from_utf8_lossy(&layers).contains("is denoised"));
 }
 
+/// The denoiser returns the albedo.
+#[cfg(unix)]
+#[test]
+fn pictures_of_a_folder_and_of_a_catalog_are_denoised_or_say_why_not() {
+    let scratch = Scratch::new("denoised-folder");
+    let camera = "PerspectiveCamera { position 0 0 6 }";
+    let body = format!("{camera} Material {{ diffuseColor .8 .4 .2 }} Cube {{ }}");
+    std::fs::create_dir(scratch.0.join("in")).unwrap();
+    scratch.inventor("in/a.iv", &body);
+    denoiser(&scratch, "albedo", "cp $albedo $to");
+    denoiser(&scratch, "fails", "echo no device >&2; exit 1");
+    let folder = "render --lens none --size 15x11 --depth 16 DIR/in -o DIR/out";
+    must_run(&scratch, &format!("{folder} --denoise=DIR/albedo"));
+    let level = |share: f64| (share * 65_535.0).round() as u16;
+    let picture = scratch.0.join("out/a.png");
+    let albedo = [0.8, 0.4, 0.2].map(level);
+    assert_eq!(center(&picture), albedo);
+    // Another denoiser makes another picture; one that fails leaves it as it was.
+    must_fail(
+        &scratch,
+        &format!("{folder} --denoise=DIR/fails"),
+        &["no device", "without denoising"],
+    );
+    assert_ne!(center(&picture), albedo);
+
+    let catalog = "catalog --size 30x22 DIR/in -o DIR/catalog";
+    must_run(&scratch, &format!("{catalog} --denoise=DIR/albedo"));
+    let pictures = scratch.0.join("catalog");
+    let found = find_png(&pictures);
+    let eight = |v: u16| (v >> 8) as u8;
+    let albedo_8 = albedo.map(eight);
+    let red = |path: &Path| center(path).map(eight);
+    assert!(!found.is_empty() && found.iter().any(|path| red(path) == albedo_8));
+    let said = must_run(&scratch, &format!("{catalog} --denoise=DIR/fails"));
+    assert!(
+        stderr(&said).contains("1 without a picture"),
+        "{}",
+        stderr(&said)
+    );
+}
+
+/// The pictures below a folder.
+#[cfg(unix)]
+fn find_png(folder: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            found.extend(find_png(&path));
+        } else if path.extension().is_some_and(|e| e == "png") {
+            found.push(path);
+        }
+    }
+    found
+}
+
 #[cfg(unix)]
 #[test]
 fn a_missing_denoiser_is_an_error_before_the_work_and_a_failed_one_leaves_the_picture() {
@@ -1397,8 +1453,8 @@ fn a_missing_denoiser_is_an_error_before_the_work_and_a_failed_one_leaves_the_pi
             "goes with a render",
         ),
         (
-            "render --denoise=DIR/silent DIR -o DIR/out".to_owned(),
-            "one scene",
+            "render --denoise=DIR/none DIR -o DIR/out".to_owned(),
+            "Open Image Denoise",
         ),
     ] {
         must_fail(&scratch, &line, &[part]);

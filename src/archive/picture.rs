@@ -6,7 +6,7 @@ use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::folder_of;
 use ivcam_base::platform::real_path;
 
-use crate::photo::{Plan, Session};
+use crate::photo::{Denoiser, Plan, Session};
 
 /// The result of [`make_picture`].
 #[derive(Debug)]
@@ -18,12 +18,18 @@ pub(crate) struct MadePicture {
 }
 
 /// Photographs the plan's scene, and writes the picture to `output`, whose folder is created.
-/// `command` is the command line for the picture's metadata.
+/// `command` is the command line for the picture's metadata. If the denoiser fails, the picture is
+/// written without it.
 ///
 /// # Errors
-/// Returns an error if the scene cannot be read, the lens cannot focus, or the picture cannot be
-/// written or would replace a file that the scene uses.
-pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<MadePicture> {
+/// Returns an error if the scene cannot be read, the lens cannot focus, the denoiser fails, or the
+/// picture cannot be written or would replace a file that the scene uses.
+pub(crate) fn make_picture(
+    plan: Plan,
+    output: &Path,
+    command: &str,
+    denoiser: Option<&Denoiser>,
+) -> Result<MadePicture> {
     let session = Session::open_once(plan)?;
     let is_problem = |d: &&Diagnostic| d.severity >= Severity::Warning;
     let items = session.sink.items().iter();
@@ -54,6 +60,15 @@ pub(crate) fn make_picture(plan: Plan, output: &Path, command: &str) -> Result<M
     made.problems.extend(warning.map(|w| *w));
     let folder = folder_of(output);
     std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
-    picture.save(output, session.plan.depth)?;
-    Ok(made)
+    let (kept, denoised) = match denoiser {
+        None => (picture, Ok(())),
+        Some(denoiser) => session.denoised_or_kept(picture, &exposure, denoiser),
+    };
+    kept.save(output, session.plan.depth)?;
+    denoised.map(|()| made).map_err(|error| {
+        error.with_help(format!(
+            "`{}` is the picture without denoising",
+            output.display()
+        ))
+    })
 }

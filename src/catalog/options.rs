@@ -8,6 +8,8 @@ use ivcam_inventor::iv::Limits;
 use ivcam_optics::film::Resolution;
 use ivcam_render::geometry::text::Fonts;
 
+use crate::photo::Denoiser;
+
 /// The options of a catalog.
 #[derive(Clone, Debug)]
 pub(crate) struct CatalogOptions {
@@ -35,6 +37,8 @@ pub(crate) struct CatalogOptions {
     pub thumbnail: Resolution,
     /// Whether the scenes are photographed in a studio.
     pub studio: bool,
+    /// The program that denoises the large pictures.
+    pub denoiser: Option<Denoiser>,
     /// The samples of each pixel of a large picture.
     pub samples: u32,
     /// The heading of the pages. `None` is the name of the folder.

@@ -26,7 +26,7 @@ use super::sha256;
 use super::tree::{MOST_PROBLEMS, SceneDetail, tree};
 use crate::archive::Job;
 use crate::photo::{
-    Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
+    Denoiser, Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
 };
 
 /// The largest number of problems that an entry lists.
@@ -81,7 +81,7 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
             let bounds = survey.inventor_bounds.or(survey.bounds);
             let plan = plan(options, &job.input);
             let made = Session::with_document(plan, document)
-                .and_then(|session| photograph(session, bounds))
+                .and_then(|session| photograph(session, bounds, options.denoiser.as_ref()))
                 .and_then(|large| save_both(&large, &mut entry, out));
             if let Err(error) = made {
                 entry.no_picture = Some(error.message);
@@ -217,26 +217,36 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
 
 /// Renders the large picture. If the scene's camera sees nothing, everything is seen from three
 /// sides.
-fn photograph(mut session: Session, bounds: Option<(glam::DVec3, glam::DVec3)>) -> Result<Picture> {
+fn photograph(
+    mut session: Session,
+    bounds: Option<(glam::DVec3, glam::DVec3)>,
+    denoiser: Option<&Denoiser>,
+) -> Result<Picture> {
     let picture = |session: &Session| {
         let exposure = session.expose(&|_| {});
         Budget::current().check()?;
         let picture = session.develop(&exposure, "ivcam catalog");
         match is_uniform(&picture) {
             true => Err(nothing_seen(session, &exposure.counts, &picture)),
-            false => Ok(picture),
+            false => Ok((picture, exposure)),
         }
     };
     let first = picture(&session);
-    let Some(bounds) = bounds.filter(|_| first.is_err()) else {
-        return first;
+    let (picture, exposure) = match bounds.filter(|_| first.is_err()) {
+        None => first?,
+        Some(bounds) => {
+            Budget::current().check()?;
+            let plan = session.plan.clone();
+            let (aspect, side) = (plan.resolution.aspect(), ViewDirection::THREE_QUARTER);
+            let pose = CameraPose::view_all_from(bounds, aspect, side);
+            session.change(plan, pose)?;
+            picture(&session)?
+        }
     };
-    Budget::current().check()?;
-    let plan = session.plan.clone();
-    let (aspect, side) = (plan.resolution.aspect(), ViewDirection::THREE_QUARTER);
-    let pose = CameraPose::view_all_from(bounds, aspect, side);
-    session.change(plan, pose)?;
-    picture(&session)
+    match denoiser {
+        None => Ok(picture),
+        Some(denoiser) => session.denoised(&picture, &session.surfaces_of(&exposure), denoiser),
+    }
 }
 
 /// Returns why a picture of one color stands for nothing.

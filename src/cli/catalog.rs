@@ -35,7 +35,7 @@ pub(crate) fn command() -> Command {
             .value_name("FOLDER")
             .action(ArgAction::Append)
     };
-    let output = all().filter(|option| ["threads", "quiet"].contains(&option.name));
+    let output = all().filter(|option| ["denoise", "threads", "quiet"].contains(&option.name));
     Command::new("catalog")
         .about("Makes pages with pictures of every scene below a folder, and their data")
         .args_override_self(true)
@@ -174,6 +174,8 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
     words.push(format!("--size {}x{}", size.width, size.height));
     let studio = m.get_flag("studio");
     words.extend(studio.then(|| "--studio".to_owned()));
+    let denoiser = render::denoiser(m)?;
+    words.extend(denoiser.iter().map(|d| format!("--denoise={}", d.name())));
     Ok(CatalogOptions {
         folder: folder.clone(),
         out: out.clone(),
@@ -190,6 +192,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         force: m.get_flag("force"),
         thumbnail: size,
         studio,
+        denoiser,
         title: m.get_one::<String>("title").cloned(),
         about: about.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()),
         page: m.get_one::<PathBuf>("page").cloned(),

@@ -216,6 +216,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
         None => (matches.get_flag("batch"), matches),
         Some((name, m)) => (name == "render", m),
     };
+    let is_catalog = matches.subcommand_name() == Some("catalog");
     const RENDER: &str = "use `ivcam render` or `-batch`";
     let helps = [
         (
@@ -230,6 +231,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
         ("tev", RENDER),
     ];
     for (option, help) in helps {
+        let renders = renders || (option == "denoise" && is_catalog);
         if !renders && m.try_contains_id(option).unwrap_or_default() {
             let error = format!("`--{option}` goes with a render, and no picture is rendered here");
             return Err(Diagnostic::error(error).with_help(help));

@@ -186,7 +186,7 @@ fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
 ///
 /// # Errors
 /// Returns an error if it cannot be run.
-fn denoiser(m: &ArgMatches) -> Result<Option<Denoiser>> {
+pub(crate) fn denoiser(m: &ArgMatches) -> Result<Option<Denoiser>> {
     let program = text(m, "denoise").filter(|_| !team::is_assistant());
     program
         .map(|program| Denoiser::find(Path::new(program)))

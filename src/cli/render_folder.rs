@@ -79,22 +79,9 @@ struct Sum {
 /// Returns an error if an option is invalid, or if the output folder cannot be used.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i32> {
     let out = output_folder(m, folder)?;
-    for option in [
-        "write-camera",
-        "aov",
-        "denoise",
-        "checkpoint",
-        "sample-range",
-        "every",
-        "tev",
-    ] {
-        if text(m, option).is_some() {
-            let error = format!("`--{option}` is for one scene, and this is a folder");
-            return Err(Diagnostic::unsupported(error)
-                .with_help("name one scene; `--report` lists the scenes of a folder"));
-        }
-    }
+    refuse_options_of_one_scene(m)?;
     let mut plan = plan(m)?;
+    let denoiser = render::denoiser(m)?;
     let threads = render::threads(m)?;
     let jobs = Jobs::find(folder, &out, "png", Naming::Short)?;
     print_warnings(&jobs.sink);
@@ -126,7 +113,8 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
             scene: job.input.clone(),
             ..plan.clone()
         };
-        make_picture(plan, &job.output, &command_for(words, m, job))
+        let command = command_for(words, m, job);
+        make_picture(plan, &job.output, &command, denoiser.as_ref())
     };
     let mut done = |job: &Job, result: Result<MadePicture>| {
         let line = sum.add(job, result);
@@ -136,6 +124,25 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     progress.finish(jobs.list.len(), &sum.counts(&jobs));
     sum.write_report(m)?;
     Ok(if sum.failed > 0 { ERROR } else { 0 })
+}
+
+/// Refuses the options whose output belongs to one picture.
+fn refuse_options_of_one_scene(m: &ArgMatches) -> Result<()> {
+    for option in [
+        "write-camera",
+        "aov",
+        "checkpoint",
+        "sample-range",
+        "every",
+        "tev",
+    ] {
+        if text(m, option).is_some() {
+            let error = format!("`--{option}` is for one scene, and this is a folder");
+            return Err(Diagnostic::unsupported(error)
+                .with_help("name one scene; `--report` lists the scenes of a folder"));
+        }
+    }
+    Ok(())
 }
 
 impl Sum {

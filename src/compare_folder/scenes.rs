@@ -43,7 +43,7 @@ pub(super) fn photograph(
             ..photographs.plan.clone()
         };
         let command = command_line(&plan.to_args(&file.path));
-        make_picture(plan, &file.path, &command)
+        make_picture(plan, &file.path, &command, None)
     };
     let mut errors = HashMap::new();
     let mut done = |file: &&PictureFile, result: Result<MadePicture>| {

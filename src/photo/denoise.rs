@@ -13,8 +13,8 @@ use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::film::ErrorUnknown;
 use ivcam_optics::picture::Picture;
-use ivcam_render::render::SurfaceSum;
 use ivcam_render::render::report::stated_error;
+use ivcam_render::render::{Exposure, SurfaceSum};
 
 use super::session::Session;
 
@@ -141,6 +141,22 @@ impl Session {
         let name = denoiser.name();
         clean.provenance.insert("ivcam:denoise".into(), name);
         Ok(clean)
+    }
+}
+
+impl Session {
+    /// Returns the picture of an exposure after denoising; or, if the denoiser fails, the picture
+    /// itself and why.
+    pub(crate) fn denoised_or_kept(
+        &self,
+        picture: Picture,
+        exposure: &Exposure,
+        denoiser: &Denoiser,
+    ) -> (Picture, Result<()>) {
+        match self.denoised(&picture, &self.surfaces_of(exposure), denoiser) {
+            Ok(clean) => (clean, Ok(())),
+            Err(error) => (picture, Err(error)),
+        }
     }
 }
 
