@@ -14,6 +14,7 @@ use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::model::{ModelOptions, Sampling};
 
 use super::flags::{FONTS, LIMIT, MEMORY, WORK};
+use super::meter::{MeterKind, waiting};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
 use crate::export::{Conversion, ExportOptions, Target, convert, rewritten};
@@ -160,7 +161,9 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         }
         _ => {}
     }
-    let mut conversion = converted(&document, wanted, &options)?;
+    let converting = format!("converting {}", scene.display());
+    let convert = || converted(&document, wanted, &options);
+    let mut conversion = waiting(MeterKind::Bar, converting, convert)?;
     if let Some(output) = output {
         conversion.carry_files(&document, [scene, output], &BTreeSet::new());
         if !is_forced(matches) {

@@ -34,6 +34,22 @@ pub(super) enum SceneMeter {
     },
 }
 
+/// Does some work whose length is not known. On a terminal a line says what it is and how long it
+/// has taken.
+pub(super) fn waiting<T>(kind: MeterKind, what: String, work: impl FnOnce() -> T) -> T {
+    if kind != MeterKind::Bar || !std::io::stderr().is_terminal() {
+        return work();
+    }
+    let line = indicatif::ProgressBar::new_spinner().with_message(what);
+    if let Ok(style) = indicatif::ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
+        line.set_style(style);
+    }
+    line.enable_steady_tick(Duration::from_millis(200));
+    let done = work();
+    line.finish_and_clear();
+    done
+}
+
 impl SceneMeter {
     pub(super) fn new(kind: MeterKind) -> Self {
         if kind == MeterKind::Json {
@@ -64,8 +80,9 @@ impl SceneMeter {
                 bar.set_length(progress.work);
                 bar.set_position(progress.work_done);
                 if let Some(error) = progress.error {
+                    let rate = f64::from(progress.samples) / bar.elapsed().as_secs_f64().max(1e-3);
                     bar.set_message(format!(
-                        "{} spp  relative error {}",
+                        "{} spp, {rate:.1} a second  relative error {}",
                         progress.samples,
                         percent(error, 2)
                     ));

@@ -3,6 +3,7 @@
 //! Data is written to stdout, messages to stderr. The exit code is 0 for success, 1 if pictures
 //! differ or a limit is exceeded, and 2 for an error.
 
+mod announcement;
 mod arguments;
 mod catalog;
 pub(crate) mod check;

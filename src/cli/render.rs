@@ -17,8 +17,9 @@ use ivcam_render::camera::{Aim, Camera};
 use ivcam_render::render::report::{RenderReport, count, error_text, percent};
 use ivcam_render::render::{Counts, Exposure, Keeper, Task};
 
+use super::announcement::announcement;
 use super::keeping::Keeping;
-use super::meter::{MeterKind, SceneMeter};
+use super::meter::{MeterKind, SceneMeter, waiting};
 use super::outputs::{
     check_picture_space, is_standard_stream, keep_inputs, picture_format, save_picture,
     save_picture_rows,
@@ -347,7 +348,9 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
         true => None,
     };
     options.keeping.check(&plan)?;
-    let mut session = options.on_threads(|| Session::open_once(plan))??;
+    let reading = format!("reading {}", plan.scene.display());
+    let open = || options.on_threads(|| Session::open_once(plan));
+    let mut session = waiting(options.meter, reading, open)??;
     if options.layers.is_some() || options.denoiser.is_some() {
         session.take_layers()?;
     }
@@ -386,6 +389,8 @@ fn finish(
     }
     print_notices(session, options.quiet);
     if !options.quiet {
+        let scene = &session.plan.scene;
+        super::status!("{}", announcement(scene, &session.described));
         let choices: Vec<String> = session
             .described
             .iter()
@@ -455,7 +460,9 @@ fn render_whole(
     let mut report = session.report(&exposure);
     let counts = exposure.counts;
     if has_picture {
-        write_picture(session, options, exposure, command)?;
+        let writing = format!("writing {}", options.output.display());
+        let write = || write_picture(session, options, exposure, command);
+        waiting(options.meter, writing, write)?;
     }
     watch.result()?;
     if let Some(denoiser) = options.denoiser.as_ref().filter(|_| has_picture) {
