@@ -185,7 +185,7 @@ impl Bsdf {
         if self.is_matte() {
             // The density is the cosine over π, which cancels that of the reflected light.
             let wi = cosine_direction(u);
-            return (wi.z > 0.0).then(|| BsdfSample {
+            return (wi.z > 0.0).then_some(BsdfSample {
                 wi,
                 weight: self.own.diffuse,
                 pdf: wi.z * FRAC_1_PI,
