@@ -134,8 +134,8 @@ fn json_keeps_an_asphere_along_a_normal_and_other_formats_refuse_it() {
     }
 }
 
-/// Rays of optiland 0.6.3 through its own file, whose surfaces it meets within 1e-15 mm: starts on the vertex plane, directions, and the
-/// points and directions on the film.
+/// Rays of optiland 0.6.3 through its own file, whose surfaces it meets within 1e-15 mm: starts on
+/// the vertex plane, directions, and the points and directions on the film.
 #[test]
 fn rays_through_a_file_of_optiland_are_those_of_optiland() {
     let file = concat!(

@@ -284,7 +284,7 @@ fn a_field_of_an_object_at_infinity_is_said_to_be_lost() {
     let lens = formats::read(&source, &mut sink).unwrap();
     assert_eq!((lens.image_height, lens.half_field), (None, None));
     let is_said = |d: &Diagnostic| d.message.contains("a height of the object");
-    assert!(sink.items().iter().any(|d| is_said(d)));
+    assert!(sink.items().iter().any(is_said));
 }
 
 /// A glass that is opaque in the visible is traced at its own wavelength, in the index that its

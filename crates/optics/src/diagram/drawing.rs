@@ -248,8 +248,8 @@ impl Drawing {
         self.letters(at, Anchor::Start, size, look, words);
     }
 
-    /// Adds a heading with a note on its line, as far behind it as the widest of the usual sans-serif
-    /// fonts needs, DejaVu Sans.
+    /// Adds a heading with a note on its line, as far behind it as DejaVu Sans needs,
+    /// the widest of the usual sans-serif fonts.
     pub(crate) fn heading_with_note(
         &mut self,
         [x, y]: [f64; 2],

@@ -5,10 +5,10 @@
 //! folder because readers need them: a file may give an f-number in place of a diameter. Nothing
 //! here traces rays; `lens` does.
 //!
-//! The folder's parts, from the ground up: `glass`, `decenter`, `surface` and `forbes`, polynomials of
-//! aspheres; `prescription` is the table, `about` its sources in words, `first_order` its focal lengths and pupils, `adjust` makes
-//! another table of it (scaled, stopped down, zoomed), `changes` one with other numbers; `formats`
-//! reads and writes files.
+//! The folder's parts, from the ground up: `glass`, `decenter`, `surface` and `forbes`, polynomials
+//! of aspheres; `prescription` is the table, `about` its sources in words, `first_order` its focal
+//! lengths and pupils, `adjust` makes another table of it (scaled, stopped down, zoomed), `changes`
+//! one with other numbers; `formats` reads and writes files.
 
 pub(crate) mod about;
 mod adjust;

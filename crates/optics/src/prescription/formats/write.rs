@@ -286,7 +286,7 @@ fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: 
     let _ = writeln!(text, "  GLAS ___BLANK 1 0 {} {abbe} 0 0 0 0 0 0", glass.n_d);
 }
 
-/// What is said of an asphere that only JSON keeps.
+/// The reason for which formats other than JSON refuse a surface.
 pub(super) const NORMAL: &str = "is an asphere measured along a normal";
 
 fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
