@@ -19,8 +19,11 @@ const FINE: f64 = 1.0;
 const BLOCK: usize = 24;
 /// The largest bias of least squares, in pixels at a corner, that is removed.
 const MOST_BIAS: f64 = 3.0;
-/// The number of unknowns of the fit: turn.x, turn.y, shift.x, shift.y, gain, offset.
-const UNKNOWNS: usize = 6;
+/// The number of unknowns of the fit: turn.x, turn.y, shift.x, shift.y, gain, offset, and the
+/// factors of [`MatchedTones::aside`].
+const UNKNOWNS: usize = 8;
+/// The number of unknowns that are fitted without [`MatchedTones`].
+const GENERAL: usize = 6;
 
 /// The standard errors of a warp.
 #[derive(Clone, Copy, Debug)]
@@ -97,12 +100,24 @@ pub(super) fn refine_at(
 
 /// Refines a warp between pictures of matched tones at full size. Differences of detail count by
 /// its standard deviation in the new picture.
+///
+/// A tone curve that comes after a blur, and overshoot of resampling that is cut at black or white,
+/// move every edge toward its dark or its bright side, which would be taken for a change of scale.
+/// To first order such a move adds a multiple of the spread of levels within the blur. A softer
+/// picture has larger spots; it adds a multiple of what a blur changes. Both are fitted too.
 pub(super) fn refine_tones(new: &Plane, old: &Plane, warp: Warp) -> (Warp, Option<Errors>) {
     at_ratio(new, old, warp, 1.0, |new, old, warp| {
         let (off, spread) = detail(new, FINE, None);
         let mean = spread.values.iter().sum::<f32>() / spread.values.len() as f32;
-        let scale = spread.map(|s| 1.0 / (s + mean));
-        refine_matched(&off, &detail(old, FINE, None).0, &scale, warp)
+        let squares = new.map(|v| v * v).blurred(FINE);
+        let smooth = new.blurred(FINE);
+        let at_edges = squares.zip(&smooth, |s, m| (s - m * m).max(0.0).sqrt());
+        let softer = smooth.zip(new, |s, v| s - v);
+        let matched = MatchedTones {
+            scale: spread.map(|s| 1.0 / (s + mean)),
+            aside: [at_edges, softer].map(|p| detail(&p, FINE, None).0),
+        };
+        refine_matched(&off, &detail(old, FINE, None).0, &matched, warp)
     })
 }
 
@@ -134,14 +149,14 @@ pub(super) fn refine(new: &Plane, old: &Plane, start: Warp) -> (Warp, Option<Err
         new,
         old,
         gradients: Gradients::Old(old.gradients()),
-        scale: None,
+        matched: None,
+        unknowns: GENERAL,
     };
     let (state, width) = pair.descend(start);
     (warp_of(&state), pair.errors(&state, width))
 }
 
-/// Refines a warp between planes of detail with the same tones. Differences are multiplied by
-/// `scale` at the pixels of the new picture.
+/// Refines a warp between planes of detail with the same tones.
 ///
 /// The least squares of the difference would move the noise of the old picture to where it counts
 /// least, which biases the scale if noise differs across the picture, as where white is clipped.
@@ -150,32 +165,39 @@ pub(super) fn refine(new: &Plane, old: &Plane, start: Warp) -> (Warp, Option<Err
 pub(super) fn refine_matched(
     new: &Plane,
     old: &Plane,
-    scale: &Plane,
+    matched: &MatchedTones,
     start: Warp,
 ) -> (Warp, Option<Errors>) {
-    let mut pair = PicturePair {
-        new,
-        old,
-        gradients: Gradients::Old(old.gradients()),
-        scale: Some(scale),
-    };
-    let (mut state, width) = pair.descend(start);
-    pair.gradients = Gradients::New(new.gradients());
-    let least = warp_of(&state);
-    for _ in 0..20 {
-        let sums = pair.normal(&state, width, warp_of(&state));
-        let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, 0.0) else {
-            break;
+    let mut least = start;
+    // What moves edges and what softens them may be the same in a picture of little detail.
+    for unknowns in (GENERAL..=UNKNOWNS).rev() {
+        let mut pair = PicturePair {
+            new,
+            old,
+            gradients: Gradients::Old(old.gradients()),
+            matched: Some(matched),
+            unknowns,
         };
-        (0..UNKNOWNS).for_each(|i| state[i] += step[i]);
-        if move_of(&step, new) < 1e-4 {
-            break;
+        let (mut state, width) = pair.descend(start);
+        least = warp_of(&state);
+        pair.gradients = Gradients::New(new.gradients());
+        for _ in 0..20 {
+            let sums = pair.normal(&state, width, warp_of(&state));
+            let Some(step) = solve(sums.matrix.as_flattened(), &sums.right, 0.0) else {
+                break;
+            };
+            (0..UNKNOWNS).for_each(|i| state[i] += step[i]);
+            if move_of(&step, new) < 1e-4 {
+                break;
+            }
+        }
+        let warp = warp_of(&state);
+        let errors = pair.errors(&state, width);
+        if errors.is_some() && warp.distance(least, new) <= MOST_BIAS {
+            return (warp, errors);
         }
     }
-    if warp_of(&state).distance(least, new) > MOST_BIAS {
-        return (least, None);
-    }
-    (warp_of(&state), pair.errors(&state, width))
+    (least, None)
 }
 
 fn warp_of(state: &[f64; UNKNOWNS]) -> Warp {
@@ -203,21 +225,25 @@ struct PicturePair<'a> {
     new: &'a Plane,
     old: &'a Plane,
     gradients: Gradients,
-    /// The factors of the difference at the pixels of the new one; none is 1.
-    scale: Option<&'a Plane>,
+    matched: Option<&'a MatchedTones>,
+    /// The number of unknowns that are fitted; the others stay 0.
+    unknowns: usize,
+}
+
+/// What is known of the new picture's pixels if the tones of both are matched.
+pub(super) struct MatchedTones {
+    /// The factors of the difference.
+    scale: Plane,
+    /// The detail of the standard deviation of levels within the blur, and of what another blur
+    /// changes.
+    aside: [Plane; UNKNOWNS - GENERAL],
 }
 
 impl PicturePair<'_> {
     /// Minimizes the robust difference. Returns the unknowns and Huber's threshold.
     fn descend(&self, start: Warp) -> ([f64; UNKNOWNS], f64) {
-        let mut state = [
-            start.turn.x,
-            start.turn.y,
-            start.shift.x,
-            start.shift.y,
-            1.0,
-            0.0,
-        ];
+        let Warp { turn, shift } = start;
+        let mut state = [turn.x, turn.y, shift.x, shift.y, 1.0, 0.0, 0.0, 0.0];
         let mut width = 1.0; // Huber's threshold, updated from the residuals.
         let mut damping = 1e-3;
         let mut sums = self.normal(&state, width, start);
@@ -259,7 +285,14 @@ impl PicturePair<'_> {
             .into_par_iter()
             .map(|y| self.part(columns.clone(), y..y + 1, state, width, anchor))
             .collect();
-        rows.iter().fold(Normal::ZERO, Normal::join)
+        rows.iter().fold(self.without_pixels(), Normal::join)
+    }
+
+    /// Returns the normal equations of no pixel, which keep unknowns at 0 that are not fitted.
+    fn without_pixels(&self) -> Normal {
+        let mut sums = Normal::ZERO;
+        (self.unknowns..UNKNOWNS).for_each(|i| sums.matrix[i][i] = 1.0);
+        sums
     }
 
     /// Sums the normal equations over the pixels of a rectangle.
@@ -274,8 +307,8 @@ impl PicturePair<'_> {
         let Self {
             new,
             old,
-            scale,
             gradients,
+            ..
         } = self;
         let warp = warp_of(state);
         let margin = MARGIN.min(new.width.min(new.height) as f64 / 12.0);
@@ -287,10 +320,11 @@ impl PicturePair<'_> {
                 continue;
             }
             let at = q + half(old);
-            let scale = scale.map_or(1.0, |s| f64::from(s.at(x, y)));
+            let (scale, [edges, softness]) = self.of_tones(x, y);
             let value = f64::from(old.sample(at.x, at.y));
             let own = f64::from(new.at(x, y));
-            let off = scale * (state[4] * value + state[5] - own);
+            let added = state[5] + state[6] * edges + state[7] * softness;
+            let off = scale * (state[4] * value + added - own);
             let (g, value) = match gradients {
                 Gradients::Old([along_x, along_y]) => {
                     let g = [along_x, along_y].map(|p| f64::from(p.sample(at.x, at.y)));
@@ -303,7 +337,8 @@ impl PicturePair<'_> {
                     (g, own / state[4])
                 }
             };
-            let row = [g.dot(p), g.dot(p.perp()), g.x, g.y, value, 1.0].map(|v| scale * v);
+            let (along, around) = (g.dot(p), g.dot(p.perp()));
+            let row = [along, around, g.x, g.y, value, 1.0, edges, softness].map(|v| scale * v);
             let size = off.abs();
             let weight = if size <= width { 1.0 } else { width / size };
             sums.add(&row, off, weight);
@@ -315,6 +350,18 @@ impl PicturePair<'_> {
             sums.count += 1.0;
         }
         sums
+    }
+
+    /// Returns the factor of the difference at a pixel, and what [`MatchedTones::aside`] has there.
+    fn of_tones(&self, x: usize, y: usize) -> (f64, [f64; UNKNOWNS - GENERAL]) {
+        let Some(matched) = self.matched else {
+            return (1.0, [0.0; UNKNOWNS - GENERAL]);
+        };
+        let aside = std::array::from_fn(|i| match GENERAL + i < self.unknowns {
+            true => f64::from(matched.aside[i].at(x, y)),
+            false => 0.0,
+        });
+        (f64::from(matched.scale.at(x, y)), aside)
     }
 
     /// Returns the standard errors of the state's warp by the jackknife: how far it moves without
@@ -332,7 +379,7 @@ impl PicturePair<'_> {
             })
             .filter(|b| b.count > 0.0)
             .collect();
-        let all = blocks.iter().fold(Normal::ZERO, Normal::join);
+        let all = blocks.iter().fold(self.without_pixels(), Normal::join);
         let moves: Option<Vec<Vec<f64>>> = blocks.iter().map(|b| all.move_without(b)).collect();
         let moves = moves?;
         let share = (blocks.len() as f64 - 1.0) / blocks.len() as f64;

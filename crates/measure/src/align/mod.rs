@@ -171,13 +171,14 @@ impl FoundPlace {
 fn print_row(trial: &Trial) {
     let s = &trial.scan;
     let made = format!(
-        "{} {:?} {:?} scale {:.4} turn {:+.2} gamma {:.2} noise {:.3} grain {:.3} blur {:.2} jpeg {:?}",
+        "{} {:?} {:?} scale {:.4} turn {:+.2} gamma {:.2} last {} noise {:.3} grain {:.3} blur {:.2} jpeg {:?}",
         trial.name,
         s.border,
         s.resampler,
         s.place.scale,
         s.place.turn.to_degrees(),
         s.gamma,
+        s.is_curved_last,
         s.noise,
         s.grain,
         s.blur,
@@ -254,6 +255,8 @@ fn print_table(trials: &[Trial]) {
             t.scan.resampler == resampler
         });
     }
+    row("curve before the blur", &|t| !t.scan.is_curved_last);
+    row("curve after the blur", &|t| t.scan.is_curved_last);
     row("no JPEG", &|t| t.scan.jpeg.is_none());
     row("JPEG below 70", &|t| t.scan.jpeg.is_some_and(|q| q < 70));
 }

@@ -72,6 +72,10 @@ pub(super) struct Scan {
     pub border: Border,
     pub gamma: f64,
     pub gain: f64,
+    /// The level that black becomes.
+    pub black: f64,
+    /// Whether the tone curve comes after the blur, as a scanner's, instead of before it.
+    pub is_curved_last: bool,
     /// The standard deviation of noise of single pixels.
     pub noise: f64,
     /// The standard deviation of grain of two pixels.
@@ -138,6 +142,8 @@ impl Scan {
             border,
             gamma: libm::exp2(random.between(-0.6, 0.6)),
             gain: random.between(0.75, 1.0),
+            black: random.between(0.0, 0.06),
+            is_curved_last: random.uniform() < 0.5,
             noise: random.between(0.0, 0.02),
             grain: random.between(0.0, 0.02),
             blur: random.between(0.0, 1.0),
@@ -170,19 +176,30 @@ impl Scan {
         };
         let center = 0.5 * DVec2::new(self.size.0 as f64, self.size.1 as f64);
         let channel = |c: usize| {
-            let tone = |v: f32| self.gain * libm::pow(f64::from(v.clamp(0.0, 1.0)), self.gamma);
-            let channel = &source.channels[c].map(|v| tone(v) as f32);
+            let tone = |v: f32| {
+                let curved = libm::pow(f64::from(v.clamp(0.0, 1.0)), self.gamma);
+                (self.black + (self.gain - self.black) * curved) as f32
+            };
+            let mut channel = source.channels[c].clone();
+            if !self.is_curved_last {
+                channel = channel.map(tone);
+            }
             let plane = Plane::from_fn(self.size.0, self.size.1, |x, y| {
                 let mut sum = 0.0;
                 for i in 0..parts * parts {
                     let part = DVec2::new((i % parts) as f64, (i / parts) as f64) + 0.5;
                     let p = DVec2::new(x as f64, y as f64) + part / parts as f64 - center;
-                    sum += sample(channel, p);
+                    sum += sample(&channel, p);
                 }
                 (sum / (parts * parts) as f64) as f32
             });
             let plane = if self.blur > 0.2 {
                 plane.blurred(self.blur)
+            } else {
+                plane
+            };
+            let plane = if self.is_curved_last {
+                plane.map(tone)
             } else {
                 plane
             };
