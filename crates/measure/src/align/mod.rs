@@ -11,8 +11,10 @@ use rayon::prelude::*;
 
 use scans::{Border, Resampler, Scan, ScanPlace, ScanRandom, divisible, reduced};
 
-/// The longer side of the new pictures, in pixels, at least.
+/// The longer side of the new pictures, in pixels, at least, if `--size` does not say it.
 const LEAST: usize = 240;
+/// The longer side, in pixels, of what a picture is reduced from, at most.
+const FINEST: usize = 720;
 
 /// A new picture and the larger one that it was reduced from.
 struct ScanSubject {
@@ -38,19 +40,15 @@ struct FoundPlace {
 }
 
 pub(super) fn run(arguments: Vec<String>) -> ExitCode {
-    let (mut each, mut unrelated) = (30, 600);
+    let (mut each, mut unrelated, mut least) = (30, 600, LEAST);
     let mut rows = false;
     let mut files = Vec::new();
     let mut words = arguments.into_iter();
     while let Some(word) = words.next() {
         match word.as_str() {
-            "--scans" => each = words.next().and_then(|n| n.parse().ok()).unwrap_or(each),
-            "--unrelated" => {
-                unrelated = words
-                    .next()
-                    .and_then(|n| n.parse().ok())
-                    .unwrap_or(unrelated);
-            }
+            "--scans" => each = number(words.next(), each),
+            "--unrelated" => unrelated = number(words.next(), unrelated),
+            "--size" => least = number(words.next(), least).clamp(16, FINEST),
             "--rows" => rows = true,
             _ => files.push(word),
         }
@@ -58,7 +56,7 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     let mut subjects = Vec::new();
     for file in &files {
         match Plate::open(file) {
-            Ok(source) => subjects.push(ScanSubject::new(file, &source)),
+            Ok(source) => subjects.push(ScanSubject::new(file, &source, least)),
             Err(error) => {
                 eprintln!("{error}");
                 return ExitCode::from(2);
@@ -67,7 +65,8 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     }
     if subjects.len() < 2 {
         eprintln!(
-            "usage: measure align PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] [--rows]"
+            "usage: measure align PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] \
+             [--size PIXELS] [--rows]"
         );
         return ExitCode::from(2);
     }
@@ -83,9 +82,14 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     ExitCode::SUCCESS
 }
 
+/// Returns a number of the command line, or the usual one if it is none.
+fn number(word: Option<String>, usual: usize) -> usize {
+    word.and_then(|n| n.parse().ok()).unwrap_or(usual)
+}
+
 impl ScanSubject {
-    fn new(file: &str, source: &Plate) -> Self {
-        let fine = (source.width.max(source.height) / LEAST).clamp(1, 3);
+    fn new(file: &str, source: &Plate, least: usize) -> Self {
+        let fine = (source.width.max(source.height) / least).clamp(1, FINEST / least);
         let source = divisible(source, fine);
         let name = std::path::Path::new(file).file_stem();
         Self {
