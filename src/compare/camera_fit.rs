@@ -186,6 +186,7 @@ fn render(
             plan.focus = Some(Meters(focus));
         }
         Optics::Ideal(lens) => {
+            lens.f_number = f_number.unwrap_or(lens.f_number);
             lens.efl = Mm(efl);
             plan.focus = Some(Meters(focus));
         }
@@ -276,8 +277,9 @@ impl CameraFit {
             return Err(Diagnostic::error("a pinhole has no aperture to fit")
                 .with_help("give a `--lens`, or leave out `--fit-aperture`"));
         }
-        self.fits_aperture = true;
-        if let Some((values, _)) = &mut self.first {
+        if !std::mem::replace(&mut self.fits_aperture, true)
+            && let Some((values, _)) = &mut self.first
+        {
             values.push(0.0);
         }
         Ok(self)
@@ -352,6 +354,19 @@ impl CameraFit {
     fn f_number(&self, values: &[f64]) -> Option<f64> {
         let change = values.get(self.aperture_index()?)?;
         Some(self.efl / self.opening? * libm::exp(*change))
+    }
+
+    /// Returns the f-number, fitted or not; `None` for a pinhole.
+    pub(super) fn any_f_number(&self, values: &[f64]) -> Option<f64> {
+        let start = self.opening.map(|opening| self.efl / opening);
+        self.f_number(values).or(start)
+    }
+
+    /// Sets the f-number among the parameters, if it is fitted, as far as the lens opens.
+    pub(super) fn set_f_number(&self, values: &mut [f64], f_number: f64) {
+        if let (Some(index), Some(opening)) = (self.aperture_index(), self.opening) {
+            values[index] = libm::log(f_number * opening / self.efl).max(0.0);
+        }
     }
 
     /// Returns whether the focus is fitted: that of a lens with a finite focus distance.

@@ -1,7 +1,8 @@
 //! Which of several lenses an archival picture may have been taken with.
 //!
-//! Pose, focal length and focus are fitted once, with a pinhole or an ideal lens. Its derivatives
-//! say how another lens changes them, so that each takes a few small renderings.
+//! Pose, focal length, focus and f-number are fitted once, with a pinhole or an ideal lens. Its
+//! derivatives say how another lens changes them, so that each takes a few small renderings. The
+//! best are then fitted fully, each by its own derivatives.
 
 use std::collections::BTreeMap;
 use std::io::Write;
@@ -21,16 +22,16 @@ use crate::photo::{LensChoice, Optics, Plan, Session};
 pub(crate) const ANY: &str = "any";
 /// The number of standard errors up to which a lens may be as good as the best.
 const APART: f64 = 2.0;
-/// The largest number of lenses that are judged by derivatives of their own.
+/// The least number of lenses that are fitted fully.
 const FULLY: usize = 6;
-/// The largest number of times that a lens is judged by derivatives of its own.
-const MOST_ROUNDS: usize = 4;
-/// The share of the residual that has to be gained for another time.
-const ROUND_GAIN: f64 = 0.02;
-/// The renderings for a lens by derivatives of its own, twice, for one by those of the reference.
-const FULL_WORK: f64 = 9.0;
-/// The f-number of the ideal lens if none is given.
+/// The number of standard errors up to which further lenses are fitted fully.
+const FULLY_WITHIN: f64 = 6.0;
+/// The renderings of a full fit for one of a few steps: about 300 for 4.
+const FULL_WORK: f64 = 75.0;
+/// The f-number from which that of the ideal lens is searched for, if none is given.
 const USUAL_F_NUMBER: f64 = 2.8;
+/// The f-number of the lenses if a pinhole matches the picture better than an ideal lens.
+const SHARP_F_NUMBER: f64 = 16.0;
 
 /// The lenses to rank, and the picture.
 pub(crate) struct LensQuestion<'a> {
@@ -51,21 +52,26 @@ pub(crate) type RankingReport<'r> = dyn FnMut(&str, Duration) + 'r;
 struct JudgedLens {
     name: String,
     fit: CameraFit,
+    /// The match by a few steps.
     found: ModelMatch,
+    /// The match of the full fit; `None` if there was none.
+    full: Option<ModelMatch>,
 }
 
 /// The lenses, the best first.
 pub(crate) struct LensRanking {
     /// Never empty.
     judged: Vec<JudgedLens>,
+    /// The best match by a few steps.
+    by_steps: ModelMatch,
     /// Lenses that do not light the corners of the film.
     dark: Vec<String>,
     /// Reasons for which lenses cannot be judged, each with their names.
     refused: BTreeMap<String, Vec<String>>,
     /// Lenses that the time did not suffice for.
     left: Vec<String>,
-    /// Whether all lenses have the same f-number.
-    is_stopped: bool,
+    /// Lenses that the time did not suffice to fit fully.
+    unfitted: Vec<String>,
 }
 
 /// The camera that was found with a pinhole or an ideal lens.
@@ -73,6 +79,8 @@ struct Reference {
     model: FittedModel,
     residual: f64,
     border: Option<PhotographFrame>,
+    /// The f-number of the ideal lens; `None` for a pinhole.
+    f_number: Option<f64>,
 }
 
 /// The work on a question.
@@ -84,6 +92,8 @@ struct RankingRun<'a> {
     pose: CameraPose,
     clock: &'a FitClock,
     base: FittedModel,
+    /// The f-number that suits the picture; `None` if it is sharp everywhere.
+    f_number: Option<f64>,
     /// The distance of the film from the lens at the start, in millimeters.
     image: f64,
     dark: Vec<String>,
@@ -114,8 +124,12 @@ impl LensRanking {
         );
         let pinhole = CameraFit::of(session)?.with_mask(question.mask.clone())?;
         let reference = Reference::find(session, question, (&pinhole, &clock));
-        let Reference { model, border, .. } =
-            reference.map_err(|error| if clock.is_over() { too_late() } else { error })?;
+        let Reference {
+            model,
+            border,
+            f_number,
+            ..
+        } = reference.map_err(|error| if clock.is_over() { too_late() } else { error })?;
         let mut run = RankingRun {
             plan,
             pose,
@@ -123,6 +137,7 @@ impl LensRanking {
             question,
             clock: &clock,
             base: model,
+            f_number,
             image: pinhole.efl,
             dark: Vec::new(),
             refused: BTreeMap::new(),
@@ -130,12 +145,12 @@ impl LensRanking {
         clock.set_limit(limit.map(|limit| limit / 2));
         let small = run.judge_small(report);
         clock.set_limit(limit);
-        let large = run.judge_large(&small, report);
-        let fully = run.judge_fully(&large, report);
-        let mut ranking = run.ranking(small, large, fully)?;
+        let mut large = run.judge_large(&small, report);
+        let unfitted = run.fit_fully(&mut large, report);
+        let mut ranking = run.ranking(small, large, unfitted)?;
         let rest = whole_limit.map(|limit| limit.saturating_sub(begun.elapsed()));
         let (tried, best) = (ranking.judged.len(), &mut ranking.judged[0]);
-        let values = best.found.values.clone();
+        let values = best.best_match().values.clone();
         best.fit = best
             .fit
             .clone()
@@ -157,9 +172,13 @@ impl LensRanking {
         as_good.map(|lens| lens.name.as_str()).collect()
     }
 
-    /// Returns by how many standard errors a lens is worse than the best.
+    /// Returns by how many standard errors a lens is worse than the best, by full fits if both have
+    /// one.
     fn errors_of(&self, lens: &JudgedLens) -> f64 {
-        lens.found.worse_than(&self.judged[0].found)
+        match (&lens.full, &self.judged[0].full) {
+            (Some(full), Some(best)) => full.worse_than(best),
+            _ => lens.found.worse_than(&self.by_steps),
+        }
     }
 
     /// Writes the lenses with their residuals, which of them may be as good as the first, and which
@@ -175,31 +194,34 @@ impl LensRanking {
                 (_, true) => format!("{errors:.1} standard errors worse"),
                 (_, false) => format!("may be as good ({errors:.1} standard errors worse)"),
             };
-            let residual = 100.0 * lens.found.residual();
+            let residual = 100.0 * lens.best_match().residual();
+            let steps = if lens.full.is_some() {
+                ""
+            } else {
+                ", by a few steps"
+            };
             writeln!(
                 out,
-                "lens       {:20} residual {residual:5.2}%, {words}",
+                "lens       {:20} residual {residual:5.2}%, {words}{steps}",
                 lens.name
             )?;
         }
-        if !self.dark.is_empty() {
-            let names = self.dark.join(", ");
-            writeln!(
-                out,
-                "not judged {names}: they leave corners of the film dark"
-            )?;
-        }
-        for (reason, names) in &self.refused {
-            writeln!(out, "not judged {}: {reason}", names.join(", "))?;
-        }
-        if !self.left.is_empty() {
-            let names = self.left.join(", ");
-            writeln!(out, "not judged {names}: half of `--time` was over")?;
-        }
-        if !self.is_stopped {
-            let note =
-                "each lens is wide open, so where much is out of focus the order may be wrong";
-            writeln!(out, "note       {note}; give --aperture if it is known")?;
+        let half = "half of `--time` was over";
+        let reasons = [
+            (
+                "not judged",
+                &self.dark,
+                "they leave corners of the film dark",
+            ),
+            ("not judged", &self.left, half),
+            ("not fitted", &self.unfitted, half),
+        ];
+        let refused = self.refused.iter();
+        let refused = refused.map(|(reason, names)| ("not judged", names, reason.as_str()));
+        for (what, names, reason) in reasons.into_iter().chain(refused) {
+            if !names.is_empty() {
+                writeln!(out, "{what} {}: {reason}", names.join(", "))?;
+            }
         }
         let (names, all) = (self.as_good(), self.judged.len());
         match names[..] {
@@ -234,8 +256,10 @@ impl Reference {
         if !(pinhole.focus.is_finite() && pinhole.focus > 0.0) {
             return Ok(with_pinhole);
         }
-        let f_number = question.usual.f_number.unwrap_or(USUAL_F_NUMBER);
-        let ideal = pinhole.with_ideal_lens(f_number);
+        let ideal = match question.usual.f_number {
+            Some(f_number) => pinhole.with_ideal_lens(f_number),
+            None => pinhole.with_ideal_lens(USUAL_F_NUMBER).with_aperture()?,
+        };
         let with_lens = Self::fit(session, question, (&ideal, clock))?;
         let is_better = with_lens.residual < with_pinhole.residual;
         Ok(if is_better { with_lens } else { with_pinhole })
@@ -256,9 +280,9 @@ impl Reference {
         if camera.has_focus() {
             start = fit.fit_model(&start, &mut draw)?.values;
             let detail = fit.fit_detail(&start, &mut draw)?;
-            let change = detail.values[CameraFit::FOCUS];
-            // A focus that the picture does not show stays that of the start.
-            if change.abs() > APART * detail.error(CameraFit::FOCUS) {
+            let is_shown = |i: usize| detail.values[i].abs() > APART * detail.error(i);
+            // A focus and an f-number that the picture does not show stay those of the start.
+            if (CameraFit::FOCUS..detail.values.len()).any(is_shown) {
                 start = detail.values;
             }
         }
@@ -266,6 +290,7 @@ impl Reference {
         let judged = fit.judge(&model, Effort::Large, &model.values, &mut draw)?;
         Ok(Self {
             residual: judged.residual(),
+            f_number: camera.any_f_number(&model.values),
             model,
             border,
         })
@@ -283,13 +308,20 @@ impl RankingRun<'_> {
         plan.optics = Optics::Lens(LensChoice {
             name: name.to_owned(),
             efl: Some(Mm(1.0 / (1.0 / self.image + 1e-3 / focus))),
+            f_number: self.question.usual.f_number.or(match self.f_number {
+                Some(_) => None, // Wide open at first.
+                None => Some(SHARP_F_NUMBER),
+            }),
             ..self.question.usual.clone()
         });
         self.session.change(plan, self.pose.clone())?;
         if self.session.lit_radius().is_some() {
             return Ok(None);
         }
-        let fit = CameraFit::of(self.session)?;
+        let mut fit = CameraFit::of(self.session)?;
+        if self.question.usual.f_number.is_none() && self.f_number.is_some() {
+            fit = fit.with_aperture()?;
+        }
         fit.with_mask(self.question.mask.clone()).map(Some)
     }
 
@@ -300,11 +332,15 @@ impl RankingRun<'_> {
         };
         let mut start = self.base.values.clone();
         start.resize(fit.count(), 0.0);
+        if let Some(f_number) = self.f_number {
+            fit.set_f_number(&mut start, f_number);
+        }
         let found = self.judge(&fit, Effort::Small, &start)?;
         Ok(Some(JudgedLens {
             name: name.to_owned(),
             fit,
             found,
+            full: None,
         }))
     }
 
@@ -333,7 +369,7 @@ impl RankingRun<'_> {
         let mut judged = Vec::new();
         for (i, name) in names.iter().enumerate() {
             // What follows takes longer by the number of pixels.
-            let later = names.len() as f64 + FULL_WORK * FULLY as f64;
+            let later = names.len() as f64 + FULL_WORK * FULLY as f64; // At least.
             let left = (names.len() - i) as f64 + self.base.enlargement() * later;
             report(name, begun.elapsed().mul_f64(left / i.max(1) as f64));
             if self.clock.is_over() {
@@ -371,34 +407,38 @@ impl RankingRun<'_> {
         judged
     }
 
-    /// Judges the best lenses by derivatives of their own, until the time is over.
-    fn judge_fully(
+    /// Fits the best lenses fully, and those that a few steps say are nearly as good, until the
+    /// time is over. Returns the names of those that were left.
+    fn fit_fully(
         &mut self,
-        large: &[JudgedLens],
+        lenses: &mut [JudgedLens],
         report: &mut RankingReport<'_>,
-    ) -> Vec<ModelMatch> {
+    ) -> Vec<String> {
         let begun = Instant::now();
-        let mut judged = Vec::new();
-        let best = &large[..large.len().min(FULLY)];
-        for (i, lens) in best.iter().enumerate() {
-            let left = (best.len() - i) as f64;
+        let is_near = |lens: &JudgedLens| lens.found.worse_than(&lenses[0].found) <= FULLY_WITHIN;
+        let mut count = lenses.len().min(FULLY);
+        count += lenses[count..].iter().filter(|l| is_near(l)).count();
+        for i in 0..count {
+            let lens = &mut lenses[i];
+            let left = (count - i) as f64;
             report(&lens.name, begun.elapsed().mul_f64(left / i.max(1) as f64));
-            let mut found = lens.found.clone();
-            for _ in 0..MOST_ROUNDS {
-                let Ok(next) = self.judge(&lens.fit, Effort::Full, &found.values) else {
-                    break;
-                };
-                let gained = 1.0 - next.residual() / found.residual();
-                if gained > 0.0 {
-                    found = next;
-                }
-                if gained < ROUND_GAIN {
-                    break;
-                }
+            let (session, clock, fit) = (&mut *self.session, self.clock, &lens.fit);
+            let has_to_end = || clock.is_over();
+            let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
+                fit.draw(session, clock, values, size, half)
+            };
+            let models = fit.fit(self.question.target, &has_to_end);
+            let full = models.match_detail(&self.base, &lens.found.values, &mut draw);
+            match full {
+                Ok(full) => lens.full = Some(full),
+                Err(_) if clock.is_over() => break,
+                Err(error) => self.refuse(&lens.name, &error),
             }
-            judged.push(found);
         }
-        judged
+        let is_over = self.clock.is_over();
+        let is_left = |lens: &&JudgedLens| is_over && lens.full.is_none();
+        let left = lenses[..count].iter().filter(is_left);
+        left.map(|lens| lens.name.clone()).collect()
     }
 
     /// Puts the lenses together: those that were judged by large pictures, or by small ones if the
@@ -406,14 +446,12 @@ impl RankingRun<'_> {
     fn ranking(
         self,
         small: Vec<JudgedLens>,
-        mut large: Vec<JudgedLens>,
-        fully: Vec<ModelMatch>,
+        large: Vec<JudgedLens>,
+        unfitted: Vec<String>,
     ) -> Result<LensRanking> {
-        for (lens, found) in large.iter_mut().zip(fully) {
-            lens.found = found;
-        }
-        sort(&mut large);
-        let judged = if large.is_empty() { small } else { large };
+        let mut judged = if large.is_empty() { small } else { large };
+        let by_steps = judged.first().map(|best| best.found.clone());
+        sort(&mut judged);
         let is_known = |name: &&&str| {
             !judged.iter().any(|lens| lens.name == **name)
                 && !self.dark.iter().any(|dark| dark == **name)
@@ -425,19 +463,20 @@ impl RankingRun<'_> {
         };
         let left = self.question.names.iter().filter(is_known);
         let left: Vec<String> = left.map(|name| (*name).to_owned()).collect();
-        if judged.is_empty() {
+        let Some(by_steps) = by_steps else {
             return Err(match left.is_empty() {
                 true => no_lens(self.refused.first_key_value()),
                 false => too_late(),
             });
-        }
+        };
         self.session.change(self.plan, self.pose)?;
         Ok(LensRanking {
             judged,
+            by_steps,
             dark: self.dark,
             refused: self.refused,
             left,
-            is_stopped: self.question.usual.f_number.is_some(),
+            unfitted,
         })
     }
 }
@@ -448,13 +487,23 @@ impl JudgedLens {
             name: self.name.clone(),
             fit: self.fit.clone(),
             found,
+            full: None,
         }
+    }
+
+    /// Returns the match of the full fit, or that by a few steps.
+    fn best_match(&self) -> &ModelMatch {
+        self.full.as_ref().unwrap_or(&self.found)
     }
 }
 
-/// Puts the lens with the least residual first.
+/// Puts the lens with the least residual first; those that were fitted fully come before others.
 fn sort(lenses: &mut [JudgedLens]) {
-    lenses.sort_by(|a, b| a.found.residual().total_cmp(&b.found.residual()));
+    let key = |lens: &JudgedLens| (lens.full.is_none(), lens.best_match().residual());
+    lenses.sort_by(|a, b| {
+        let ((a_steps, a), (b_steps, b)) = (key(a), key(b));
+        a_steps.cmp(&b_steps).then(a.total_cmp(&b))
+    });
 }
 
 fn too_late() -> Box<Diagnostic> {

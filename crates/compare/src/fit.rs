@@ -502,6 +502,32 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     fn refine(&mut self, start: &[f64], report: &mut StepReport<'_>) -> Result<Fitted> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
+        let (off, so_far) = self.descend(&mut values, report)?;
+        let weights = self.weights(&off);
+        let system = self.linearized(&values, &off, &weights);
+        values.truncate(start.len());
+        let ended_early = (self.fit.has_to_end)();
+        Ok(Fitted {
+            cost: off.cost(&weights),
+            covariance: if ended_early {
+                so_far
+            } else {
+                self.covariance(&system, &off, &weights)
+            },
+            values,
+            renders: 0,
+            ended_early,
+        })
+    }
+
+    /// Iterates until the step is small, and returns the residuals with the covariance of the last
+    /// complete iteration. Nuisance parameters are appended to the values.
+    fn descend(
+        &mut self,
+        values: &mut Vec<f64>,
+        report: &mut StepReport<'_>,
+    ) -> Result<(Residuals, Vec<f64>)> {
+        let count = values.len();
         if self.measure == Measure::Detail {
             // Without a focus parameter to separate them, blur would be confused with size.
             let aside = if self.fit.blur.is_empty() { 1 } else { 2 };
@@ -510,12 +536,12 @@ impl<'f, 'r> FitLevel<'f, 'r> {
                 values.push(0.0);
             }
         }
-        let mut off = self.residuals(&values)?;
+        let mut off = self.residuals(values)?;
         let mut damping = 1e-2;
-        let mut so_far = vec![f64::INFINITY; start.len() * start.len()];
+        let mut so_far = vec![f64::INFINITY; count * count];
         for _ in 0..self.iterations {
             let weights = self.weights(&off);
-            let system = self.linearized(&values, &off, &weights);
+            let system = self.linearized(values, &off, &weights);
             if (self.fit.has_to_end)() {
                 break; // Some derivatives may not have been rendered.
             }
@@ -526,7 +552,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
                 let Some(step) = solve(&system.matrix, &system.right, damping) else {
                     break;
                 };
-                let next = self.moved(&values, &step);
+                let next = self.moved(values, &step);
                 // Parameters that cannot be rendered (too near to focus) are rejected.
                 better = self
                     .residuals(&next)
@@ -543,33 +569,14 @@ impl<'f, 'r> FitLevel<'f, 'r> {
                 .zip(&self.free)
                 .all(|(s, i)| s.abs() < 0.02 * self.step(*i));
             let gained = (before - next_off.cost(&weights)) / before.abs().max(1e-12);
-            (values, off) = (next, next_off);
-            report(
-                &values[..start.len()],
-                off.cost(&weights),
-                self.renders,
-                false,
-            );
+            (*values, off) = (next, next_off);
+            report(&values[..count], off.cost(&weights), self.renders, false);
             damping = damping.max(1e-6);
             if small || gained < 1e-4 {
                 break;
             }
         }
-        let weights = self.weights(&off);
-        let system = self.linearized(&values, &off, &weights);
-        values.truncate(start.len());
-        let ended_early = (self.fit.has_to_end)();
-        Ok(Fitted {
-            cost: off.cost(&weights),
-            covariance: if ended_early {
-                so_far
-            } else {
-                self.covariance(&system, &off, &weights)
-            },
-            values,
-            renders: 0,
-            ended_early,
-        })
+        Ok((off, so_far))
     }
 
     /// Returns the step size of a parameter at this size.

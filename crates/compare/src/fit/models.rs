@@ -30,6 +30,8 @@ pub struct FittedModel {
     pub values: Vec<f64>,
     small: KeptDerivatives,
     large: KeptDerivatives,
+    /// The detail of the target at the larger size, over its standard deviation, and one over that.
+    detail: [Plane; 2],
 }
 
 impl FittedModel {
@@ -40,15 +42,13 @@ impl FittedModel {
     }
 }
 
-/// How a model is judged.
+/// The size of the picture that a model is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effort {
     /// By a small picture and kept derivatives, with four renderings.
     Small,
     /// By a picture twice as wide and kept derivatives, with four renderings.
     Large,
-    /// By the large picture and derivatives of the model itself.
-    Full,
 }
 
 /// The derivatives of the residuals at one size.
@@ -113,16 +113,49 @@ impl Fit<'_> {
             level.match_tones(&values)?;
             self.keep(&mut level, &values)
         };
-        let large = sizes[sizes.len() - 1];
+        let size = sizes[sizes.len() - 1];
+        let (small, large) = (kept(sizes[sizes.len().saturating_sub(2)])?, kept(size)?);
+        let mut level = FitLevel::new(self, size, Measure::Detail, render);
+        level.match_tones(&values)?;
         Ok(FittedModel {
-            small: kept(sizes[sizes.len().saturating_sub(2)])?,
-            large: kept(large)?,
+            small,
+            large,
+            detail: [level.target, level.scale],
             values,
         })
     }
 
-    /// Fits a model, such as another lens, to a picture of one of the sizes of a fitted model. Only
-    /// matches of the same fitted model and effort, or of the large picture, can be compared.
+    /// Fits the detail of the large picture with all parameters, also those that change only blur,
+    /// until the step is small. Only matches of the same fitted model can be compared, and only
+    /// with others of this function.
+    ///
+    /// # Errors
+    /// Fails if the start cannot be rendered, or if the fit has to end.
+    pub fn match_detail(
+        &self,
+        base: &FittedModel,
+        start: &[f64],
+        render: &mut Renderer<'_>,
+    ) -> Result<ModelMatch> {
+        let mut level = FitLevel::new(self, base.large.size, Measure::Detail, render);
+        [level.target, level.scale] = base.detail.clone();
+        let mut values = start.to_vec();
+        for blur in &self.blur {
+            level.search(&mut values, *blur);
+        }
+        let (off, _) = level.descend(&mut values, &mut |_, _, _, _| ())?;
+        if (self.has_to_end)() {
+            return Err(out_of_time());
+        }
+        values.truncate(start.len());
+        Ok(ModelMatch {
+            squares: level.squares(&off),
+            values,
+        })
+    }
+
+    /// Fits a model, such as another lens, to a picture of one of the sizes of a fitted model, by
+    /// a few steps. Only matches of the same fitted model and effort can be compared.
     ///
     /// # Errors
     /// Fails if the start cannot be rendered, or if the fit has to end.
@@ -135,15 +168,11 @@ impl Fit<'_> {
     ) -> Result<ModelMatch> {
         let kept = match effort {
             Effort::Small => &base.small,
-            Effort::Large | Effort::Full => &base.large,
+            Effort::Large => &base.large,
         };
         let mut level = self.coarse_level(kept.size, render);
         level.target = kept.target.clone();
-        let columns = match effort {
-            Effort::Small | Effort::Large => kept.columns.clone(),
-            Effort::Full => self.keep(&mut level, start)?.columns,
-        };
-        level.chord(columns, start)
+        level.chord(kept.columns.clone(), start)
     }
 
     /// Fits the detail of the largest picture by which models are judged, with the parameters that
@@ -334,12 +363,43 @@ mod tests {
             near.worse_than(&right)
         );
         assert_eq!(right.worse_than(&right), 0.0);
-        // Derivatives of its own hardly improve it.
-        let mut render = |v: &[f64], size: (usize, usize), _| Ok(bent_blobs(v, size, 0.1));
-        let full = fit
-            .judge(&base, Effort::Full, &right.values, &mut render)
-            .unwrap();
-        assert!((full.residual() / right.residual() - 1.0).abs() < 0.05);
+        // Fits of detail are of the same opinion.
+        let detail = [0.1, 0.2].map(|bend| {
+            let mut render = |v: &[f64], size: (usize, usize), _| Ok(bent_blobs(v, size, bend));
+            fit.match_detail(&base, &right.values, &mut render).unwrap()
+        });
+        let errors = detail[1].worse_than(&detail[0]);
+        assert!(errors > 3.0, "{errors}");
+        for (v, t) in detail[0].values.iter().zip(truth) {
+            assert!((v - t).abs() < 2e-3, "{v} {t}");
+        }
+    }
+
+    /// A model that blurs is started at a blur that is wrong by a factor of two.
+    #[test]
+    fn the_right_model_is_found_though_the_picture_is_blurred_by_an_unknown_amount() {
+        let soft = |v: &[f64], size: (usize, usize), bend: f64| {
+            let sigma = size.0 as f64 / 192.0 * libm::exp(v[3]);
+            bent_blobs(&v[..3], size, bend).map(|p| p.blurred(sigma))
+        };
+        let truth = [0.52, 0.31, 1.1, 0.8];
+        let target = with_grain(soft(&truth, (192, 128), 0.1), |v, grain| v + 0.01 * grain);
+        let mut fit = fit_of(&target, &|| false);
+        fit.steps.push(0.15);
+        fit.blur = vec![3];
+        let start = [0.5, 0.33, 1.05, 0.1];
+        let mut plain = |v: &[f64], size: (usize, usize), _| Ok(soft(v, size, 0.0));
+        let base = fit.fit_model(&start, &mut plain).unwrap();
+        let [right, wrong] = [0.1, 0.2].map(|bend| {
+            let mut render = |v: &[f64], size: (usize, usize), _| Ok(soft(v, size, bend));
+            fit.match_detail(&base, &base.values, &mut render).unwrap()
+        });
+        assert!(
+            wrong.worse_than(&right) > 3.0,
+            "{}",
+            wrong.worse_than(&right)
+        );
+        assert!((right.values[3] - 0.8).abs() < 0.1, "{:?}", right.values);
     }
 
     #[test]
