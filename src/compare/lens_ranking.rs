@@ -214,7 +214,11 @@ impl LensRanking {
                 "they leave corners of the film dark",
             ),
             ("not judged", &self.left, half),
-            ("not fitted", &self.unfitted, half),
+            (
+                "not fitted",
+                &self.unfitted,
+                "half of `--time` was over; each may be as good",
+            ),
         ];
         let refused = self.refused.iter();
         let refused = refused.map(|(reason, names)| ("not judged", names, reason.as_str()));
