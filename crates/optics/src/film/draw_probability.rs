@@ -38,8 +38,8 @@ pub struct DrawProbabilities<'a> {
 }
 
 impl<'a> DrawProbabilities<'a> {
-    /// Returns the probabilities for a picture of which some pixels are not drawn, whose indices are
-    /// in their order.
+    /// Returns the probabilities for a picture of which some pixels are not drawn, whose indices
+    /// are in their order.
     pub fn new(picture: &'a [Exposed], size: Resolution, exempt: &'a [u32]) -> Self {
         let width = size.width.max(1) as usize;
         let (mut sums, mut weighted, mut all) = ([0.0; 2], [0.0; 2], 0.0);
@@ -218,8 +218,8 @@ mod tests {
         assert!(all.iter().all(|p| (p * 768.0 - 1.0).abs() < 1e-12));
     }
 
-    /// A bright pixel that is exposed in any case leaves the probabilities of the others as they are
-    /// in a picture without it.
+    /// A bright pixel that is exposed in any case leaves the probabilities of the others as they
+    /// are in a picture without it.
     #[test]
     fn an_exempt_pixel_is_not_drawn_nor_noise_for_others() {
         let mut picture = picture();

@@ -6,15 +6,15 @@
 //! variance that the method has on average, but the squared error of this picture. A bright
 //! contribution that only one of the three exposures has seen multiplies a small number.
 //!
-//! The pixels of the pairs are drawn with probabilities that the picture determines, in
-//! proportion to the scatter of their samples for the most part. A pixel that is expected to be
-//! drawn twice or more, or which is exposed in any case, is a stratum: its exposures are not paired off, but every two of them are
-//! multiplied (Hoeffding, "A class of statistics with asymptotically normal distribution", 1948),
-//! and its variance is the jackknife's (Efron and Stein, "The jackknife estimate of variance",
-//! 1981). All other pixels together are one stratum, whose sum is the mean of the products over
-//! their probabilities (Hansen and Hurwitz, "On the theory of sampling from finite populations",
-//! 1943). The sum of the strata is unbiased for adaptive sampling too, because the picture is fixed
-//! when the pairs are drawn.
+//! The pixels of the pairs are drawn with probabilities that the picture determines, in proportion
+//! to the scatter of their samples for the most part. A pixel that is expected to be drawn twice or
+//! more, or which is exposed in any case, is a stratum: its exposures are not paired off, but every
+//! two of them are multiplied (Hoeffding, "A class of statistics with asymptotically normal
+//! distribution", 1948), and its variance is the jackknife's (Efron and Stein, "The jackknife
+//! estimate of variance", 1981). All other pixels together are one stratum, whose sum is the mean
+//! of the products over their probabilities (Hansen and Hurwitz, "On the theory of sampling from
+//! finite populations", 1943). The sum of the strata is unbiased for adaptive sampling too, because
+//! the picture is fixed when the pairs are drawn.
 //!
 //! The same exposures estimate the error of the picture's mean, which the error is relative to.
 

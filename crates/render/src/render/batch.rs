@@ -9,8 +9,8 @@ use ivcam_optics::lens::Bundle;
 use ivcam_optics::sampling::{PathPoints, Sampler, Samples};
 
 use super::exposure::Counts;
-use super::lamp_images::SampleWindow;
 use super::passes::Render;
+use super::sample_window::SampleWindow;
 use super::shares::SampleShares;
 use super::surfaces::SurfaceSum;
 use super::tile::Tile;

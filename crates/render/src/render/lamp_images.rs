@@ -1,6 +1,6 @@
 //! Where the images of small lights are on the film, so that exposures can look there on purpose.
 //!
-//! A light that covers a thousandth of a pixel is met by one of a thousand samples, and a picture
+//! One of a thousand samples meets a light that covers a thousandth of a pixel, and a picture
 //! of a few samples does not show that it is there. The error of such a picture is estimated by
 //! exposures of the pixel most of whose samples are in a window around the light's image. A sample
 //! is weighted by the density of the even samples over that of both together, so the window changes
@@ -18,6 +18,7 @@ use ivcam_optics::film::{Film, Region};
 use ivcam_optics::sampling::{FilterTable, mix, unit};
 
 use super::passes::Render;
+use super::sample_window::SampleWindow;
 use crate::bvh::Ray;
 use crate::camera::Camera;
 use crate::scene::SmallLight;
@@ -31,8 +32,6 @@ const LARGEST: f64 = 4.0;
 /// met the light gets more: so many parts of it as are expected beyond the last point.
 const MARGIN: f64 = 0.05;
 const BEYOND: f64 = 3.0;
-/// The part of a pixel's samples that is in the window only.
-const INSIDE: f64 = 0.6;
 /// The number of rays that tell how much of a light is in sight.
 const LOOKS: u64 = 256;
 /// The largest number of steps of Newton's iteration. It squares the error with each.
@@ -68,39 +67,6 @@ pub(super) struct LampImage {
     ray: f64,
     /// The square of the light's level, summed over channels.
     square: f64,
-}
-
-/// The part of a pixel's samples, by their numbers from 0 to 1 along each axis, that lead to the
-/// image of a small light.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub(super) struct SampleWindow {
-    from: [f64; 2],
-    size: [f64; 2],
-}
-
-impl SampleWindow {
-    fn area(&self) -> f64 {
-        self.size[0] * self.size[1]
-    }
-
-    /// Replaces even numbers of a sample by those that are dense in the window. Returns the weight of
-    /// the sample.
-    pub(super) fn narrow(&self, numbers: [&mut f64; 2]) -> f64 {
-        let [u, v] = numbers;
-        let is_narrowed = *u < INSIDE;
-        if is_narrowed {
-            *u = self.from[0] + *u / INSIDE * self.size[0];
-            *v = self.from[1] + *v * self.size[1];
-        } else {
-            *u = (*u - INSIDE) / (1.0 - INSIDE);
-        }
-        let is_in = |x: f64, axis: usize| (0.0..=self.size[axis]).contains(&(x - self.from[axis]));
-        let density = match is_narrowed || is_in(*u, 0) && is_in(*v, 1) {
-            true => 1.0 - INSIDE + INSIDE / self.area(),
-            false => 1.0 - INSIDE,
-        };
-        1.0 / density
-    }
 }
 
 /// A pixel with a part of the image of a small light.
@@ -377,7 +343,8 @@ Separator { Material { emissiveColor 900 500 200 }
     Translation { translation -.0113 .0052 -2 } Sphere { radius .0005 } }
 Separator { Material { emissiveColor 300 300 300 }
     Translation { translation .0102 -.0061 -2 } Sphere { radius .0007 } }
-Separator { Translation { translation .0097 -.0061 -1.999 } Cube { width .0015 height .1 depth .0001 } }
+Separator { Translation { translation .0097 -.0061 -1.999 }
+    Cube { width .0015 height .1 depth .0001 } }
 Separator { Material { emissiveColor 100 400 900 }
     Translation { translation 0 0 -4 } Cube { width .001 height .001 depth .001 } }
 Separator { Material { emissiveColor .3 .2 .1 }
@@ -386,8 +353,8 @@ Separator { Material { emissiveColor .3 .2 .1 }
 
     const SEEDS: u64 = 1000;
 
-    /// Exposures of each pixel with a lamp, with and without its window, have the same mean, and the
-    /// window takes most of the noise.
+    /// Exposures of each pixel with a lamp, with and without its window, have the same mean, and
+    /// the window takes most of the noise.
     #[test]
     fn a_window_changes_the_noise_of_an_exposure_and_not_its_mean() {
         let document = Document::read_headerless("lamps.iv", LAMPS.as_bytes().to_vec()).unwrap();

@@ -21,6 +21,7 @@ mod lamp_tests;
 mod pairs;
 mod passes;
 pub mod report;
+mod sample_window;
 mod segment;
 mod shares;
 mod stopwatch;

@@ -13,8 +13,9 @@ use serde::{Deserialize, Serialize};
 
 use super::batch::Batch;
 use super::exposure::Counts;
-use super::lamp_images::{LampImages, LampPixel, SampleWindow};
+use super::lamp_images::{LampImages, LampPixel};
 use super::passes::Render;
+use super::sample_window::SampleWindow;
 use crate::scene::SmallLight;
 
 /// The pairs have this part of the picture's samples. They take about 3% of the time.
@@ -155,7 +156,8 @@ impl Render<'_> {
     }
 
     /// Chooses the pixels of the pairs, in the order of the pixels: those with the images of small
-    /// lights, each [`LAMP_PAIRS`] times, and others at even steps along their summed probabilities.
+    /// lights, each [`LAMP_PAIRS`] times, and others at even steps along their summed
+    /// probabilities.
     fn draws(
         &self,
         (film, region): (&Film, Region),
@@ -229,7 +231,8 @@ impl Render<'_> {
     }
 }
 
-/// The pairs of the pixels with small lights, which together have at most about a number of samples.
+/// The pairs of the pixels with small lights, which together have at most about a number of
+/// samples.
 fn lamp_draws(lamps: &[LampPixel], most_samples: f64, longest: f64) -> Vec<PairDraw> {
     let most = most_samples / (2 * LAMP_PAIRS) as f64;
     let each: f64 = lamps.iter().map(|lamp| lamp.samples).sum();
