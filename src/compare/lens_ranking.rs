@@ -422,8 +422,7 @@ impl RankingRun<'_> {
         let is_near = |lens: &JudgedLens| lens.found.worse_than(&lenses[0].found) <= FULLY_WITHIN;
         let mut count = lenses.len().min(FULLY);
         count += lenses[count..].iter().filter(|l| is_near(l)).count();
-        for i in 0..count {
-            let lens = &mut lenses[i];
+        for (i, lens) in lenses[..count].iter_mut().enumerate() {
             let left = (count - i) as f64;
             report(&lens.name, begun.elapsed().mul_f64(left / i.max(1) as f64));
             let (session, clock, fit) = (&mut *self.session, self.clock, &lens.fit);
