@@ -142,8 +142,8 @@ impl FilterTable {
         self.filter.radius()
     }
 
-    /// The number that [`FilterTable::spread`] maps to a position along one axis, in pixels from the
-    /// pixel's corner; 0 or 1 beyond the filter's ends.
+    /// The number that [`FilterTable::spread`] maps to a position along one axis, in pixels from
+    /// the pixel's corner; 0 or 1 beyond the filter's ends.
     pub fn number_at(&self, position: f64) -> f64 {
         if self.filter == Filter::Box {
             return position.clamp(0.0, 1.0);

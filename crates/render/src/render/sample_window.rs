@@ -19,8 +19,8 @@ impl SampleWindow {
         self.size[0] * self.size[1]
     }
 
-    /// Replaces even numbers of a sample by those that are dense in the window. Returns the weight of
-    /// the sample.
+    /// Replaces even numbers of a sample by those that are dense in the window. Returns the weight
+    /// of the sample.
     pub(super) fn narrow(&self, numbers: [&mut f64; 2]) -> f64 {
         let [u, v] = numbers;
         let is_narrowed = *u < INSIDE;
