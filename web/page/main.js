@@ -219,7 +219,7 @@ function refit({ messages }) {
 /** Drops the picture, and begins the time of another. */
 function begin() {
     state.started = performance.now();
-    ['finished', 'first', 'preview'].forEach((name) => delete document.body.dataset[name]);
+    ['finished', 'first'].forEach((name) => delete document.body.dataset[name]);
     $('stop').disabled = false;
     enableSaves(false);
     const all = words();
@@ -240,6 +240,7 @@ function make() {
 /** Shows at once what a change does, and makes the picture when the controls rest for a moment. */
 function change(ms = 300) {
     if (state.scene) {
+        delete document.body.dataset.preview;
         crew.glances(begin(), state.camera, PREVIEW, showPreview);
         clearTimeout(waiting);
         waiting = setTimeout(make, ms);
