@@ -84,28 +84,37 @@ fn bundles_of_rays_and_rays_from_the_film_take_the_same_paths() {
             let Ok(out) = lens.trace_from_scene(&ray) else {
                 continue;
             };
-            let mut bundle = Bundle::default();
-            bundle.set(3, &ray);
-            lens.trace_bundle(&mut bundle, Toward::Film, Width::detect());
-            let beside = bundle.ray(3);
-            assert!(bundle.passed(3), "{name}");
-            assert!((beside.origin - out.origin).length() < 1e-11, "{name}");
-            assert!((beside.direction - out.direction).length() < 1e-13);
-            // Back from a point behind the lens.
-            let back = LensRay {
-                origin: out.origin + 30.0 * out.direction,
-                direction: -out.direction,
-            };
-            let again = lens.trace_from_film(&back).unwrap();
-            assert!((again.direction + direction).length() < 1e-12, "{name}");
-            let off = (again.origin - origin).cross(direction).length();
-            assert!(off < 1e-10, "{name}: {off}");
-            bundle.set(3, &back);
-            lens.trace_bundle(&mut bundle, Toward::Scene, Width::detect());
-            assert!((bundle.ray(3).origin - again.origin).length() < 1e-11);
-            assert!((bundle.ray(3).direction - again.direction).length() < 1e-13);
+            a_bundle_and_the_way_back_agree(&name, &lens, (&ray, &out));
         }
     }
+}
+
+/// Checks that a ray in a bundle leaves a lens as it does alone, and that both come back on its
+/// path from a point behind the lens.
+pub(super) fn a_bundle_and_the_way_back_agree(
+    name: &str,
+    lens: &Lens,
+    (ray, out): (&LensRay, &LensRay),
+) {
+    let mut bundle = Bundle::default();
+    bundle.set(3, ray);
+    lens.trace_bundle(&mut bundle, Toward::Film, Width::detect());
+    let beside = bundle.ray(3);
+    assert!(bundle.passed(3), "{name}");
+    assert!((beside.origin - out.origin).length() < 1e-11, "{name}");
+    assert!((beside.direction - out.direction).length() < 1e-13);
+    let back = LensRay {
+        origin: out.origin + 30.0 * out.direction,
+        direction: -out.direction,
+    };
+    let again = lens.trace_from_film(&back).unwrap();
+    assert!((again.direction + ray.direction).length() < 1e-12, "{name}");
+    let off = (again.origin - ray.origin).cross(ray.direction).length();
+    assert!(off < 1e-10, "{name}: {off}");
+    bundle.set(3, &back);
+    lens.trace_bundle(&mut bundle, Toward::Scene, Width::detect());
+    assert!((bundle.ray(3).origin - again.origin).length() < 1e-11);
+    assert!((bundle.ray(3).direction - again.direction).length() < 1e-13);
 }
 
 fn mirror(radius: f64, thickness: f64, semi_diameter: f64, k: f64) -> Surface {

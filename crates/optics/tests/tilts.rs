@@ -5,16 +5,15 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Sink, Source};
-use ivcam_base::math::lanes::Width;
 use ivcam_optics::lens::{
-    Bundle, Coating, Lens, LensRay, Prescription, PupilTarget, SeidelSums, Surface, Toward,
+    Coating, Lens, LensRay, Prescription, PupilTarget, SeidelSums, Surface, Toward,
 };
 use ivcam_optics::prescription::formats::read;
 use ivcam_optics::prescription::formats::write::{Target, write};
 use ivcam_optics::prescription::{Decenter, Medium, SurfaceFrame};
 use serde_json::Value;
 
-use crate::mirrors::is_traced_back;
+use crate::mirrors::{a_bundle_and_the_way_back_agree, is_traced_back};
 
 fn lens_of(name: &str, text: String) -> Lens {
     let mut sink = Sink::new();
@@ -115,25 +114,7 @@ fn bundles_and_rays_from_the_film_take_the_same_paths_through_tilted_surfaces() 
                 continue;
             };
             passed += 1;
-            let mut bundle = Bundle::default();
-            bundle.set(3, &ray);
-            lens.trace_bundle(&mut bundle, Toward::Film, Width::detect());
-            let beside = bundle.ray(3);
-            assert!(bundle.passed(3), "{name}");
-            assert!((beside.origin - out.origin).length() < 1e-11, "{name}");
-            assert!((beside.direction - out.direction).length() < 1e-13);
-            let back = LensRay {
-                origin: out.origin + 30.0 * out.direction,
-                direction: -out.direction,
-            };
-            let again = lens.trace_from_film(&back).unwrap();
-            assert!((again.direction + ray.direction).length() < 1e-12, "{name}");
-            let off = (again.origin - ray.origin).cross(ray.direction).length();
-            assert!(off < 1e-10, "{name}: {off}");
-            bundle.set(3, &back);
-            lens.trace_bundle(&mut bundle, Toward::Scene, Width::detect());
-            assert!((bundle.ray(3).origin - again.origin).length() < 1e-11);
-            assert!((bundle.ray(3).direction - again.direction).length() < 1e-13);
+            a_bundle_and_the_way_back_agree(&name, &lens, (&ray, &out));
         }
         assert!(passed > 20, "{name}: {passed}");
     }
