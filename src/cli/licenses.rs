@@ -73,7 +73,7 @@ pub(super) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
 }
 
 /// A crate that is compiled into the program.
-struct Component {
+struct ProgramCrate {
     name: &'static str,
     version: &'static str,
     license: &'static str,
@@ -83,7 +83,7 @@ struct Component {
     needs: &'static str,
 }
 
-impl Component {
+impl ProgramCrate {
     /// Returns the name by which other lists know the crate.
     fn url(&self) -> String {
         format!("pkg:cargo/{}@{}", self.name, self.version)
@@ -91,7 +91,7 @@ impl Component {
 }
 
 /// Returns the crates in this program. Some of them are only part of it on other systems.
-fn components() -> impl Iterator<Item = Component> {
+fn components() -> impl Iterator<Item = ProgramCrate> {
     let is_built = |part: &str| match part {
         "program" => true,
         "window" => cfg!(feature = "viewer"),
@@ -105,7 +105,7 @@ fn components() -> impl Iterator<Item = Component> {
         let mut cell = || cells.next().unwrap_or_default();
         let (name, version, part) = (cell(), cell(), cell());
         let (license, hash, needs) = (cell(), cell(), cell());
-        is_built(part).then_some(Component {
+        is_built(part).then_some(ProgramCrate {
             name,
             version,
             license,
@@ -140,9 +140,9 @@ fn list() -> Result<String> {
 
 /// Returns the list as a CycloneDX document.
 fn bill_of_materials() -> Value {
-    let all: Vec<Component> = components().collect();
-    let known: Vec<String> = all.iter().map(Component::url).collect();
-    let (own, others): (Vec<&Component>, Vec<&Component>) =
+    let all: Vec<ProgramCrate> = components().collect();
+    let known: Vec<String> = all.iter().map(ProgramCrate::url).collect();
+    let (own, others): (Vec<&ProgramCrate>, Vec<&ProgramCrate>) =
         all.iter().partition(|component| component.name == "ivcam");
     let crates = others.iter().map(|component| {
         let mut value = described(component, "library");
@@ -179,7 +179,7 @@ fn bill_of_materials() -> Value {
 }
 
 /// Returns the CycloneDX entry of a crate.
-fn described(component: &Component, kind: &str) -> Value {
+fn described(component: &ProgramCrate, kind: &str) -> Value {
     json!({
         "type": kind,
         "bom-ref": component.url(),

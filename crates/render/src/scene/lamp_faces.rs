@@ -13,7 +13,7 @@ use super::emitter_tree::TreeItem;
 pub(super) const MOST_FACES: usize = 1 << 16;
 /// The largest distance of a parallelogram's fourth corner from its place, over the longest edge.
 const ASKEW: f32 = 1e-5;
-/// The leaf or the primitive that there is none of.
+/// The number that stands for no leaf and no primitive.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A flat luminous shape.

@@ -70,7 +70,7 @@ impl LampLanes {
     #[inline]
     pub(crate) fn light(&self, range: Range<u32>, face: &LitFace) -> ([f32; GROUP], f32) {
         let count = range.len();
-        let mut light = dispatch(Light {
+        let mut light = dispatch(LightOfLamps {
             lamps: self,
             first: range.start as usize,
             face,
@@ -82,13 +82,13 @@ impl LampLanes {
 }
 
 /// The kernel of [`LampLanes::light`].
-struct Light<'a> {
+struct LightOfLamps<'a> {
     lamps: &'a LampLanes,
     first: usize,
     face: &'a LitFace,
 }
 
-impl SimdKernel for Light<'_> {
+impl SimdKernel for LightOfLamps<'_> {
     type Output = [f32; GROUP];
 
     #[inline(always)]

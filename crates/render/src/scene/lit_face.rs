@@ -19,7 +19,7 @@ pub(crate) struct LitFace {
     /// The normal, of length 1, on the side that is lit.
     pub normal: Vec3,
     /// The face's highlights; `None` if it is matte.
-    pub highlight: Option<Highlight>,
+    pub highlight: Option<FacetHighlight>,
 }
 
 /// The microfacets of a face, seen from one direction.
@@ -27,7 +27,7 @@ pub(crate) struct LitFace {
 /// A lamp is bright in them if the normal halfway between it and the viewer is frequent. A wide
 /// lamp has many such normals: their distribution is widened by half the angle of its radius.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Highlight {
+pub(crate) struct FacetHighlight {
     /// The direction to the viewer, of length 1.
     pub viewer: Vec3,
     /// The normal that the facets scatter around, of length 1.
@@ -40,7 +40,7 @@ pub(crate) struct Highlight {
     pub matte: f32,
 }
 
-impl Highlight {
+impl FacetHighlight {
     /// About the share of the light from a direction of length 1 that goes to the viewer, for a
     /// lamp with the square `wide` of its radius over its distance, and with its greatest cosine.
     #[inline(always)]
@@ -57,7 +57,7 @@ impl Highlight {
         self.matte * FRAC_1_PI * greatest + self.strength * density
     }
 
-    /// The same for a lamp all around.
+    /// About the share of a lamp's light that goes to the viewer if the lamp surrounds the face.
     pub(super) fn share_around(&self) -> f32 {
         self.matte + self.strength
     }
@@ -131,7 +131,7 @@ mod tests {
         let face = LitFace {
             position: Vec3::ZERO,
             normal: Vec3::Y,
-            highlight: Some(Highlight {
+            highlight: Some(FacetHighlight {
                 viewer: Vec3::new(0.6, 0.8, 0.0),
                 normal: Vec3::Y,
                 square: 0.01,

@@ -50,7 +50,7 @@ pub(crate) use emitter_tree::{LampNode, LampRange};
 pub(crate) use emitters::sound_color;
 pub(crate) use lamp_faces::LampFace;
 pub use left_out::Unneeded;
-pub(crate) use lit_face::{Highlight, LitFace};
+pub(crate) use lit_face::{FacetHighlight, LitFace};
 pub use looks::components as texture_components;
 pub use looks::{IncidentLight, Light, SHADOW_END, Surface};
 pub use options::CompileOptions;

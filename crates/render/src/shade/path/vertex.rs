@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::bsdf::{Bsdf, BsdfSample, Reflectance};
 use super::frame::ShadingFrame;
 use crate::bvh::Ray;
-use crate::scene::{Highlight, LitFace, MetPoint};
+use crate::scene::{FacetHighlight, LitFace, MetPoint};
 
 /// The scattering at a point that is seen along a ray.
 pub(super) struct Vertex {
@@ -67,7 +67,7 @@ impl Vertex {
             normal: self.met.geometric,
             highlight: self.bsdf.shares().map(|[facets, rest]| {
                 let (wo, alpha) = (self.bsdf.viewer(), self.bsdf.roughness());
-                Highlight {
+                FacetHighlight {
                     viewer: self.frame.world(wo),
                     normal: self.frame.world(Vec3::Z),
                     square: alpha * alpha,
