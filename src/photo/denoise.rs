@@ -142,9 +142,7 @@ impl Session {
         clean.provenance.insert("ivcam:denoise".into(), name);
         Ok(clean)
     }
-}
 
-impl Session {
     /// Returns the picture of an exposure after denoising; or, if the denoiser fails, the picture
     /// itself and why.
     pub(crate) fn denoised_or_kept(

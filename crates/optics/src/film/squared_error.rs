@@ -124,7 +124,7 @@ impl SquaredError {
                 let variance = all.add_repeated(&errors);
                 carried.push((pixel, variance));
             } else {
-                // A pixel in any case counts once.
+                // A pixel that is exposed in any case stands for itself alone.
                 let probability = probability.unwrap_or(1.0 / draws);
                 for pair in run {
                     let [a, b] = pair.levels.map(|other| level - other);

@@ -77,7 +77,7 @@ pub(super) struct LampPixel {
     pub window: SampleWindow,
     /// The number of samples with the window that are about as precise as the pixel's own.
     pub samples: f64,
-    /// The variance of the pixel's mean that the light lets expect, summed over channels.
+    /// The expected variance of the pixel's mean because of the light, summed over channels.
     variance: f64,
 }
 
@@ -90,11 +90,12 @@ impl LampImages {
     pub(super) fn take_from(lights: &mut Vec<SmallLight>, render: &Render<'_>) -> Self {
         let effect = |light: &SmallLight| (light.pixels * light.radiance).length_squared();
         lights.sort_by(|a, b| effect(b).total_cmp(&effect(a)));
+        let camera = render.camera.at_one_wavelength();
         let mut images = Vec::new();
         let mut number = 0;
         lights.retain(|light| {
             number += 1;
-            let image = (number <= MOST).then(|| LampImage::of(light, render));
+            let image = (number <= MOST).then(|| LampImage::of(light, render, &camera));
             let image = image.flatten();
             let is_found = image.is_some();
             images.extend(image);
@@ -129,14 +130,13 @@ impl LampImages {
 }
 
 impl LampImage {
-    /// Finds the image of a light; `None` if it is not small, not wholly in the picture, or if no
-    /// ray meets the light.
-    fn of(light: &SmallLight, render: &Render<'_>) -> Option<Self> {
+    /// Finds the image of a light by the rays of a camera of one wavelength; `None` if it is not
+    /// small, not wholly in the picture, or if no ray meets the light.
+    fn of(light: &SmallLight, render: &Render<'_>, camera: &Camera) -> Option<Self> {
         let size = render.resolution;
         let size = DVec2::new(f64::from(size.width), f64::from(size.height));
         let [min, max] = light.bounds;
         let middle = (0.5 * (min + max)).as_dvec3();
-        let camera = &*render.camera.at_one_wavelength();
         let search = |pupil| FilmSearch {
             camera,
             size,
@@ -320,19 +320,15 @@ impl FilmSearch<'_> {
 
 #[cfg(test)]
 mod tests {
-    use glam::DQuat;
-    use ivcam_base::math::{Meters, Mm};
     use ivcam_inventor::iv::Document;
-    use ivcam_inventor::pose::CameraPose;
     use ivcam_inventor::snapshot::Snapshot;
-    use ivcam_optics::film::{Exposed, FilmFormat, Resolution};
-    use ivcam_optics::lens::{FocusMethod, Lens};
+    use ivcam_optics::film::{Exposed, Resolution};
     use ivcam_optics::sampling::{Filter, Sampler, SamplerKind};
 
     use super::*;
-    use crate::camera::{Aim, LensCamera};
     use crate::render::Stop;
     use crate::render::batch::Batch;
+    use crate::render::lamp_tests::{camera, lens};
     use crate::scene::{CompileOptions, RenderScene};
     use crate::shade::{ShadeOptions, Shader, Shading};
 
@@ -360,19 +356,7 @@ Separator { Material { emissiveColor .3 .2 .1 }
         let document = Document::read_headerless("lamps.iv", LAMPS.as_bytes().to_vec()).unwrap();
         let snapshot = Snapshot::at(&document, 0.0);
         let scene = RenderScene::compile(&snapshot, &CompileOptions::default()).unwrap();
-        let lens = Lens::named("double-gauss").unwrap();
-        let lens = lens.scaled_to(Mm(50.0)).unwrap().at_f_number(2.8).unwrap();
-        let focus = lens.focus(FocusMethod::Film, Meters(2.0)).unwrap();
-        let format = FilmFormat {
-            width: 1.5,
-            height: 1.0,
-        };
-        let pose = CameraPose {
-            orientation: DQuat::IDENTITY,
-            ..CameraPose::view_all((DVec3::NEG_ONE, DVec3::ONE), 1.5)
-        };
-        let camera = LensCamera::new(lens, focus, format, Aim::ExitPupil, &pose);
-        let camera = Camera::Lens(Box::new(camera));
+        let camera = camera(lens("double-gauss"), false);
         for filter in [Filter::Box, Filter::Mitchell] {
             let render = Render {
                 shader: &Shader::new(&scene, Shading::Recursive, ShadeOptions::default()),

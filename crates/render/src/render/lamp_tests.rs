@@ -48,13 +48,13 @@ fn scene() -> RenderScene {
 }
 
 /// A lens of 50 mm at f/2.8.
-fn lens(name: &str) -> Lens {
+pub(super) fn lens(name: &str) -> Lens {
     let lens = Lens::named(name).unwrap().scaled_to(Mm(50.0)).unwrap();
     lens.at_f_number(2.8).unwrap()
 }
 
 /// A camera at the origin that looks along −z and is focused 2 m away. Its film is 1.5 mm wide.
-fn camera(lens: Lens, disperses: bool) -> Camera {
+pub(super) fn camera(lens: Lens, disperses: bool) -> Camera {
     let focus = lens.focus(FocusMethod::Film, Meters(2.0)).unwrap();
     let format = FilmFormat {
         width: 1.5,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// The part of a pixel's samples that is in the window only.
+/// The share of a pixel's samples that are drawn inside the window only.
 const INSIDE: f64 = 0.6;
 
 /// The part of a pixel's samples, by their numbers from 0 to 1 along each axis, that lead to the
@@ -14,7 +14,7 @@ pub(super) struct SampleWindow {
 }
 
 impl SampleWindow {
-    /// The share of even samples that it gets.
+    /// The share of evenly distributed samples that fall into the window.
     pub(super) fn area(&self) -> f64 {
         self.size[0] * self.size[1]
     }

@@ -115,9 +115,10 @@ impl Vectors for Quads {
             if lanes == 15 {
                 a[half].write_to_slice(to);
             } else {
-                let numbers = a[half].to_array();
-                for lane in super::super::lanes::bits(lanes) {
-                    to[lane] = numbers[lane];
+                for (lane, number) in a[half].to_array().into_iter().enumerate() {
+                    if lanes >> lane & 1 == 1 {
+                        to[lane] = number;
+                    }
                 }
             }
         }
@@ -126,8 +127,10 @@ impl Vectors for Quads {
     #[inline(always)]
     fn fill<const N: usize>(self, to: &mut [u32; N], first: usize, lanes: u32, value: u32) {
         let to = &mut to[first & const { N - 8 }..];
-        for lane in super::super::lanes::bits(lanes & 255) {
-            to[lane] = value;
+        for (lane, to) in to.iter_mut().take(8).enumerate() {
+            if lanes >> lane & 1 == 1 {
+                *to = value;
+            }
         }
     }
 }
