@@ -519,10 +519,12 @@ fn check_stops(
         return Err(fail(place(second, Column::Radius), message)
             .with_help("give a mere diaphragm the index of its medium instead of 0"));
     }
-    if surfaces.len() == 1 && first.is_some() && surfaces[0].is_plane() {
+    if let [only] = &surfaces[..]
+        && (only.is_idle(&prescription.object_medium) || only.is_stop && only.is_plane())
+    {
         let span = place(0, Column::Radius);
-        return Err(fail(span, "the lens is a stop and nothing else".into())
-            .with_help("add the rows of its surfaces"));
+        let message = "the lens is a plane in one medium and nothing else".into();
+        return Err(fail(span, message).with_help("add the rows of its surfaces"));
     }
     Ok(())
 }
