@@ -1,7 +1,8 @@
 //! Exposes pairs of pixels that are not part of the picture, from which its error is estimated.
 //!
 //! `film::error` says which pixels are drawn, and why the estimate holds. The exposures of a pair
-//! have half of the pixel's samples each, so that its error is about that of the picture.
+//! have half of the pixel's samples each, so that its error is about that of the picture, or more
+//! for light paths.
 
 use ivcam_optics::film::{
     DrawProbabilities, ErrorUnknown, Exposed, Film, MissedLight, Pair, Region, Resolution,
@@ -51,6 +52,9 @@ struct PairAmount {
     /// makes it as precise as the picture. Samples are stratified, so a long exposure is worth more
     /// than several short ones.
     longest: f64,
+    /// The least number of samples of an exposure by light paths. Of two exposures of a sample each,
+    /// both rarely meet light that few paths carry, and only then show that the picture misses it.
+    least_of_paths: u32,
 }
 
 /// The first look at a film whose samples go on.
@@ -59,11 +63,13 @@ const GLANCE: PairAmount = PairAmount {
     fewest: 512.0,
     most_samples: 0.0,
     longest: 1.0,
+    least_of_paths: 1,
 };
 /// The first look at a final film, of at most about a quarter of a second beside its usual share.
 const FIRST_LOOK: PairAmount = PairAmount {
     most_samples: 262_144.0,
     longest: 4.0,
+    least_of_paths: 64,
     ..GLANCE
 };
 /// The look at a final film whose error few pixels carry, if the first look left it unknown. Its
@@ -73,6 +79,7 @@ const SECOND_LOOK: PairAmount = PairAmount {
     fewest: 4.0 * FIRST_LOOK.fewest,
     most_samples: 4.0 * FIRST_LOOK.most_samples,
     longest: 16.0,
+    least_of_paths: 64,
 };
 
 /// A pixel that is drawn for a pair.
@@ -177,6 +184,10 @@ impl Render<'_> {
         let usual = (SHARE * pixels as f64).max(look.fewest) * (all / pixels as f64) / each;
         let wanted = usual.max((look.most_samples / each).min(look.fewest)) as usize;
         let wanted = wanted.clamp(LEAST, pixels.max(look.fewest as usize));
+        let least = match self.shader.follows_paths() {
+            true => look.least_of_paths,
+            false => 1,
+        };
         let step = 1.0 / wanted as f64;
         let key = self.sampler.seed ^ 0x7061_6972 ^ u64::from(look.first);
         let mut next = step * unit(mix(key));
@@ -187,7 +198,7 @@ impl Render<'_> {
                 next += step;
                 draws.push(PairDraw {
                     pixel: pixel as u32,
-                    samples: film.pixels[pixel].count.div_ceil(2),
+                    samples: film.pixels[pixel].count.div_ceil(2).max(least),
                     probability: Some(probability),
                     ..PairDraw::default()
                 });
