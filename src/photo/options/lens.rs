@@ -188,8 +188,8 @@ pub(super) static OPTIONS: [Opt; 16] = [
     .examples(&["--blades 6", "--blades 7@13", "--blades 5@-12.5deg"]),
     Opt::new(
         "focus-method",
-        Takes::One("METHOD"),
-        "what moves: film (distance from the front vertex), lens (from the film), group, or best: the film to the least spot [film]",
+        Takes::One("film|lens|group|best"),
+        "what moves: the film (distance from the front vertex), the lens (from the film), its group; best: the film to the least spot [film]",
     )
     .aliases(&["focus-by"])
     .needs(OptionNeeds::Prescription)

@@ -10,8 +10,8 @@ use crate::photo::headlight::Headlight;
 pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "shading",
-        Takes::One("MODEL"),
-        "f flat, n normal, a ambient, d diffuse, p Phong, g as OpenGL draws (gl), r recursive, i indirect light by path tracing (path) [r]",
+        Takes::One("flat|normal|ambient|diffuse|phong|gl|recursive|path"),
+        "how surfaces look: gl as OpenGL draws them, path with indirect light; or their letters: f, n, a, d, p, g, r and i [r]",
     )
     .vintage("s")
     .plan(

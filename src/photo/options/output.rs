@@ -44,8 +44,8 @@ pub(super) static OPTIONS: [Opt; 14] = [
     Opt::new("threads", Takes::One("N"), "threads to use [all cores]"),
     Opt::new(
         "arithmetic",
-        Takes::One("KIND"),
-        "fast, or portable: the same bits on every x86-64 processor, slower [fast]",
+        Takes::One("fast|portable"),
+        "portable: the same bits on every x86-64 processor, slower [fast]",
     ),
     Opt::new(
         "report",
@@ -59,8 +59,8 @@ pub(super) static OPTIONS: [Opt; 14] = [
     ),
     Opt::new(
         "progress",
-        Takes::One("KIND"),
-        "bar, or json: one JSON object per line on standard error, also with --quiet [bar]",
+        Takes::One("bar|json"),
+        "json: one JSON object per line on standard error, also with --quiet [bar]",
     ),
     Opt::new(
         "tev",

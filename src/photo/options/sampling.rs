@@ -37,8 +37,8 @@ pub(super) static OPTIONS: [Opt; 9] = [
     .examples(&["-j 1", "--samples 16", "--samples 100"]),
     Opt::new(
         "sampler",
-        Takes::One("NAME"),
-        "jittered, random, sobol, blue, golden, or center: the middle of each pixel, with stepped edges [1999: jittered, now: sobol]",
+        Takes::One("jittered|random|sobol|blue|golden|center"),
+        "where the samples of a pixel are; center: the middle of each pixel, with stepped edges [1999: jittered, now: sobol]",
     )
     .plan(
         |plan, words, _| {
@@ -133,8 +133,8 @@ pub(super) static OPTIONS: [Opt; 9] = [
     ]),
     Opt::new(
         "filter",
-        Takes::One("NAME"),
-        "how a pixel weighs the light around it: box, gaussian, blackman-harris, or the noisier mitchell [box]",
+        Takes::One("box|gaussian|blackman-harris|mitchell"),
+        "how a pixel weighs the light around it; mitchell has more noise [box]",
     )
     .plan(
         |plan, words, _| {
