@@ -52,7 +52,7 @@ struct PairAmount {
     /// makes it as precise as the picture. Samples are stratified, so a long exposure is worth more
     /// than several short ones.
     longest: f64,
-    /// The least number of samples of an exposure by light paths. Of two exposures of a sample each,
+    /// The least number of samples of an exposure by light paths. Of two exposures of one sample,
     /// both rarely meet light that few paths carry, and only then show that the picture misses it.
     least_of_paths: u32,
 }
