@@ -1,21 +1,12 @@
 //! Recognizes a file that is given in the place of one of another kind.
 
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::Read as _;
 use std::path::Path;
 
 use clap::ArgMatches;
 use ivcam_base::diag::Diagnostic;
-use ivcam_optics::lens::Lens;
 
-/// What a file is by its content.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum FileKind {
-    Scene,
-    Lens,
-    Picture,
-}
+use crate::photo::FileKind;
 
 /// The arguments that name one file, and what it should be.
 const PLACES: [(&str, FileKind); 5] = [
@@ -25,9 +16,6 @@ const PLACES: [(&str, FileKind); 5] = [
     ("new", FileKind::Picture),
     ("old", FileKind::Picture),
 ];
-
-/// The bytes by which a scene or a picture is recognized.
-const START: u64 = 64;
 
 /// Returns the message for a command that failed because a file is in the place of another kind.
 pub(super) fn explained(matches: &ArgMatches) -> Option<Box<Diagnostic>> {
@@ -47,7 +35,7 @@ pub(super) fn explained(matches: &ArgMatches) -> Option<Box<Diagnostic>> {
                 Diagnostic::error(error).with_help("download it, and name the file in its place"),
             );
         }
-        let found = kind_of(path).filter(|found| found != expected)?;
+        let found = FileKind::of(path).filter(|found| found != expected)?;
         Some(message(path, *expected, found, *place == "camera"))
     });
     wrong.next()
@@ -60,28 +48,6 @@ fn is_address(value: &OsStr) -> bool {
             .is_some_and(|value| value.starts_with(scheme))
     };
     ["http://", "https://", "ftp://"].into_iter().any(begins)
-}
-
-/// Returns the kind of a file, if it is known.
-fn kind_of(path: &Path) -> Option<FileKind> {
-    if !path.is_file() {
-        return None;
-    }
-    let mut start = Vec::new();
-    File::open(path)
-        .ok()?
-        .take(START)
-        .read_to_end(&mut start)
-        .ok()?;
-    if start.starts_with(b"#Inventor") || start.starts_with(b"#VRML") {
-        return Some(FileKind::Scene);
-    }
-    let is_float_picture = start.starts_with(&[0x76, 0x2f, 0x31, 0x01]);
-    let is_sgi = start.starts_with(&[0x01, 0xda]);
-    if is_float_picture || is_sgi || image::guess_format(&start).is_ok() {
-        return Some(FileKind::Picture);
-    }
-    Lens::open(path).is_ok().then_some(FileKind::Lens)
 }
 
 fn message(path: &Path, expected: FileKind, found: FileKind, is_camera: bool) -> Box<Diagnostic> {

@@ -10,6 +10,7 @@ pub mod checkpoint;
 mod denoise;
 mod environment_picture;
 mod facts;
+mod file_kind;
 mod flash;
 pub(crate) mod headlight;
 mod layers;
@@ -43,6 +44,7 @@ pub use camera_choice::{CameraChoice, CameraNode};
 #[cfg(feature = "mpi")]
 pub(crate) use checkpoint::Facts;
 pub(crate) use denoise::Denoiser;
+pub(crate) use file_kind::FileKind;
 pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use light_plan::{Backdrop, LightPlan, Surroundings};
 pub(crate) use plan::free_name;

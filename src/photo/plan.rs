@@ -10,6 +10,7 @@ use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::WorkLimit;
 use ivcam_inventor::events::Action;
 use ivcam_inventor::iv::Limits;
+use ivcam_inventor::pose::ViewDirection;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response};
 use ivcam_optics::lens::{
     Coating, Focus, FocusMethod, Gap, Iris, Lens, Movements, Reading, at_zoom_list,
@@ -347,6 +348,17 @@ impl Plan {
             true => Response::Srgb,
             false => Response::Linear,
         }
+    }
+
+    /// Puts the scene on paper under the lamps of a studio, or takes these away. A scene without a
+    /// camera is seen from three quarters there, unless a side is stated.
+    pub(crate) fn set_studio(&mut self, on: bool) {
+        let side = Override::IfUnstated(WholeView::Side(ViewDirection::THREE_QUARTER));
+        self.light.studio = on;
+        self.view = match on {
+            true => self.view.or(Some(side)),
+            false => self.view.filter(|view| *view != side),
+        };
     }
 
     /// Returns the lens, if it has a prescription.

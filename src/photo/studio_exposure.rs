@@ -17,7 +17,7 @@ impl Session {
     /// Meters the exposure of a studio: the brightest tenth of what is seen of the scene gets
     /// [`BRIGHT`], or less if the brightest tenth of the paper would exceed 1. It is a function of
     /// the plan and the scene.
-    pub(super) fn meter_studio(&mut self) {
+    pub(crate) fn meter_studio(&mut self) {
         if !self.plan.light.studio || self.plan.shading != Shading::Path {
             return;
         }

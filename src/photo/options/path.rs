@@ -1,7 +1,6 @@
 //! Options of model `i`.
 
 use ivcam_base::math::Meters;
-use ivcam_inventor::pose::ViewDirection;
 use ivcam_render::scene::ColorCoding;
 use ivcam_render::shade::{ClearSky, Shading};
 
@@ -11,7 +10,7 @@ use super::values::{
     unless_default,
 };
 use crate::photo::light_plan::{Backdrop, GRAY_PAPER, Surroundings, WHITE_PAPER};
-use crate::photo::view::{Override, WholeView, color_word, parse_color};
+use crate::photo::view::{color_word, parse_color};
 
 pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
@@ -165,13 +164,11 @@ pub(super) static OPTIONS: [Opt; 10] = [
     )
     .plan(
         |plan, words, _| {
-            plan.light.studio = words.has("studio");
-            if plan.light.studio {
+            if words.has("studio") {
+                plan.set_studio(true);
                 if !words.has("shading") {
                     plan.shading = Shading::Path;
                 }
-                let side = Override::IfUnstated(WholeView::Side(ViewDirection::THREE_QUARTER));
-                plan.view = plan.view.or(Some(side));
             }
             Ok(())
         },
