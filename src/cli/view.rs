@@ -20,16 +20,32 @@ pub(crate) fn command() -> Command {
         )
 }
 
+/// Returns the state of the window that the arguments describe. Its picture is saved at the size
+/// that is seen, unless they state one.
+///
+/// # Errors
+/// Returns an error if a flag is invalid.
+#[cfg(any(feature = "viewer", all(test, feature = "panels")))]
+pub(crate) fn window_model(
+    matches: &ArgMatches,
+    era: Era,
+) -> Result<crate::viewer::model::WindowModel> {
+    let plan = super::render::window_plan(matches, era)?;
+    let mut model = crate::viewer::model::WindowModel::new(plan);
+    model.setup.as_shown = !matches.contains_id("size");
+    Ok(model)
+}
+
 /// Opens the window, and returns the exit code when it is closed.
 ///
 /// # Errors
 /// Returns an error if a flag is invalid or if there is no display.
 #[cfg(feature = "viewer")]
 pub(crate) fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
-    let plan = super::render::window_plan(matches, era)?;
+    let model = window_model(matches, era)?;
     let output = super::text(matches, "output").map(str::to_owned);
     let threads = super::render::threads(matches)?;
-    crate::viewer::window::run(plan, output, threads, |line| super::status!("{line}"))?;
+    crate::viewer::window::run(model, output, threads, |line| super::status!("{line}"))?;
     Ok(0)
 }
 

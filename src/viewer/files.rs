@@ -8,9 +8,10 @@ use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::grammar::class;
 use ivcam_inventor::iv::{Document, Format};
 use ivcam_inventor::pose::CameraPose;
+use ivcam_optics::film::Response;
 
 use super::setup::Setup;
-use crate::photo::{CameraChoice, camera_file};
+use crate::photo::{CameraChoice, FileKind, camera_file};
 
 /// The probable kind of a file that was dropped or named.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,12 +21,22 @@ pub(crate) enum DroppedKind {
     Environment,
     Picture,
     Lens,
+    /// A catalogue of glasses for lenses.
+    Glasses,
+    /// A table of a film's density.
+    Film,
+    /// A picture of the surroundings, which lights the scene.
+    Surroundings,
+    Folder,
 }
 
 impl DroppedKind {
-    /// Returns the kind by the name's extension; a `.dat` is a camera if it holds a camera node,
-    /// otherwise a lens.
+    /// Returns the kind by the name's extension, or else by the content. A `.dat` is a camera if it
+    /// holds a camera node, otherwise a lens.
     pub(crate) fn of(path: &Path) -> Self {
+        if path.is_dir() {
+            return Self::Folder;
+        }
         let end = path
             .extension()
             .unwrap_or_default()
@@ -36,9 +47,41 @@ impl DroppedKind {
             | "tga" | "rgb" | "sgi" | "bw" | "exr" => Self::Picture,
             "zmx" | "seq" | "json" | "len" | "lens" | "roa" | "fx" => Self::Lens,
             "env" => Self::Environment,
+            "agf" => Self::Glasses,
+            "hdr" => Self::Surroundings,
             "dat" if CameraChoice::File(path.to_owned()).pose().is_ok() => Self::Camera,
             "dat" => Self::Lens,
-            _ => Self::Scene,
+            "iv" | "wrl" | "x3d" | "x3dv" | "gltf" | "glb" | "obj" | "ply" | "stl" | "gz" => {
+                Self::Scene
+            }
+            _ => Self::by_content(path),
+        }
+    }
+
+    fn by_content(path: &Path) -> Self {
+        if Response::open(&path.to_string_lossy()).is_ok() {
+            return Self::Film;
+        }
+        match FileKind::of(path) {
+            Some(FileKind::Picture) => Self::Picture,
+            Some(FileKind::Lens) => Self::Lens,
+            // A file that is none of these is read as a scene, and the reader says what is wrong.
+            Some(FileKind::Scene) | None => Self::Scene,
+        }
+    }
+
+    /// Returns what the window does with a file of this kind.
+    pub(crate) fn action(self) -> &'static str {
+        match self {
+            Self::Scene => "opens the scene",
+            Self::Camera => "takes this camera",
+            Self::Environment => "opens the scene with this environment",
+            Self::Picture => "compares this picture",
+            Self::Lens => "takes this lens",
+            Self::Glasses => "adds these glasses to the lens",
+            Self::Film => "takes this film",
+            Self::Surroundings => "lights the scene by this picture",
+            Self::Folder => "is a folder, which the window does not open",
         }
     }
 }

@@ -16,6 +16,8 @@ pub(crate) struct MenuEntry {
     pub efl: f64,
     pub f_number: Option<f64>,
     pub section: Drawing,
+    /// What a search looks in: all that is known of the lens, in small letters.
+    words: String,
 }
 
 impl MenuEntry {
@@ -27,14 +29,36 @@ impl MenuEntry {
         section
             .items
             .retain(|item| !matches!(item, DrawingItem::Text(_)));
-        Some(Self {
+        let mut entry = Self {
             name,
             title: about.title.unwrap_or_else(|| name.to_owned()),
-            kind: about.kind.unwrap_or_default(),
+            kind: about.kind.unwrap_or_else(|| "other".into()),
             efl: lens.first_order().efl(),
             f_number: lens.real_f_number(),
             section,
-        })
+            words: String::new(),
+        };
+        let stated = [about.year, about.field, about.source];
+        let words = [
+            name.into(),
+            entry.title.clone(),
+            entry.kind.clone(),
+            entry.numbers(),
+        ];
+        let words: Vec<String> = words
+            .into_iter()
+            .chain(stated.into_iter().flatten())
+            .collect();
+        entry.words = words.join(" ").to_lowercase();
+        Some(entry)
+    }
+
+    /// Returns whether all words of a search are in what is known of the lens.
+    pub(crate) fn matches(&self, search: &str) -> bool {
+        let search = search.to_lowercase();
+        search
+            .split_whitespace()
+            .all(|word| self.words.contains(word))
     }
 
     /// Formats focal length and f-number.
@@ -115,5 +139,29 @@ mod tests {
             .find(|e| e.name == "double-gauss")
             .unwrap();
         assert_eq!(gauss.numbers(), "101 mm  f/2.0");
+    }
+
+    #[test]
+    fn a_search_finds_by_name_kind_source_and_numbers_and_groups_are_whole() {
+        let menu = LensMenu::ready();
+        let found = |search: &str| -> Vec<&str> {
+            let entries = menu.entries().iter();
+            entries
+                .filter(|e| e.matches(search))
+                .map(|e| e.name)
+                .collect()
+        };
+        assert_eq!(found("Gauss"), ["double-gauss"]);
+        assert_eq!(found("nikkor fisheye"), ["nikkor-16", "nikkor-6"]);
+        assert_eq!(found("bertele wide"), ["biogon"]);
+        assert!(found("28 mm").contains(&"nikkor-28") && found("1902") == ["tessar"]);
+        assert_eq!(found(" ").len(), menu.entries().len());
+        assert!(found("no such lens").is_empty());
+        // Lenses of a kind stand together, so that each kind has one heading.
+        let kinds: Vec<&str> = menu.entries().iter().map(|e| e.kind.as_str()).collect();
+        let mut runs = kinds.clone();
+        runs.dedup();
+        let all: std::collections::BTreeSet<&str> = kinds.into_iter().collect();
+        assert_eq!(runs.len(), all.len());
     }
 }

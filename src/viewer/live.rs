@@ -29,7 +29,8 @@ const LONGEST_PASS: u32 = 16;
 /// The longest time of a pass that adds more than one sample per pixel, in seconds. Large views are
 /// slow, and a longer pass would hide the progress.
 const PATIENCE: f64 = 1.0;
-/// The time that the camera must be still before the scene is recompiled around it.
+/// The time that the camera must be still before the scene is recompiled around it, and a studio
+/// metered.
 const STANDING: Duration = Duration::from_millis(600);
 
 /// The number of lit pixels, of the eight around a black one, from which a channel is filled. At
@@ -118,6 +119,8 @@ pub(crate) struct Live {
     exposing: Exposing,
     /// The measured number of film rays per second.
     rate: f64,
+    /// The serial number of the request that the exposure of a studio is metered for.
+    metered: u64,
 }
 
 impl Live {
@@ -134,6 +137,7 @@ impl Live {
         let setup = Setup {
             plan: plan.clone(),
             pose: session.pose.clone(),
+            as_shown: false,
         };
         let request = Request {
             setup,
@@ -148,6 +152,7 @@ impl Live {
             pointer,
             exposing: Exposing::new(plan.resolution, 1),
             rate: GUESS,
+            metered: 0,
             session,
             request,
         })
@@ -205,7 +210,11 @@ impl Live {
         self.view = Arc::new(view(&self.session, &request, &self.pointer));
         let whole = self.view.resolution;
         self.exposing = Exposing::new(whole, self.first_divisor(whole));
+        let is_first = self.request.serial == 0;
         self.request = request;
+        if is_first {
+            self.meter();
+        }
         Ok(())
     }
 
@@ -228,7 +237,10 @@ impl Live {
     /// Renders one more pass, or returns `None` if `proceed` returned false. Uses rayon's current
     /// pool.
     pub(crate) fn step(&mut self, proceed: &(dyn Fn() -> bool + Sync)) -> Option<LiveFrame> {
-        self.recompile_if_still();
+        if self.exposing.divisor == 1 && self.request.at.elapsed() > STANDING {
+            self.recompile_if_away();
+            self.meter();
+        }
         if self.exposing.samples > 0 && self.exposing.divisor > 1 {
             self.exposing = Exposing::new(self.view.resolution, self.exposing.divisor / 2);
         }
@@ -273,12 +285,19 @@ impl Live {
         Some(self.frame())
     }
 
-    /// Recompiles the scene around a camera that is still, as a batch render does, if compiling is
-    /// fast. Levels of detail and billboards then suit this camera.
-    fn recompile_if_still(&mut self) {
-        let away = !self.session.is_compiled_from_here();
+    /// Meters the exposure of a studio for the present request, once.
+    fn meter(&mut self) {
+        if self.metered != self.request.serial {
+            self.metered = self.request.serial;
+            self.session.meter_studio();
+        }
+    }
+
+    /// Recompiles the scene around the camera, as a batch render does, if compiling is fast. Levels
+    /// of detail and billboards then suit this camera.
+    fn recompile_if_away(&mut self) {
         let quick = self.session.seconds.compile < 0.3;
-        if !(away && quick && self.exposing.divisor == 1 && self.request.at.elapsed() > STANDING) {
+        if self.session.is_compiled_from_here() || !quick {
             return;
         }
         // A scene that cannot be recompiled is kept.

@@ -16,9 +16,13 @@ pub mod live;
 pub(crate) mod model;
 pub(crate) mod navigate;
 pub(crate) mod panels;
+pub(crate) mod pull;
+pub(crate) mod pulling;
+pub(crate) mod recent;
 pub(crate) mod saving;
 pub mod setup;
 pub(crate) mod sharpness;
+pub(crate) mod taking;
 pub(crate) mod touch;
 pub(crate) mod view;
 #[cfg(feature = "viewer")]

@@ -9,11 +9,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
-use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::diag::{Diagnostic, Severity, Sink};
 use ivcam_base::math::Meters;
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_optics::film::Resolution;
 use ivcam_render::camera::Camera;
+use ivcam_render::shade::Shading;
 
 use super::archive::{AlignmentJob, Archive};
 use super::autofocus::Focused;
@@ -24,15 +25,15 @@ use super::files;
 use super::history::History;
 use super::live::{LiveFrame, Request};
 use super::navigate::{self, Tool, Viewpoint};
+use super::pull::FocusPull;
+use super::recent::RecentScenes;
 use super::saving::Saving;
 use super::setup::Setup;
 use super::sharpness::{DepthOfField, depth_of_field};
 use super::touch::{Hovered, SensorDrag};
 use super::view::{DepthMap, FocalSurface};
 use crate::photo::headlight::HeadlightSources;
-use crate::photo::{
-    CameraChoice, Optics, Plan, VisiblePoint, free_name, picture_name, view_through_lens,
-};
+use crate::photo::{Optics, Plan, VisiblePoint, free_name, picture_name, view_through_lens};
 
 /// The marks that are drawn over the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -103,6 +104,8 @@ pub(crate) struct WindowModel {
     pub opening: bool,
     /// The scenes opened so far, for the menu.
     pub scenes: Vec<PathBuf>,
+    /// Those opened in earlier runs too.
+    pub recent: RecentScenes,
     /// The last frame of the renderer.
     pub frame: Option<LiveFrame>,
     /// The pixels of the place where the picture is shown; `None` before the first layout.
@@ -150,6 +153,7 @@ pub(crate) struct WindowModel {
     /// Whether a mouse button is held.
     pub held: bool,
     pub flight: Option<Flight>,
+    pub pull: FocusPull,
     /// What was last under the cursor.
     pub hovered: Option<Hovered>,
     /// The drag of a sensor in progress.
@@ -169,7 +173,11 @@ impl WindowModel {
     pub(crate) fn new(plan: Plan) -> Self {
         let pose = CameraPose::view_all((DVec3::splat(-1.0), DVec3::splat(1.0)), 1.5);
         let mut model = Self {
-            setup: Setup { plan, pose },
+            setup: Setup {
+                plan,
+                pose,
+                as_shown: false,
+            },
             preview: Preview::Lens,
             tool: Tool::Focus,
             marks: Marks::default(),
@@ -178,6 +186,7 @@ impl WindowModel {
             open: false,
             opening: false,
             scenes: Vec::new(),
+            recent: RecentScenes::default(),
             frame: None,
             view_size: None,
             bounds: None,
@@ -204,6 +213,7 @@ impl WindowModel {
             now: 0.0,
             held: false,
             flight: None,
+            pull: FocusPull::default(),
             hovered: None,
             sensor_drag: None,
             playing: None,
@@ -251,7 +261,14 @@ impl WindowModel {
     }
 
     fn go_to(&mut self, setup: Setup) {
-        let other = |a: &Plan, b: &Plan| a.scene != b.scene || a.environment != b.environment;
+        let files = |plan: &Plan| {
+            (
+                plan.scene.clone(),
+                plan.environment.clone(),
+                plan.light.studio,
+            )
+        };
+        let other = |a: &Plan, b: &Plan| files(a) != files(b);
         let reopen = other(&setup.plan, &self.setup.plan);
         self.setup = setup;
         self.playing = None;
@@ -268,62 +285,27 @@ impl WindowModel {
         self.order_open(plan);
     }
 
-    fn reopen(&mut self) {
+    /// Puts the scene into a studio, or takes it out again, as `--studio` does.
+    pub(crate) fn set_studio(&mut self, on: bool) {
+        self.edit("studio", |setup| {
+            setup.plan.set_studio(on);
+            setup.set_shading(if on {
+                Shading::Path
+            } else {
+                Shading::Recursive
+            });
+        });
+        self.reopen();
+    }
+
+    pub(super) fn reopen(&mut self) {
         self.order_open(self.setup.plan.clone());
     }
 
-    fn order_open(&mut self, plan: Plan) {
+    pub(super) fn order_open(&mut self, plan: Plan) {
         self.opening = true;
         self.status = format!("opening {}", file_name(&plan.scene));
         self.orders.push(EngineOrder::Open(Box::new(plan)));
-    }
-
-    /// Opens a file of any kind that was dropped on the window or named.
-    pub(crate) fn take_file(&mut self, path: &Path) {
-        let taken = match files::DroppedKind::of(path) {
-            files::DroppedKind::Scene => {
-                self.open_scene(path);
-                Ok(())
-            }
-            files::DroppedKind::Camera => self.read_camera(path),
-            files::DroppedKind::Environment => {
-                self.read_environment(path);
-                Ok(())
-            }
-            files::DroppedKind::Picture => self.archive.load(path),
-            files::DroppedKind::Lens => {
-                let name = path.to_string_lossy().into_owned();
-                ivcam_optics::lens::Lens::open(&name)
-                    .map(|_| self.edit("lens", |s| s.choose_lens(&name)))
-            }
-        };
-        if let Err(error) = taken {
-            self.add_message(*error);
-        }
-    }
-
-    /// Sets the camera from a camera file.
-    ///
-    /// # Errors
-    /// Fails if the file has no camera.
-    pub(crate) fn read_camera(&mut self, path: &Path) -> Result<()> {
-        let camera = CameraChoice::File(path.to_owned());
-        let pose = camera.pose()?;
-        self.edit("camera file", |setup| {
-            setup.keep_places();
-            setup.plan.camera = Some(camera);
-            setup.plan.focus = None;
-            setup.pose = pose;
-        });
-        self.status = format!("camera of {}", file_name(path));
-        Ok(())
-    }
-
-    /// Opens the scene again with a SceneViewer environment.
-    pub(crate) fn read_environment(&mut self, path: &Path) {
-        let mut plan = self.setup.plan.clone();
-        (plan.environment, plan.camera) = (Some(path.to_owned()), None);
-        self.order_open(plan);
     }
 
     /// Saves the picture. A name that the program proposed is replaced by one that no file has.
@@ -369,7 +351,7 @@ impl WindowModel {
                 self.status = format!("making {}", path.display());
                 let saving = Arc::new(Saving::new(path.to_owned()));
                 self.saving.push(saving.clone());
-                self.saves.push((self.setup.clone(), saving));
+                self.saves.push((self.to_save(), saving));
                 return;
             }
             OutputFile::Camera => Ok(files::camera_text(&self.setup)),
@@ -519,7 +501,8 @@ impl WindowModel {
         (self.bounds, self.pivot) = (opened.bounds, None);
         (self.open, self.opening) = (true, false);
         self.status = format!("opened {}", file_name(&scene));
-        if let Some(notice) = opened.notice {
+        // What follows names options of the command line.
+        if let Some(notice) = opened.notice.and_then(|notice| notice.split(';').next()) {
             self.status += &format!("; {notice}");
         }
         self.messages = opened.messages;
@@ -527,11 +510,18 @@ impl WindowModel {
         self.shown_message = None;
         (self.hovered, self.sensor_drag, self.playing) = (None, None, None);
         let other = opened.setup.plan.scene != self.setup.plan.scene;
-        self.setup = opened.setup;
+        let as_shown = self.setup.as_shown;
+        self.setup = Setup {
+            as_shown,
+            ..opened.setup
+        };
         if other && self.output == self.made_up {
             self.propose_name();
         }
         (self.request, self.depths, self.refusal, self.focused) = (None, None, None, None);
+        if let Err(error) = self.recent.add(&scene) {
+            self.status = error.message.clone();
+        }
         if !self.scenes.contains(&scene) {
             self.scenes.push(scene);
             self.history.forget();
@@ -680,14 +670,47 @@ impl WindowModel {
         true
     }
 
+    /// Returns whether the lens of the picture reflects light, which makes ghosts; yes as long as
+    /// it is not known.
+    pub(crate) fn reflects(&self) -> bool {
+        let lens = self.frame.as_ref().and_then(|f| f.view.lens_camera());
+        lens.is_none_or(|camera| camera.lens.reflects())
+    }
+
+    /// Returns the title of the window: the name of the scene, and of the program.
+    pub(crate) fn title(&self) -> String {
+        match &self.setup.plan.scene {
+            scene if self.open => format!("{} - ivcam", file_name(scene)),
+            _ => "ivcam".into(),
+        }
+    }
+
     /// Returns the command line that makes the picture.
     pub(crate) fn command(&self) -> String {
-        self.setup.command(Path::new(&self.output))
+        self.to_save().command(Path::new(&self.output))
+    }
+
+    /// Returns the photograph to save: the present one, at the size of the window's if that is
+    /// wanted.
+    pub(crate) fn to_save(&self) -> Setup {
+        let mut setup = self.setup.clone();
+        if let (true, Some(view)) = (setup.as_shown, self.view_size) {
+            setup.set_width(view.width.clamp(1, Resolution::LIMIT));
+        }
+        setup
     }
 }
 
+/// Returns whether a plan differs from another in what a scene is opened with.
+fn is_opened_anew(a: &Plan, b: &Plan) -> bool {
+    a.scene != b.scene
+        || a.environment != b.environment
+        || a.light.studio != b.light.studio
+        || a.light.surroundings != b.light.surroundings
+}
+
 /// Returns the last part of a path, for the status line.
-fn file_name(path: &Path) -> String {
+pub(super) fn file_name(path: &Path) -> String {
     path.file_name()
         .unwrap_or(path.as_os_str())
         .to_string_lossy()

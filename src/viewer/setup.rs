@@ -10,6 +10,7 @@ use ivcam_base::math::{Meters, Mm};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::{FilmFormat, Resolution};
 use ivcam_optics::lens::FocusMethod;
+use ivcam_render::shade::Shading;
 
 use crate::photo::options::command_line;
 use crate::photo::{CameraChoice, CameraNode, LensChoice, Optics, Plan};
@@ -21,6 +22,8 @@ pub struct Setup {
     pub plan: Plan,
     /// The pose of the camera.
     pub pose: CameraPose,
+    /// Whether the saved picture has the size of the one in the window, instead of the plan's.
+    pub as_shown: bool,
 }
 
 impl Setup {
@@ -29,14 +32,29 @@ impl Setup {
         self.plan.lens()
     }
 
-    /// Selects another lens, wide open and at its own size; the method of focusing is kept.
+    /// Selects another lens, wide open. The focal length is kept if one was chosen, and so is the
+    /// method of focusing.
     pub fn choose_lens(&mut self, name: &str) {
-        let method = self.lens().map(|l| l.method);
+        let (method, efl) = (
+            self.lens().map(|l| l.method),
+            self.lens().and_then(|l| l.efl),
+        );
         let mut choice = LensChoice::named(name);
+        choice.efl = efl;
         if let Some(method @ (FocusMethod::Film | FocusMethod::Lens | FocusMethod::Best)) = method {
             choice.method = method;
         }
         self.plan.optics = Optics::Lens(choice);
+    }
+
+    /// Selects a shading model. A response that is the usual one stays so.
+    pub(crate) fn set_shading(&mut self, shading: Shading) {
+        let plan = &mut self.plan;
+        let is_usual = *plan.response.unbalanced() == plan.usual_response();
+        plan.shading = shading;
+        if is_usual {
+            plan.response = plan.usual_response().balanced(plan.response.balance());
+        }
     }
 
     /// Returns the focus distance in meters.
@@ -81,6 +99,14 @@ impl Setup {
             width: side((pixels * aspect).sqrt()),
             height: side((pixels / aspect).sqrt()),
         };
+    }
+
+    /// Sets the width of the picture in pixels, and the height that the film gives it.
+    pub(crate) fn set_width(&mut self, width: u32) {
+        let film = self.plan.film;
+        let height = f64::from(width) * film.height / film.width;
+        let height = (height.round() as u32).max(1);
+        self.plan.resolution = Resolution { width, height };
     }
 
     /// Returns the command-line arguments that make this picture without a window.

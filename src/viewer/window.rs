@@ -7,18 +7,18 @@ use super::engine::Engine;
 use super::lenses::LensMenu;
 use super::model::WindowModel;
 use super::panels::{Window, waker};
-use crate::photo::Plan;
+use super::recent::RecentScenes;
 
 /// The help for systems without a display.
 const BATCH: &str = "make the picture without a window: `-batch`, or `ivcam render`";
 
-/// Opens the window on a plan and returns when it is closed. `print` receives lines for the
+/// Opens the window on a model and returns when it is closed. `print` receives lines for the
 /// terminal.
 ///
 /// # Errors
 /// Fails if there is no display, or no OpenGL on it.
 pub(crate) fn run(
-    plan: Plan,
+    mut model: WindowModel,
     output: Option<String>,
     threads: usize,
     print: fn(&str),
@@ -35,7 +35,7 @@ pub(crate) fn run(
     let start = move |cc: &eframe::CreationContext<'_>| {
         let wake = waker(&cc.egui_ctx);
         let engine = Engine::start(threads, wake.clone())?;
-        let mut model = WindowModel::new(plan);
+        model.recent = RecentScenes::of_user();
         if let Some(output) = output {
             model.output = output;
         }

@@ -39,7 +39,7 @@ drive() {
   local picture="$out/$form.png" left top width height
   "$ivcam" "$@" --efl 20mm --size 416x277 -o "$picture" >"$out/$form.txt" 2>&1 & window=$!
   for _ in $(seq 100); do
-    xdotool search --name '^ivcam$' >"$out/id.txt" 2>/dev/null && break
+    xdotool search --name 'ivcam$' >"$out/id.txt" 2>/dev/null && break
     kill -0 "$window" || { cat "$out/$form.txt"; exit 1; }
     sleep 0.3
   done

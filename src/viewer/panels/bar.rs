@@ -1,10 +1,12 @@
 //! The bar at the top with tools, views and undo, and the status line at the bottom.
 
-use egui::Ui;
+use std::path::PathBuf;
+
+use egui::{Ui, WidgetInfo, WidgetType};
 use ivcam_base::diag::counted;
 use ivcam_render::render::report::account::count;
 
-use super::fold::Fold;
+use super::Kit;
 use crate::viewer::draft::Preview;
 use crate::viewer::model::WindowModel;
 use crate::viewer::navigate::Tool;
@@ -12,7 +14,7 @@ use crate::viewer::navigate::Tool;
 /// The width in points below which the status line leaves out speed and losses.
 const WIDE: f32 = 720.0;
 
-pub(super) fn top(ui: &mut Ui, model: &mut WindowModel, fold: &mut Fold) {
+pub(super) fn top(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.horizontal_wrapped(|ui| {
         scenes(ui, model);
         ui.separator();
@@ -46,7 +48,9 @@ pub(super) fn top(ui: &mut Ui, model: &mut WindowModel, fold: &mut Fold) {
             model.redo();
         }
         ui.separator();
-        fold.buttons(ui);
+        kit.fold.buttons(ui);
+        ui.toggle_value(&mut kit.keys, "?")
+            .on_hover_text("keys and mouse (F1)");
     });
 }
 
@@ -56,17 +60,35 @@ fn scenes(ui: &mut Ui, model: &mut WindowModel) {
             .map_or_else(|| "no scene".into(), |n| n.to_string_lossy().into_owned())
     };
     let mut chosen = None;
-    egui::ComboBox::from_id_salt("scenes")
-        .selected_text(name(&model.setup.plan.scene))
+    let open = model.setup.plan.scene.clone();
+    let combo = egui::ComboBox::from_id_salt("scenes")
+        .selected_text(name(&open))
         .show_ui(ui, |ui| {
-            for scene in &model.scenes {
-                let here = *scene == model.setup.plan.scene;
-                if ui.selectable_label(here, name(scene)).clicked() && !here {
-                    chosen = Some(scene.clone());
+            let mut entry = |ui: &mut Ui, scene: &std::path::Path| {
+                let label = ui.selectable_label(scene == open, name(scene));
+                if label.on_hover_text(scene.display().to_string()).clicked() && scene != open {
+                    chosen = Some(scene.to_owned());
                 }
+            };
+            for scene in &model.scenes {
+                entry(ui, scene);
+            }
+            let known: Vec<_> = model
+                .scenes
+                .iter()
+                .map(|scene| scene.canonicalize().ok())
+                .collect();
+            let mut recent = model.recent.scenes.iter();
+            let is_new = |scene: &&PathBuf| !known.contains(&Some(scene.to_path_buf()));
+            if let Some(first) = recent.by_ref().find(is_new) {
+                ui.weak("opened before");
+                entry(ui, first);
+                recent.filter(is_new).for_each(|scene| entry(ui, scene));
             }
             ui.weak("drop files here to open more");
         });
+    let info = || WidgetInfo::labeled(WidgetType::ComboBox, true, "Scenes");
+    combo.response.widget_info(info);
     if let Some(scene) = chosen {
         model.open_scene(&scene);
     }

@@ -42,7 +42,6 @@ pub(super) fn menu(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         .lens()
         .map(|l| l.name.clone())
         .unwrap_or_default();
-    let mut wanted = None;
     let lenses = kit.lenses.clone();
     let shipped = lenses.entries().iter().any(|e| e.name == chosen);
     if !(chosen.is_empty() || shipped || lenses.entries().is_empty()) {
@@ -50,28 +49,57 @@ pub(super) fn menu(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         let name = file.map_or(chosen.clone(), |n| n.to_string_lossy().into_owned());
         let _ = ui.selectable_label(true, name).on_hover_text(&chosen);
     }
+    let field = egui::TextEdit::singleline(&mut kit.lens_search)
+        .hint_text("search: wide, nikkor, 28 mm")
+        .desired_width(f32::INFINITY);
+    let field = ui.add(field);
+    field.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Search for a lens"));
+    let takes_first = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+    let entries = lenses.entries().iter();
+    let found: Vec<_> = entries.filter(|e| e.matches(&kit.lens_search)).collect();
+    let mut wanted = found.first().filter(|_| takes_first).map(|e| e.name);
     egui::ScrollArea::vertical()
         .auto_shrink(false)
         .show(ui, |ui| {
-            for entry in lenses.entries() {
-                let response = row(ui, entry, entry.name == chosen);
-                if entry.name == chosen && kit.lens_in_view != chosen {
-                    kit.lens_in_view.clone_from(&chosen);
-                    if !ui.clip_rect().contains_rect(response.rect) {
-                        response.scroll_to_me(Some(egui::Align::Center));
-                    }
-                }
-                if response.clicked() {
-                    wanted = Some(entry.name);
-                }
-            }
+            wanted = wanted.or(list(ui, &found, &chosen, &mut kit.lens_in_view));
             if lenses.entries().is_empty() {
                 ui.spinner();
+            } else if found.is_empty() {
+                ui.weak("no lens has these words");
             }
         });
     if let Some(name) = wanted {
         model.edit("lens", |s| s.choose_lens(name));
     }
+}
+
+/// Lists lenses below the names of their kinds, and returns the one that is clicked. The chosen one
+/// is scrolled into view when it is another than `in_view`.
+fn list(
+    ui: &mut Ui,
+    lenses: &[&MenuEntry],
+    chosen: &str,
+    in_view: &mut String,
+) -> Option<&'static str> {
+    let (mut clicked, mut kind) = (None, "");
+    for entry in lenses {
+        if entry.kind != kind {
+            kind = &entry.kind;
+            let (first, rest) = kind.split_at(kind.len().min(1));
+            ui.strong(first.to_uppercase() + rest);
+        }
+        let response = row(ui, entry, entry.name == chosen);
+        if entry.name == chosen && in_view != chosen {
+            chosen.clone_into(in_view);
+            if !ui.clip_rect().contains_rect(response.rect) {
+                response.scroll_to_me(Some(egui::Align::Center));
+            }
+        }
+        if response.clicked() {
+            clicked = Some(entry.name);
+        }
+    }
+    clicked
 }
 
 /// Shows one lens; a click chooses it.
@@ -170,17 +198,19 @@ pub(super) fn zoom(ui: &mut Ui, model: &mut WindowModel) {
         ui.add_enabled(set, field).labelled_by(name.id);
         next.efl = set.then_some(Mm(efl));
     });
-    method(ui, &mut next.method);
     if next != lens && next.zoom > 0.0 {
         model.edit("zoom", |s| s.plan.optics = Optics::Lens(next));
     }
 }
 
-/// Shows the movements of a view camera.
+/// Shows what moves to focus, and the movements of a view camera.
 pub(super) fn movements(ui: &mut Ui, model: &mut WindowModel) {
     let mut next = model.setup.clone();
-    let moved = &mut next.plan.movements;
     egui::CollapsingHeader::new("Movements").show(ui, |ui| {
+        if let Some(lens) = next.plan.lens_mut() {
+            method(ui, &mut lens.method);
+        }
+        let moved = &mut next.plan.movements;
         for (name, radians) in [("tilt", &mut moved.tilt), ("swing", &mut moved.swing)] {
             let mut degrees = (radians.to_degrees() * 100.0).round() / 100.0;
             let slider = egui::Slider::new(&mut degrees, -30.0..=30.0)

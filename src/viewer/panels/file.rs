@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use egui::{Context, Ui, WidgetInfo, WidgetType};
-use ivcam_optics::film::{FilmFormat, Resolution};
 
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, rule};
@@ -14,27 +13,9 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         ui.heading("Save");
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             copy_command(ui, model);
-            size_as_shown(ui, model);
         });
     });
-    let mut next = model.setup.clone();
-    ui.horizontal(|ui| {
-        let size = &mut next.plan.resolution;
-        let name = ui.label("Size");
-        let film = next.plan.film;
-        let field = egui::DragValue::new(&mut size.width)
-            .range(16..=8192)
-            .suffix(" px");
-        if ui.add(field).labelled_by(name.id).changed() {
-            size.height = height_for(size.width, film);
-        }
-        ui.label(format!("x {}", size.height));
-        let samples = &mut next.plan.stop.samples;
-        let name = ui.label("Samples");
-        let field = egui::DragValue::new(samples).range(1..=65_536);
-        ui.add(field).labelled_by(name.id);
-    });
-    model.change("size", next);
+    size(ui, model);
     ui.horizontal(|ui| {
         let name = egui::TextEdit::singleline(&mut model.output).desired_width(124.0);
         let formats = "the picture's name: .png, .jpg, .tif, .exr, .ppm, .rgb or .sgi";
@@ -50,33 +31,45 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         }
     });
     rule(ui);
-    ui.heading("Files");
-    read(ui, model, kit);
-    write(ui, model, kit);
-    rule(ui);
-}
-
-/// Returns the height in pixels of a picture of a width on a film.
-fn height_for(width: u32, film: FilmFormat) -> u32 {
-    let height = f64::from(width) * film.height / film.width;
-    (height.round() as u32).max(1)
-}
-
-fn size_as_shown(ui: &mut Ui, model: &mut WindowModel) {
-    let button = ui
-        .button("Size as shown")
-        .on_hover_text("the saved picture gets as many pixels as the one in the window");
-    if let Some(view) = model.view_size
-        && button.clicked()
-    {
-        model.edit("size", |setup| {
-            let height = height_for(view.width, setup.plan.film);
-            setup.plan.resolution = Resolution {
-                width: view.width,
-                height,
-            };
+    // A lower window has room for the header, and files can be dropped on it too.
+    egui::CollapsingHeader::new("Files")
+        .default_open(super::is_high(ui))
+        .show(ui, |ui| {
+            read(ui, model, kit);
+            write(ui, model, kit);
         });
-    }
+}
+
+/// Shows the size of the saved picture, which is that of the one in the window or a chosen one, and
+/// its samples.
+fn size(ui: &mut Ui, model: &mut WindowModel) {
+    let shown = model.to_save().plan.resolution;
+    let mut next = model.setup.clone();
+    ui.horizontal(|ui| {
+        let name = ui.label("Size");
+        let mut width = shown.width;
+        let field = egui::DragValue::new(&mut width)
+            .range(16..=8192)
+            .suffix(" px");
+        if ui.add(field).labelled_by(name.id).changed() {
+            next.as_shown = false;
+            next.set_width(width);
+        }
+        ui.label(format!("x {}", shown.height));
+        let was_shown = next.as_shown;
+        ui.checkbox(&mut next.as_shown, "as shown")
+            .on_hover_text("the saved picture has as many pixels as the one in the window");
+        if was_shown && !next.as_shown {
+            next.plan.resolution = shown;
+        }
+    });
+    ui.horizontal(|ui| {
+        let samples = &mut next.plan.stop.samples;
+        let name = ui.label("Samples");
+        let field = egui::DragValue::new(samples).range(1..=65_536);
+        ui.add(field).labelled_by(name.id);
+    });
+    model.change("size", next);
 }
 
 fn copy_command(ui: &mut Ui, model: &mut WindowModel) {

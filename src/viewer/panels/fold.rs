@@ -2,10 +2,12 @@
 
 use egui::{Ui, Vec2};
 
-/// The width in points below which the panels at the sides fold away.
-const NARROW: f32 = 640.0;
-/// The height in points below which the section of the lens folds away.
-const LOW: f32 = 480.0;
+/// The widths in points from which the lenses and the settings are beside the picture. Below, one
+/// of them at a time can be shown.
+const WIDE: f32 = 1160.0;
+const MEDIUM: f32 = 960.0;
+/// The height in points from which the section of the lens is below the picture.
+const HIGH: f32 = 640.0;
 
 /// Which panels are shown.
 #[derive(Clone, Debug, Default)]
@@ -13,32 +15,32 @@ pub(super) struct Fold {
     pub lenses: bool,
     pub settings: bool,
     pub section: bool,
-    /// Whether the window was narrow and low in the last frame; `None` before the first.
-    small: Option<(bool, bool)>,
+    /// The panels that there was room for in the last frame: lenses, settings, section; `None`
+    /// before the first.
+    room: Option<[bool; 3]>,
 }
 
 impl Fold {
-    /// Folds or shows the panels when the window becomes small or large. The user's choice is kept
-    /// in between.
+    /// Folds or shows panels when the room for them changes, so that the picture has the larger
+    /// part of a small window. The user's choice is kept in between.
     pub(super) fn fit(&mut self, window: Vec2) {
-        let small = (window.x < NARROW, window.y < LOW);
-        if self.small != Some(small) {
-            self.small = Some(small);
-            (self.lenses, self.settings) = (!small.0, !small.0);
-            self.section = !small.1;
+        let room = [window.x >= WIDE, window.x >= MEDIUM, window.y >= HIGH];
+        if self.room != Some(room) {
+            self.room = Some(room);
+            [self.lenses, self.settings, self.section] = room;
         }
     }
 
-    /// Shows a button for each panel. In a narrow window, one panel at a side hides the other.
+    /// Shows a button for each panel. Without room for both, one panel at a side hides the other.
     pub(super) fn buttons(&mut self, ui: &mut Ui) {
-        let narrow = self.small.is_some_and(|(narrow, _)| narrow);
+        let is_narrow = self.room.is_some_and(|[lenses, ..]| !lenses);
         let lenses = ui.toggle_value(&mut self.lenses, "Lenses");
         let settings = ui.toggle_value(&mut self.settings, "Settings");
         ui.toggle_value(&mut self.section, "Section");
-        if narrow && lenses.clicked() && self.lenses {
+        if is_narrow && lenses.clicked() && self.lenses {
             self.settings = false;
         }
-        if narrow && settings.clicked() && self.settings {
+        if is_narrow && settings.clicked() && self.settings {
             self.lenses = false;
         }
     }

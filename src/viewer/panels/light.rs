@@ -1,17 +1,50 @@
-//! The light panel: exposure with its histogram, headlight and shading.
+//! The light panel: exposure with its histogram, the film, and the light of the scene.
 
-use egui::{Color32, Sense, Ui, pos2, vec2};
-use ivcam_optics::film::Response;
+use egui::{Color32, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use ivcam_base::math::Meters;
+use ivcam_optics::film::{Metering, Response, WhiteBalance};
 use ivcam_render::shade::Shading;
 
 use super::{Kit, rule};
-use crate::photo::Headlight;
+use crate::photo::{Headlight, Plan};
 use crate::viewer::develop::{BINS, Histogram};
 use crate::viewer::model::WindowModel;
+use crate::viewer::setup::Setup;
+
+/// Shutter times of a camera's dial: seconds, then parts of a second.
+const SECONDS: [f64; 5] = [30.0, 15.0, 8.0, 4.0, 2.0];
+const PARTS: [f64; 14] = [
+    1.0, 2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 125.0, 250.0, 500.0, 1000.0, 2000.0, 4000.0, 8000.0,
+];
+
+/// Responses, as `--response` names them, with their descriptions.
+const RESPONSES: [(&str, &str); 5] = [
+    ("linear", "the paper's film"),
+    ("srgb", "the display's curve over linear light"),
+    ("filmic", "sRGB whose highlights do not clip"),
+    ("reversal", "slide film"),
+    ("negative,paper", "negative film, printed on paper"),
+];
+
+/// Daylight in kelvin, from which a white balance starts.
+const DAYLIGHT: f64 = 5500.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
     let mut next = model.setup.clone();
-    let plan = &mut next.plan;
+    exposure(ui, &mut next.plan);
+    bars(ui, kit.histogram.as_ref());
+    shutter(ui, &mut next.plan, model);
+    film(ui, &mut next.plan);
+    shading(ui, &mut next, model);
+    let studio = lamps(ui, &mut next.plan);
+    model.change("light", next);
+    if studio != model.setup.plan.light.studio {
+        model.set_studio(studio);
+    }
+    rule(ui);
+}
+
+fn exposure(ui: &mut Ui, plan: &mut Plan) {
     ui.horizontal(|ui| {
         let name = ui.heading("Exposure");
         let mut stops = libm::log2(plan.exposure);
@@ -24,27 +57,103 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
             plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
         }
     });
-    bars(ui, kit.histogram.as_ref());
+}
+
+/// Shows shutter and ISO. When they are switched on, the shutter time is the one of the dial with
+/// which the picture keeps its brightness best.
+fn shutter(ui: &mut Ui, plan: &mut Plan, model: &WindowModel) {
     ui.horizontal(|ui| {
-        ui.label("Response");
-        for (response, name, help) in [
-            (Response::Linear, "linear", "the paper's film"),
-            (
-                Response::Srgb,
-                "sRGB",
-                "the display's curve over linear light",
-            ),
-            (
-                Response::Filmic,
-                "filmic",
-                "sRGB whose highlights do not clip",
-            ),
-        ] {
-            let response = response.balanced(plan.response.balance());
-            ui.selectable_value(&mut plan.response, response, name)
-                .on_hover_text(help);
+        let mut on = plan.metering.is_some();
+        let help = "exposes by shutter, ISO and aperture in the light of the sun";
+        if ui
+            .checkbox(&mut on, "Shutter")
+            .on_hover_text(help)
+            .changed()
+        {
+            plan.metering = on.then(|| Metering::new(usual_shutter(model)));
+        }
+        let mut metering = plan.metering.unwrap_or(Metering::new(1.0 / 60.0));
+        ui.add_enabled_ui(on, |ui| {
+            let combo = egui::ComboBox::from_id_salt("shutter")
+                .selected_text(metering.dial())
+                .width(76.0)
+                .height(440.0)
+                .show_ui(ui, |ui| {
+                    for seconds in dial() {
+                        let name = Metering::new(seconds).dial();
+                        ui.selectable_value(&mut metering.shutter, seconds, name);
+                    }
+                });
+            let info = || WidgetInfo::labeled(WidgetType::ComboBox, on, "Shutter time");
+            combo.response.widget_info(info);
+            let name = ui.label("ISO");
+            let field = egui::DragValue::new(&mut metering.iso).range(1.0..=1e6);
+            ui.add(field.max_decimals(0)).labelled_by(name.id);
+        });
+        if on {
+            plan.metering = Some(metering);
         }
     });
+}
+
+/// Returns the shutter times in seconds.
+fn dial() -> impl Iterator<Item = f64> {
+    let parts = PARTS.into_iter().map(|part| 1.0 / part);
+    SECONDS.into_iter().chain(parts)
+}
+
+/// Returns the shutter time with which a white surface comes nearest to white at ISO 100.
+fn usual_shutter(model: &WindowModel) -> f64 {
+    let view = model.frame.as_ref().map(|frame| &frame.view);
+    let Some(camera) = view.and_then(|view| view.lens_camera()) else {
+        return 1.0 / 60.0;
+    };
+    let white = |shutter| Metering::new(shutter).level_of_white(camera.metered_irradiance());
+    let off = |shutter: &f64| libm::log2(white(*shutter)).abs();
+    let nearest = dial().min_by(|a, b| off(a).total_cmp(&off(b)));
+    nearest.unwrap_or(1.0 / 60.0)
+}
+
+/// Shows the response of the film and the white balance.
+fn film(ui: &mut Ui, plan: &mut Plan) {
+    ui.horizontal(|ui| {
+        let now = plan.response.unbalanced().name();
+        let mut chosen = now.clone();
+        let combo = egui::ComboBox::from_id_salt("response").selected_text(format!("Film: {now}"));
+        let combo = combo.width(134.0).show_ui(ui, |ui| {
+            for (name, help) in RESPONSES {
+                ui.selectable_value(&mut chosen, name.to_owned(), name)
+                    .on_hover_text(help);
+            }
+        });
+        let help = "how the film turns exposure into levels; drop a film's table for another";
+        let combo = combo.response.on_hover_text(help);
+        combo.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Response"));
+        if chosen != now
+            && let Ok(response) = Response::open(&chosen)
+        {
+            plan.response = response.balanced(plan.response.balance());
+        }
+        let balance = plan.response.balance();
+        let mut on = balance.is_some();
+        let name = ui
+            .checkbox(&mut on, "WB")
+            .on_hover_text("white balance: the color temperature that shows as white");
+        let mut kelvin = balance.map_or(DAYLIGHT, |balance| balance.kelvin());
+        let field = egui::DragValue::new(&mut kelvin)
+            .range(WhiteBalance::RANGE)
+            .speed(20.0)
+            .max_decimals(0)
+            .suffix(" K");
+        ui.add_enabled(on, field).labelled_by(name.id);
+        let balance = WhiteBalance::of_kelvin(kelvin.round()).filter(|_| on);
+        plan.response = plan.response.balanced(balance);
+    });
+}
+
+fn shading(ui: &mut Ui, setup: &mut Setup, model: &WindowModel) {
+    let plan = &mut setup.plan;
+    let mut shading = plan.shading;
     let mut lit = model.headlight.resolve(plan.headlight).on;
     ui.horizontal(|ui| {
         if ui
@@ -57,17 +166,41 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
         egui::ComboBox::from_label("Shading")
             .selected_text(plan.shading.name())
             .show_ui(ui, |ui| {
-                let before = plan.usual_response();
-                for model in Shading::ALL {
-                    ui.selectable_value(&mut plan.shading, model, model.name());
-                }
-                if *plan.response.unbalanced() == before {
-                    plan.response = plan.usual_response().balanced(plan.response.balance());
+                for choice in Shading::ALL {
+                    ui.selectable_value(&mut shading, choice, choice.name());
                 }
             });
     });
-    model.change("light", next);
-    rule(ui);
+    setup.set_shading(shading);
+}
+
+/// Shows the size of the lamps, and returns whether the scene is to be in a studio.
+fn lamps(ui: &mut Ui, plan: &mut Plan) -> bool {
+    let mut studio = plan.light.studio;
+    ui.horizontal(|ui| {
+        ui.checkbox(&mut studio, "Studio")
+            .on_hover_text("puts the scene on white paper under soft lamps, by model path");
+        let is_path = plan.shading == Shading::Path;
+        let name = ui.label("Lamps");
+        let mut centimeters = 100.0 * plan.light.light_size.0;
+        let field = egui::DragValue::new(&mut centimeters)
+            .range(0.0..=1000.0)
+            .speed(0.2)
+            .max_decimals(1)
+            .suffix(" cm");
+        let field = ui.add_enabled(is_path, field).labelled_by(name.id);
+        let help = "the diameter of point and spot lights, whose shadows it makes soft";
+        let field = field.on_hover_text(help);
+        if field
+            .on_disabled_hover_text(
+                "choose the shading path: other models have lights without size",
+            )
+            .changed()
+        {
+            plan.light.light_size = Meters((10.0 * centimeters).round() / 1000.0);
+        }
+    });
+    studio
 }
 
 /// Draws the curves of the channels with the shares of full and black pixels, or reserves their

@@ -9,24 +9,29 @@ mod dialog;
 mod drawing;
 mod file;
 mod fold;
+mod glass;
+mod keys;
 mod light;
 mod messages;
+mod outside;
 mod overlay;
 mod picture;
+mod pull;
 mod rays;
 mod settings;
 mod wheel;
 mod world;
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Context, Key, Modifiers, TextureHandle};
+use egui::{Context, TextureHandle};
 use ivcam_base::diag::Sink;
 
 use super::engine::Engine;
+use super::files::DroppedKind;
 use super::lenses::LensMenu;
 use super::model::WindowModel;
-use super::navigate::Tool;
 use crate::photo::LensChoice;
 
 pub(crate) use wheel::{Turn, wheel};
@@ -41,12 +46,25 @@ pub(crate) struct Kit {
     archive: Option<(u64, TextureHandle)>,
     /// The lens that was last scrolled into view in the menu.
     lens_in_view: String,
+    /// The words that the lenses of the menu have.
+    lens_search: String,
     dialog: Option<dialog::Dialog>,
     fold: fold::Fold,
+    outside: outside::Outside,
+    /// Whether the list of keys is shown.
+    keys: bool,
+    hovering: Hovering,
     wheel: f32,
     rays: rays::Section,
     /// A lens wide open, with its f-number.
     widest: Option<(LensChoice, Option<f64>)>,
+}
+
+/// The files that hover over the window, and what happens when they are dropped.
+#[derive(Default)]
+struct Hovering {
+    paths: Vec<PathBuf>,
+    text: String,
 }
 
 impl Kit {
@@ -86,8 +104,12 @@ impl Window {
             histogram: None,
             archive: None,
             lens_in_view: String::new(),
+            lens_search: String::new(),
             dialog: None,
             fold: fold::Fold::default(),
+            outside: outside::Outside::default(),
+            keys: false,
+            hovering: Hovering::default(),
             wheel: 0.0,
             rays: rays::Section::default(),
             widest: None,
@@ -105,11 +127,12 @@ impl Window {
             model.now = i.time;
             model.held = i.pointer.any_down();
         });
-        dropped(ctx, model);
-        keys(ctx, model, &mut self.kit);
+        dropped(ctx, model, &mut self.kit.hovering);
+        keys::handle(ctx, model, &mut self.kit);
+        self.kit.outside.ask(ctx, model);
         self.panels(ctx);
         let model = &mut self.model;
-        let plays = model.continue_playing();
+        let plays = model.continue_playing() | model.continue_pull();
         if model.continue_flight()
             || plays
             || model.archive.mode == super::archive::ArchiveMode::Blink
@@ -135,7 +158,7 @@ impl Window {
     fn panels(&mut self, ctx: &Context) {
         let (model, kit) = (&mut self.model, &mut self.kit);
         kit.fold.fit(ctx.content_rect().size());
-        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model, &mut kit.fold));
+        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model, kit));
         egui::TopBottomPanel::bottom("status").show(ctx, |ui| bar::status(ui, model));
         if !model.messages.is_empty() || model.refusal.is_some() {
             egui::TopBottomPanel::bottom("messages")
@@ -160,6 +183,7 @@ impl Window {
                 egui::ScrollArea::vertical().show(ui, |ui| {
                     settings::focus(ui, model, kit);
                     settings::aperture(ui, model, kit);
+                    glass::show(ui, model);
                     world::show(ui, model);
                     light::show(ui, model, kit);
                     overlay::choices(ui, model);
@@ -176,6 +200,7 @@ impl Window {
         }
         egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
         file::confirm(ctx, model);
+        keys::show(ctx, &mut kit.keys);
         if let Some(dialog) = &mut kit.dialog
             && !dialog.show(ctx, model)
         {
@@ -194,52 +219,40 @@ fn section_height(ctx: &Context, model: &WindowModel) -> f32 {
     (room.height() - picture).floor().clamp(least, 260.0)
 }
 
+/// Returns whether the window is high enough to begin with all sections of the panel open.
+fn is_high(ui: &egui::Ui) -> bool {
+    ui.ctx().content_rect().height() >= 1000.0
+}
+
 /// Draws a line between two sections of a panel.
 fn rule(ui: &mut egui::Ui) {
     ui.add(egui::Separator::default().spacing(4.0));
 }
 
-/// Opens files dropped on the window: scenes, cameras, environments, pictures, lenses.
-fn dropped(ctx: &Context, model: &mut WindowModel) {
+/// Opens files dropped on the window, and says what happens to those that hover over it.
+fn dropped(ctx: &Context, model: &mut WindowModel, hovering: &mut Hovering) {
+    let paths: Vec<PathBuf> = ctx.input(|i| {
+        i.raw
+            .hovered_files
+            .iter()
+            .filter_map(|f| f.path.clone())
+            .collect()
+    });
+    if paths != hovering.paths {
+        let action = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            format!("{name}: {}", DroppedKind::of(path).action())
+        };
+        hovering.text = paths.iter().map(action).collect::<Vec<_>>().join("\n");
+        hovering.paths = paths;
+    }
+    if !hovering.paths.is_empty() {
+        egui::Modal::new(egui::Id::new("dropping")).show(ctx, |ui| ui.label(&hovering.text));
+    }
     let files = ctx.input(|i| i.raw.dropped_files.clone());
     for path in files.into_iter().filter_map(|f| f.path) {
         model.take_file(&path);
     }
-}
-
-/// Handles keys that work at any position of the cursor, unless a text is being typed.
-fn keys(ctx: &Context, model: &mut WindowModel, kit: &mut Kit) {
-    let pressed = |modifiers, key| ctx.input_mut(|i| i.consume_key(modifiers, key));
-    if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z) || pressed(Modifiers::COMMAND, Key::Y)
-    {
-        model.redo();
-    }
-    if pressed(Modifiers::COMMAND, Key::Z) {
-        model.undo();
-    }
-    if pressed(Modifiers::COMMAND, Key::O) {
-        kit.dialog = Some(dialog::Dialog::open(dialog::Purpose::Open, model));
-    }
-    if ctx.wants_keyboard_input() {
-        return;
-    }
-    let digits = [
-        Key::Num1,
-        Key::Num2,
-        Key::Num3,
-        Key::Num4,
-        Key::Num5,
-        Key::Num6,
-    ];
-    for (key, (tool, ..)) in digits.into_iter().zip(Tool::ALL) {
-        if pressed(Modifiers::NONE, key) {
-            model.tool = tool;
-        }
-    }
-    if pressed(Modifiers::NONE, Key::Home) {
-        model.view_all();
-    }
-    picture::fly(ctx, model);
 }
 
 /// Returns a function that wakes the window when there is news.

@@ -3,7 +3,7 @@
 use egui::{Grid, Ui};
 use ivcam_optics::lens::Iris;
 
-use super::{Kit, Turn, camera, rule, wheel};
+use super::{Kit, Turn, camera, pull, rule, wheel};
 use crate::viewer::model::WindowModel;
 use crate::viewer::sharpness::{self, DepthOfField};
 
@@ -52,6 +52,7 @@ pub(super) fn focus(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     depth_of_field(ui, model);
     camera::zoom(ui, model);
     camera::movements(ui, model);
+    pull::show(ui, model);
     rule(ui);
 }
 
@@ -144,7 +145,6 @@ pub(super) fn aperture(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
             s.plan.optics = crate::photo::Optics::Lens(next)
         });
     }
-    rule(ui);
 }
 
 fn blades(ui: &mut Ui, iris: &mut Iris) {

@@ -184,6 +184,25 @@ impl Bench {
         self.harness.run_steps(3);
     }
 
+    /// Clicks on a check box, and not on the field that it is the label of.
+    pub(super) fn check(&mut self, label: &str) {
+        let found = self.harness.get_by_role_and_label(Role::CheckBox, label);
+        found.click();
+        self.harness.run_steps(3);
+    }
+
+    /// Shows the lenses or the settings, if they are folded away.
+    pub(super) fn show(&mut self, panel: &str) {
+        let inside = match panel {
+            "Lenses" => "Film",
+            _ => "Movements",
+        };
+        self.harness.run_steps(2);
+        if self.harness.query_by_label(inside).is_none() {
+            self.click(panel);
+        }
+    }
+
     /// Returns the screen position of a place on the picture, from 0 to 1.
     pub(super) fn at(&self, x: f32, y: f32) -> Pos2 {
         let rect = self.harness.get_by_label("Picture").rect();
@@ -267,15 +286,33 @@ pub(super) fn batch(line: &[String]) {
     );
 }
 
-/// Returns the window's plan for command-line arguments.
-pub(super) fn window_plan(words: &str, era: Era) -> Plan {
+/// Returns the window's state for command-line arguments.
+pub(super) fn window_model(words: &str, era: Era) -> WindowModel {
     let matches = clap::Command::new("ivcam")
         .no_binary_name(true)
         .args(crate::cli::flags::photograph())
         .arg(clap::Arg::new("scene"))
         .try_get_matches_from(words.split_whitespace())
         .unwrap();
-    crate::cli::render::window_plan(&matches, era).unwrap()
+    crate::cli::view::window_model(&matches, era).unwrap()
+}
+
+/// Checks that the arguments of a photograph parse to the same plan.
+pub(super) fn check_words(setup: &Setup) {
+    let words = setup.words(Path::new("a.png"));
+    let modern = setup.plan.era == Era::Modern;
+    let rest = words.iter().skip(if modern { 2 } else { 1 });
+    let matches = clap::Command::new("ivcam")
+        .no_binary_name(true)
+        .args(crate::cli::flags::photograph())
+        .arg(clap::Arg::new("scene"))
+        .try_get_matches_from(rest)
+        .unwrap();
+    let plan = crate::cli::render::plan(&matches, setup.plan.era).unwrap();
+    assert_eq!(plan, setup.plan, "{words:?}");
+    if let Some(camera) = &setup.plan.camera {
+        assert_eq!(camera.pose().unwrap(), setup.pose);
+    }
 }
 
 /// Exposes a plan's live picture, at the plan's resolution, to a number of samples.

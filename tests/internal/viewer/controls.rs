@@ -1,14 +1,17 @@
 //! Each control against the state that it changes.
 
+use std::ffi::OsString;
+
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, vec2};
+use egui::{Event, Key, Modifiers, PointerButton, vec2};
 use egui_kittest::kittest::Queryable;
-use ivcam_base::math::Mm;
+use ivcam_base::math::{Meters, Mm};
 use ivcam_optics::film::Response;
-use ivcam_optics::lens::{FocusMethod, Iris};
+use ivcam_optics::lens::{Coating, FocusMethod, Iris};
 use ivcam_render::shade::Shading;
 
-use super::bench::{Bench, lens_of};
+use super::bench::{Bench, check_words, lens_of};
+use crate::cli::pull_focus::MovieFilm;
 use crate::photo::{Headlight, Optics};
 use crate::viewer::draft::Preview;
 use crate::viewer::model::WindowModel;
@@ -36,6 +39,81 @@ fn every_lens_is_in_the_menu_and_a_click_selects_it() {
     assert_eq!(bench.setup().lens().unwrap().name, "double-gauss");
     bench.click("Redo");
     assert_eq!(bench.setup().lens().unwrap().name, "biotar");
+}
+
+#[test]
+fn a_search_leaves_the_lenses_that_have_its_words_and_enter_takes_the_first() {
+    let mut bench = Bench::open("search");
+    let listed = |bench: &Bench, name: &str| bench.harness.query_by_label(name).is_some();
+    assert!(listed(&bench, "Wide") && listed(&bench, "Normal"), "groups");
+    bench.harness.get_by_label("Search for a lens").focus();
+    bench.harness.run_steps(2);
+    bench.harness.event(Event::Text("nikkor wide".into()));
+    bench.harness.run_steps(3);
+    assert!(listed(&bench, "nikkor-28") && !listed(&bench, "nikkor-6"));
+    assert!(listed(&bench, "Wide") && !listed(&bench, "Normal"));
+    // A digit that is typed chooses no tool.
+    bench.harness.event(Event::Text(" 28".into()));
+    bench.harness.key_press(Key::Num2);
+    bench.harness.run_steps(2);
+    assert_eq!(bench.model().tool, Tool::Focus);
+    bench.harness.key_press(Key::Enter);
+    bench.harness.run_steps(3);
+    assert_eq!(bench.setup().lens().unwrap().name, "nikkor-28");
+}
+
+#[test]
+fn a_focal_length_that_was_chosen_is_that_of_the_next_lens_too() {
+    let mut bench = Bench::open("length");
+    bench.click("biotar");
+    assert_eq!(bench.setup().lens().unwrap().efl, None);
+    bench.change(|m| m.edit("zoom", |s| lens_of(s).efl = Some(Mm(35.0))));
+    bench.click("tessar");
+    assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
+    let shown = |m: &WindowModel| {
+        let lens = m.frame.as_ref().and_then(|f| f.view.lens_camera());
+        lens.is_some_and(|c| {
+            c.lens.name().contains("essar") && (c.lens.first_order().efl() - 35.0).abs() < 1e-9
+        })
+    };
+    bench.until("the picture through it", shown);
+}
+
+#[test]
+fn f1_shows_the_keys_and_each_key_of_a_tool_chooses_it() {
+    let mut bench = Bench::open("keys");
+    let shown = |bench: &Bench| bench.harness.query_by_label("Keys and mouse").is_some();
+    assert!(!shown(&bench));
+    for (modifiers, key) in [
+        (Modifiers::NONE, Key::F1),
+        (Modifiers::SHIFT, Key::Questionmark),
+    ] {
+        bench.harness.key_press_modifiers(modifiers, key);
+        bench.harness.run_steps(3);
+        assert!(shown(&bench), "{key:?}");
+        assert!(bench.harness.query_by_label("saves the picture").is_some());
+        bench.harness.key_press_modifiers(modifiers, key);
+        bench.harness.run_steps(3);
+        assert!(!shown(&bench), "{key:?}");
+    }
+    bench.click("?");
+    assert!(shown(&bench));
+    bench.harness.key_press(Key::Escape);
+    bench.harness.run_steps(3);
+    assert!(!shown(&bench));
+    let keys = [
+        Key::Num1,
+        Key::Num2,
+        Key::Num3,
+        Key::Num4,
+        Key::Num5,
+        Key::Num6,
+    ];
+    for (key, (tool, ..)) in keys.into_iter().zip(Tool::ALL) {
+        bench.harness.key_press(key);
+        bench.harness.run_steps(2);
+        assert_eq!(bench.model().tool, tool);
+    }
 }
 
 #[test]
@@ -130,11 +208,7 @@ fn the_focal_length_and_the_blades_are_those_of_the_fields() {
     let mut bench = Bench::open("fields");
     bench.put(Role::Slider, "Zoom", 0.5);
     assert_eq!(bench.setup().lens().unwrap().zoom, 0.5);
-    bench
-        .harness
-        .get_by_role_and_label(Role::CheckBox, "Focal length")
-        .click();
-    bench.harness.run_steps(3);
+    bench.check("Focal length");
     bench.put(Role::SpinButton, "Focal length", 35.0);
     assert_eq!(bench.setup().lens().unwrap().efl, Some(Mm(35.0)));
     let shown = |m: &WindowModel| {
@@ -159,6 +233,8 @@ fn the_focus_and_its_method_are_those_of_the_field_and_the_menu() {
     let mut bench = Bench::open("distance");
     bench.put(Role::SpinButton, "Focus 3.000 m", 1.75);
     assert_eq!(bench.setup().focus(), 1.75);
+    bench.click("Movements");
+    bench.harness.run_steps(8);
     bench.click("moves to focus");
     bench.click("lens");
     assert_eq!(bench.setup().lens().unwrap().method, FocusMethod::Lens);
@@ -196,13 +272,21 @@ fn the_picture_to_save_has_the_size_and_samples_of_its_fields() {
     bench.put(Role::SpinButton, "Size", 120.0);
     let size = bench.setup().plan.resolution;
     assert_eq!((size.width, size.height), (120, 80));
-    bench.click("Size as shown");
+    bench.click("as shown");
     let (size, view) = (
-        bench.setup().plan.resolution,
+        bench.model().to_save().plan.resolution,
         bench.model().view_size.unwrap(),
     );
     assert_eq!(size.width, view.width);
     assert!(size.width > 600 && size.height.abs_diff(view.height) <= 1);
+    // A size that is typed is no more the one that is shown, and undo returns to it. Changes in
+    // quick succession would be one step.
+    bench.harness.run_steps(15);
+    bench.put(Role::SpinButton, "Size", 90.0);
+    let size = bench.model().to_save().plan.resolution;
+    assert_eq!((size.width, size.height), (90, 60));
+    bench.click("Undo");
+    assert!(bench.setup().as_shown);
     bench.put(Role::SpinButton, "Samples", 9.0);
     let plan = &bench.setup().plan;
     assert_eq!(plan.stop.samples, 9);
@@ -217,7 +301,8 @@ fn light_and_shading_are_those_of_their_controls() {
     assert_eq!(bench.setup().plan.headlight, Headlight::Set(true));
     bench.click("Headlight");
     assert_eq!(bench.setup().plan.headlight, Headlight::Set(false));
-    bench.click("sRGB");
+    bench.click("Response");
+    bench.click("srgb");
     assert_eq!(bench.setup().plan.response, Response::Srgb);
     bench.click("Shading");
     bench.click("normal");
@@ -232,6 +317,108 @@ fn light_and_shading_are_those_of_their_controls() {
         "{}",
         bench.setup().plan.exposure
     );
+}
+
+#[test]
+fn coating_ghosts_dispersion_and_diffraction_are_those_of_their_controls() {
+    let mut bench = Bench::open("glass");
+    bench.click("Ghosts");
+    bench.click("Diffraction");
+    bench.click("Dispersion");
+    let plan = &bench.setup().plan;
+    assert!(plan.ghosts && plan.diffraction && !plan.dispersion);
+    // A lens that reflects nothing has no ghosts, and the window says so.
+    assert!(
+        bench
+            .harness
+            .query_by_label("none: ideal coating")
+            .is_some()
+    );
+    bench.click("Coating");
+    bench.click("MgF2");
+    assert_eq!(
+        lens_of(&mut bench.setup().clone()).coating,
+        Some(Coating::MagnesiumFluoride)
+    );
+    bench.until("a coated lens", WindowModel::reflects);
+    bench.harness.run_steps(2);
+    assert!(bench.harness.query_by_label("when saved").is_some());
+    check_words(bench.setup());
+    bench.click("Undo");
+    assert_eq!(bench.setup().lens().unwrap().coating, None);
+}
+
+#[test]
+fn shutter_iso_film_white_balance_and_lamps_are_those_of_their_controls() {
+    let mut bench = Bench::open("film-controls");
+    let level = |m: &WindowModel| m.frame.as_ref().unwrap().metered;
+    bench.click("Shutter");
+    let metering = bench.setup().plan.metering.unwrap();
+    bench.until("the metered picture", |m| {
+        m.shows_request() && level(m) != 1.0
+    });
+    // The dial has whole stops, so the picture keeps its brightness within half of one.
+    let stops = libm::log2(level(bench.model())).abs();
+    assert!(stops <= 0.55, "{stops} at {}", metering.dial());
+    bench.click("Shutter time");
+    bench.click("1/250 s");
+    bench.put(Role::SpinButton, "ISO", 400.0);
+    let metering = bench.setup().plan.metering.unwrap();
+    assert_eq!((metering.shutter, metering.iso), (1.0 / 250.0, 400.0));
+    bench.click("Response");
+    bench.click("negative,paper");
+    bench.check("WB");
+    bench.put(Role::SpinButton, "WB", 3200.0);
+    assert_eq!(bench.setup().plan.response.name(), "3200K,negative,paper");
+    bench.click("Shading");
+    bench.click("path");
+    bench.put(Role::SpinButton, "Lamps", 4.5);
+    assert_eq!(bench.setup().plan.light.light_size, Meters(0.045));
+    assert_eq!(bench.setup().plan.response.name(), "3200K,negative,paper");
+    check_words(bench.setup());
+    bench.check("WB");
+    bench.click("Shutter");
+    assert_eq!(bench.setup().plan.response.name(), "negative,paper");
+    assert_eq!(bench.setup().plan.metering, None);
+}
+
+#[test]
+fn a_focus_pull_between_two_keys_is_played_and_its_command_makes_the_movie() {
+    let mut bench = Bench::open("pull");
+    bench.harness.key_press(Key::P);
+    bench.harness.run_steps(2);
+    assert!(!bench.model().pull.is_shown());
+    for (distance, key) in [(2.0, Key::OpenBracket), (4.0, Key::CloseBracket)] {
+        bench.change(|m| m.edit("test", |s| s.set_focus(distance)));
+        bench.harness.key_press(key);
+        bench.harness.run_steps(2);
+    }
+    assert!(bench.harness.query_by_label("A 2.000 m").is_some());
+    bench.harness.run_steps(15);
+    bench.harness.key_press(Key::P);
+    let mut seen = Vec::new();
+    while seen.is_empty() || bench.model().pull.is_shown() {
+        bench.harness.step();
+        seen.push(bench.setup().focus());
+        assert!(seen.len() < 1000);
+    }
+    let rising = seen.windows(2).skip(1).all(|pair| pair[0] <= pair[1]);
+    assert!(rising && *seen.last().unwrap() == 4.0, "{seen:?}");
+    // Half of the way in half of the time.
+    let middle = seen[seen.len() / 2];
+    assert!((middle - 3.0).abs() < 0.15, "{middle}");
+    bench.click("Undo");
+    assert_eq!(bench.setup().focus(), 4.0, "the preview is one step");
+    let command = bench.model().pull_command().unwrap();
+    let words: Vec<OsString> = command.split(' ').skip(1).map(OsString::from).collect();
+    let film = MovieFilm::of_command(&words).unwrap();
+    assert_eq!(film.length, Some(96), "{command}");
+    assert!(command.contains("--from 2m --to 4m"), "{command}");
+    // Whoever focuses meanwhile ends the preview.
+    bench.change(|m| m.preview_pull());
+    bench.harness.run_steps(3);
+    bench.click("∞");
+    assert!(!bench.model().pull.is_shown() && bench.setup().focus().is_infinite());
 }
 
 #[test]

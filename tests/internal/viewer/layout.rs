@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use egui_kittest::kittest::Queryable;
 use ivcam_base::math::Mm;
 
-use super::bench::{Bench, Scratch, difference_from, still};
+use super::bench::{Bench, SCENE, Scratch, difference_from, still};
 use super::raster;
 use crate::photo::{Era, LensChoice, Optics, Plan};
 use crate::viewer::autofocus::Focused;
@@ -37,10 +37,10 @@ fn the_panel_does_not_move_while_pictures_and_focus_change() {
     let mut bench = Bench::new(scratch, plan);
     let labels = [
         "∞",
-        "Zoom",
         "Movements",
         "Blades",
         "Headlight",
+        "Studio",
         "Peaking",
         "Save picture",
         "Open",
@@ -75,6 +75,7 @@ fn the_chosen_lens_is_highlighted_and_scrolled_into_view() {
         let mut plan = scratch.plan();
         plan.optics = Optics::Lens(LensChoice::named(name));
         let mut bench = Bench::sized(scratch, WindowModel::new(plan), [800.0, 600.0]);
+        bench.show("Lenses");
         bench.harness.run_steps(20);
         let row = bench.harness.get_by_label(name).rect();
         assert!(row.top() > 60.0 && row.bottom() < 590.0, "{name}: {row:?}");
@@ -95,6 +96,25 @@ fn the_chosen_lens_is_highlighted_and_scrolled_into_view() {
     }
 }
 
+/// The share of the window that its picture has.
+fn share_of_picture(bench: &Bench, size: [f32; 2]) -> f32 {
+    bench.harness.get_by_label("Picture").rect().area() / (size[0] * size[1])
+}
+
+#[test]
+fn the_picture_has_at_least_half_of_a_small_window() {
+    for size in [[480.0, 360.0], [800.0, 600.0], [950.0, 630.0]] {
+        let mut bench = Bench::of_size("half", size);
+        bench.until("a frame", |m| m.frame.is_some());
+        let share = share_of_picture(&bench, size);
+        assert!(share >= 0.5, "{size:?}: {share}");
+    }
+    // Where every panel is beside it, it has a third.
+    let size = [1360.0, 860.0];
+    let share = share_of_picture(&Bench::of_size("third", size), size);
+    assert!((1.0 / 3.0..0.5).contains(&share), "{share}");
+}
+
 #[test]
 fn panels_fold_away_in_a_small_window_and_buttons_show_them() {
     let mut bench = Bench::of_size("fold", [420.0, 320.0]);
@@ -107,6 +127,63 @@ fn panels_fold_away_in_a_small_window_and_buttons_show_them() {
     bench.click("Lenses");
     assert!(bench.harness.query_by_label("Movements").is_none());
     assert!(bench.harness.query_by_label("Film").is_some());
+}
+
+/// Returns what the last frame asks of the desktop.
+fn asked(bench: &Bench) -> Vec<egui::ViewportCommand> {
+    let viewports = &bench.harness.output().viewport_output;
+    viewports
+        .values()
+        .flat_map(|v| v.commands.clone())
+        .collect()
+}
+
+#[test]
+fn the_title_names_the_scene() {
+    let mut bench = Bench::of_size("title", [800.0, 600.0]);
+    assert_eq!(
+        WindowModel::new(Plan::of_era(Era::Modern, "")).title(),
+        "ivcam"
+    );
+    let title = |name: &str| egui::ViewportCommand::Title(name.into());
+    bench.until("the scene", |m| m.open);
+    let other = bench.scratch.path("other.iv");
+    std::fs::write(&other, SCENE).unwrap();
+    bench.change(|m| m.open_scene(&other));
+    bench.until("the other scene", |m| m.setup.plan.scene == other);
+    assert!(asked(&bench).contains(&title("other.iv - ivcam")));
+    bench.harness.step();
+    assert_eq!(asked(&bench), [], "it is set once");
+}
+
+#[test]
+fn the_window_is_reduced_to_the_screen_on_which_it_opens() {
+    for (screen, expected) in [
+        ([1360.0, 860.0], Some([1360.0, 788.0])),
+        ([1024.0, 768.0], Some([1024.0, 696.0])),
+        ([2560.0, 1440.0], None),
+    ] {
+        let size = [1360.0, 860.0];
+        let mut bench = Bench::of_size("screen", size);
+        let input = bench.harness.input_mut();
+        let viewport = input.viewports.entry(input.viewport_id).or_default();
+        viewport.monitor_size = Some(screen.into());
+        viewport.inner_rect = Some(egui::Rect::from_min_size(egui::Pos2::ZERO, size.into()));
+        let sizes = |bench: &Bench| -> Vec<egui::Vec2> {
+            let asked = asked(bench).into_iter();
+            asked
+                .filter_map(|command| match command {
+                    egui::ViewportCommand::InnerSize(size) => Some(size),
+                    _ => None,
+                })
+                .collect()
+        };
+        bench.harness.step();
+        let wanted: Vec<egui::Vec2> = expected.into_iter().map(Into::into).collect();
+        assert_eq!(sizes(&bench), wanted, "{screen:?}");
+        bench.harness.step();
+        assert_eq!(sizes(&bench), [], "once, so that it can be made larger");
+    }
 }
 
 #[test]
@@ -125,7 +202,8 @@ fn the_window_looks_as_it_did() {
 
 /// Writes pictures of the window at several sizes to the folder that `SHOTS` names, to look at:
 /// `SHOTS=folder cargo test --features viewer-tests shots -- --ignored`. `SHOTS_SCENE` names a
-/// scene, and `SHOTS_SIZES` other sizes.
+/// scene, `SHOTS_SIZES` other sizes, `SHOTS_THEME=light` the other colors, and `SHOTS_CLICK` what is
+/// clicked first.
 #[test]
 #[ignore = "pictures to look at"]
 fn shots() {
@@ -147,7 +225,16 @@ fn shots() {
         lens.efl = Some(Mm(20.0));
         plan.optics = Optics::Lens(lens);
         let mut bench = Bench::sized(scratch, WindowModel::new(plan), size);
+        if text("SHOTS_THEME").as_deref() == Some("light") {
+            bench.harness.ctx.set_theme(egui::Theme::Light);
+        }
         bench.until("a frame", |m| m.frame.is_some());
+        for label in text("SHOTS_CLICK")
+            .unwrap_or_default()
+            .split_terminator(',')
+        {
+            bench.click(label);
+        }
         let start = Instant::now();
         let ready = |m: &WindowModel| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
         while !ready(bench.model()) && start.elapsed() < Duration::from_secs(90) {
@@ -199,8 +286,11 @@ fn no_label_is_cut_at_any_size_of_the_window() {
     ] {
         let mut bench = Bench::of_size("labels", size);
         bench.until("a frame", |m| m.frame.is_some());
-        bench.harness.run_steps(3);
-        assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
+        // Where there is no room for both, one panel hides the other.
+        for panel in ["Lenses", "Settings"] {
+            bench.show(panel);
+            assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?} {panel}");
+        }
         // The longest result of autofocus.
         bench.change(|m| {
             m.focused = Some(Focused {

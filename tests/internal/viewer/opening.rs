@@ -2,13 +2,15 @@
 
 use std::sync::atomic::Ordering;
 
-use egui::{Key, PointerButton};
+use egui::{HoveredFile, Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
-use crate::photo::{Era, Plan};
+use crate::photo::{Era, Plan, Surroundings};
+use crate::viewer::files::DroppedKind;
 use crate::viewer::model::WindowModel;
+use crate::viewer::recent::RecentScenes;
 
-use super::bench::{Bench, SCENE, Scratch};
+use super::bench::{Bench, SCENE, Scratch, check_words};
 
 #[test]
 fn cameras_and_environments_go_to_files_and_come_back() {
@@ -154,4 +156,125 @@ fn a_window_without_a_scene_offers_to_open_one() {
     let mut bench = Bench::sized(scratch, model, [1360.0, 860.0]);
     bench.click("Open a scene …");
     assert!(bench.harness.query_by_label("Open file").is_some());
+}
+
+#[test]
+fn scenes_of_earlier_runs_are_in_the_menu() {
+    let mut bench = Bench::open("recent");
+    let list = bench.scratch.path("state/ivcam/recent");
+    let [second, gone] = ["second.iv", "gone.iv"].map(|name| bench.scratch.path(name));
+    for scene in [&second, &gone] {
+        std::fs::write(scene, SCENE).unwrap();
+        bench.change(|m| {
+            m.recent = RecentScenes::of_file(Some(list.clone()));
+            m.open_scene(scene);
+        });
+        bench.until("the scene", |m| m.setup.plan.scene == *scene);
+    }
+    std::fs::remove_file(&gone).unwrap();
+    let later = Scratch::new("later");
+    let mut model = WindowModel::new(later.plan());
+    model.recent = RecentScenes::of_file(Some(list.clone()));
+    let mut later = Bench::sized(later, model, [1360.0, 860.0]);
+    later.until("a frame", |m| m.frame.is_some());
+    later.click("Scenes");
+    assert!(later.harness.query_by_label("gone.iv").is_none());
+    later.click("second.iv");
+    later.until("the second scene", |m| {
+        m.setup.plan.scene.ends_with("second.iv")
+    });
+    // The scene that was opened last is the first of the list.
+    let text = std::fs::read_to_string(&list).unwrap();
+    let first = text.lines().next().unwrap();
+    assert!(
+        first.ends_with("second.iv") && text.lines().count() == 2,
+        "{text}"
+    );
+}
+
+#[test]
+fn a_list_of_recent_scenes_that_cannot_be_written_is_told() {
+    let mut bench = Bench::open("unwritable");
+    // A file stands where the folder should be.
+    let list = bench.scratch.path("scene.iv").join("recent");
+    let scene = bench.scratch.path("scene.iv");
+    bench.change(|m| {
+        m.recent = RecentScenes::of_file(Some(list));
+        m.open_scene(&scene);
+    });
+    bench.until("the scene", |m| !m.opening);
+    assert!(
+        bench.model().status.contains("recent"),
+        "{}",
+        bench.model().status
+    );
+}
+
+#[test]
+fn a_file_of_each_kind_that_is_dropped_does_what_the_window_says() {
+    let mut bench = Bench::open("drop");
+    let glass = "NM N-TEST 2 0 1.5168 64.17 0 0\nCD 1.0396 0.006 0.2318 0.02 1.0104 103.56\n";
+    let files = [
+        (
+            "film.txt",
+            "white 0\nsense positive\n-2 2\n0 0.1\n",
+            DroppedKind::Film,
+        ),
+        ("glass.agf", glass, DroppedKind::Glasses),
+        ("scene-without-ending", SCENE, DroppedKind::Scene),
+        ("wrong.xyz", "nothing that is known", DroppedKind::Scene),
+    ];
+    for (name, text, kind) in files {
+        let path = bench.scratch.path(name);
+        std::fs::write(&path, text).unwrap();
+        assert_eq!(DroppedKind::of(&path), kind, "{name}");
+    }
+    let drop = |bench: &mut Bench, name: &str| {
+        let path = Some(bench.scratch.path(name));
+        let hovered = HoveredFile {
+            path: path.clone(),
+            ..Default::default()
+        };
+        bench.harness.input_mut().hovered_files.push(hovered);
+        bench.harness.run_steps(2);
+        let kind = DroppedKind::of(path.as_deref().unwrap());
+        let told = format!("{name}: {}", kind.action());
+        assert!(bench.harness.query_by_label(&told).is_some(), "{told}");
+        bench.harness.input_mut().hovered_files.clear();
+        let dropped = egui::DroppedFile {
+            path,
+            ..Default::default()
+        };
+        bench.harness.input_mut().dropped_files.push(dropped);
+        bench.harness.step();
+        bench.harness.input_mut().dropped_files.clear();
+        bench.harness.run_steps(2);
+    };
+    drop(&mut bench, "film.txt");
+    assert!(bench.setup().plan.response.name().ends_with("film.txt"));
+    drop(&mut bench, "glass.agf");
+    assert_eq!(
+        bench.setup().lens().unwrap().catalogues.len(),
+        1,
+        "{:?}",
+        bench.model().messages
+    );
+    drop(&mut bench, "scene-without-ending");
+    bench.until("the scene", |m| {
+        m.setup.plan.scene.ends_with("scene-without-ending")
+    });
+    std::fs::create_dir(bench.scratch.path("folder")).unwrap();
+    drop(&mut bench, "folder");
+    let last = bench.model().messages.last().unwrap();
+    assert!(last.message.ends_with("is a folder"), "{last}");
+    let light = bench.scratch.path("light.hdr");
+    let white = image::Rgb32FImage::from_pixel(8, 4, image::Rgb([2.0, 2.0, 2.0]));
+    white.save(&light).unwrap();
+    drop(&mut bench, "light.hdr");
+    bench.until("the light", |m| !m.opening && m.shows_request());
+    assert_eq!(
+        bench.setup().plan.light.surroundings,
+        Some(Surroundings::Picture(light))
+    );
+    check_words(bench.setup());
 }

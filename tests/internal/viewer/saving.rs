@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{Key, PointerButton};
+use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
 use image::imageops::FilterType;
@@ -10,7 +10,7 @@ use ivcam_optics::film::{Resolution, Response};
 use ivcam_optics::lens::{FocusMethod, Iris};
 use ivcam_optics::sampling::SamplerKind;
 
-use super::bench::{Bench, SCENE, Scratch, batch, exposed, lens_of, window_plan};
+use super::bench::{Bench, SCENE, Scratch, batch, check_words, exposed, lens_of, window_model};
 use crate::photo::{Era, Headlight, Plan};
 use crate::viewer::model::{Closing, WindowModel};
 use crate::viewer::setup::Setup;
@@ -40,8 +40,7 @@ fn save_what_is_seen(era: Era) {
     let scene = scratch.path("scene.iv").display().to_string();
     let words = format!("--lens double-gauss --focus 3 --size 96x64 {scene}");
     // The window is small, so that its picture has few pixels.
-    let model = WindowModel::new(window_plan(&words, era));
-    let mut bench = Bench::sized(scratch, model, [660.0, 900.0]);
+    let mut bench = Bench::sized(scratch, window_model(&words, era), [200.0, 300.0]);
     assert_eq!(bench.setup().plan.era, era);
     let ready = |m: &WindowModel| m.frame.as_ref().is_some_and(|f| f.whole && f.samples >= 16);
     bench.until("a picture", ready);
@@ -78,6 +77,42 @@ fn the_saved_picture_is_the_one_in_the_window_and_the_batch_commands() {
     save_what_is_seen(Era::Modern);
 }
 
+/// The exposure of a studio is metered through the lens, so that both are equally bright.
+#[test]
+fn a_studio_is_saved_as_it_is_seen_and_undo_takes_the_scene_out_of_it() {
+    let cube = "#Inventor V2.1 ascii
+Material { diffuseColor .8 .3 .2 } Cube { }";
+    let scratch = Scratch::with_scene("studio", cube);
+    let scene = scratch.path("scene.iv").display().to_string();
+    let words = format!("--lens double-gauss --size 48x32 {scene}");
+    let mut bench = Bench::sized(scratch, window_model(&words, Era::Modern), [230.0, 300.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    let before = bench.setup().clone();
+    bench.change(|m| m.set_studio(true));
+    let settled = |m: &WindowModel| {
+        let frame = m.frame.as_ref();
+        m.shows_request() && frame.is_some_and(|f| f.whole && f.samples >= 16)
+    };
+    bench.until("the studio", |m| !m.opening && m.setup.pose != before.pose);
+    bench.until("its picture", settled);
+    assert_eq!(bench.setup().plan.response, Response::Srgb);
+    check_words(bench.setup());
+    let output = bench.scratch.path("studio.png");
+    bench.change(|m| {
+        m.output = output.display().to_string();
+        m.save_picture();
+    });
+    bench.until("the picture", |m| m.saving.is_empty());
+    let saved = image::open(&output).unwrap().to_rgb8();
+    let off = difference(&saved, &seen(&bench));
+    assert!(off < 8.0, "{off}");
+    bench.change(|m| m.undo());
+    bench.until("the scene without it", |m| {
+        !m.opening && m.setup.pose == before.pose
+    });
+    assert_eq!(bench.setup().plan, before.plan);
+}
+
 #[test]
 fn in_the_1999_form_too_the_saved_picture_is_the_one_in_the_window() {
     save_what_is_seen(Era::Vintage);
@@ -85,7 +120,9 @@ fn in_the_1999_form_too_the_saved_picture_is_the_one_in_the_window() {
 
 #[test]
 fn the_samples_and_pupil_of_1999_are_shown_and_saved() {
-    let plan = window_plan("-j 1 --pupil rear a.iv", Era::Vintage);
+    let plan = window_model("-j 1 --pupil rear a.iv", Era::Vintage)
+        .setup
+        .plan;
     let old = Plan::of_era(Era::Vintage, "a.iv");
     assert_eq!((plan.sampler, plan.aim), (old.sampler, old.aim));
     let scratch = Scratch::new("rear");
@@ -93,6 +130,31 @@ fn the_samples_and_pupil_of_1999_are_shown_and_saved() {
     plan.aim = old.aim;
     let (live, _) = exposed(&plan, 1);
     assert_eq!(live.session().plan.aim, old.aim);
+}
+
+#[test]
+fn a_picture_is_saved_at_the_size_that_is_seen_unless_one_is_stated() {
+    for era in [Era::Modern, Era::Vintage] {
+        let stated = window_model("--resolution 96x64 a.iv", era);
+        assert!(!stated.setup.as_shown);
+        let scratch = Scratch::new(&format!("seen-{era:?}"));
+        let scene = scratch.path("scene.iv").display().to_string();
+        let model = window_model(&format!("--samples 1 {scene}"), era);
+        let mut bench = Bench::sized(scratch, model, [200.0, 300.0]);
+        bench.until("a frame", |m| m.frame.is_some());
+        let output = bench.scratch.path("seen.png");
+        bench.change(|m| {
+            m.output = output.display().to_string();
+            m.save_picture();
+        });
+        bench.until("the picture", |m| m.saving.is_empty());
+        let (width, height) = image::image_dimensions(&output).unwrap();
+        let shown = bench.harness.get_by_label("Picture").rect();
+        assert_eq!(width as f32, shown.width());
+        assert!((height as f32 - shown.height()).abs() <= 1.0);
+        let size = format!("--size {width}x{height}");
+        assert!(bench.model().command().contains(&size), "{size}");
+    }
 }
 
 #[test]
@@ -123,24 +185,9 @@ fn a_command_line_describes_its_plan_exactly() {
     let mut setup = Setup {
         plan: scratch.plan(),
         pose: ivcam_inventor::pose::CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5),
+        as_shown: false,
     };
-    let check = |setup: &Setup| {
-        let words = setup.words(Path::new("a.png"));
-        let modern = setup.plan.era == Era::Modern;
-        let rest = words.iter().skip(if modern { 2 } else { 1 });
-        let matches = clap::Command::new("ivcam")
-            .no_binary_name(true)
-            .args(crate::cli::flags::photograph())
-            .arg(clap::Arg::new("scene"))
-            .try_get_matches_from(rest)
-            .unwrap();
-        let plan = crate::cli::render::plan(&matches, setup.plan.era).unwrap();
-        assert_eq!(plan, setup.plan, "{words:?}");
-        if let Some(camera) = &setup.plan.camera {
-            assert_eq!(camera.pose().unwrap(), setup.pose);
-        }
-    };
-    check(&setup);
+    check_words(&setup);
     for i in 1..40 {
         let t = f64::from(i);
         let mut pose = setup.pose.clone();
@@ -149,7 +196,7 @@ fn a_command_line_describes_its_plan_exactly() {
         setup.set_pose(&pose);
         setup.set_focus(1e-3 * libm::exp(t / 2.3));
         setup.plan.exposure = t / 7.0;
-        check(&setup);
+        check_words(&setup);
     }
     setup.set_focus(f64::INFINITY);
     setup.plan.headlight = Headlight::Set(false);
@@ -162,14 +209,14 @@ fn a_command_line_describes_its_plan_exactly() {
         count: 7,
         rotation: 13f64.to_radians(),
     };
-    check(&setup);
+    check_words(&setup);
     let mut old = Setup {
         plan: Plan::of_era(Era::Vintage, "room.iv"),
         ..setup
     };
     old.plan.stop.samples = 16;
     old.set_focus(1.2);
-    check(&old);
+    check_words(&old);
     let line = old.command(Path::new("a.png"));
     assert_eq!(line, "ivcam --batch -f 1.2 -s r -j 16 -o a.png room.iv");
 }
@@ -240,6 +287,18 @@ fn the_window_asks_before_it_closes_over_a_picture_that_is_made() {
     assert!(!output.exists());
     let status = &bench.model().status;
     assert!(status.contains("canceled"), "{status}");
+}
+
+#[test]
+fn a_key_saves_the_picture() {
+    let mut bench = Bench::open("key");
+    let output = bench.scratch.path("key.png");
+    bench.change(|m| m.output = output.display().to_string());
+    bench
+        .harness
+        .key_press_modifiers(Modifiers::COMMAND, Key::S);
+    bench.until("the picture", |m| m.status.starts_with("saved"));
+    assert!(output.exists());
 }
 
 #[test]
