@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     // A lower window has room for the header, and files can be dropped on it too.
     egui::CollapsingHeader::new("Files")
         .default_open(super::is_high(ui))
-        .show(ui, |ui| {
+        .show_unindented(ui, |ui| {
             read(ui, model, kit);
             write(ui, model, kit);
         });

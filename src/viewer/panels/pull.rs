@@ -8,7 +8,7 @@ use crate::viewer::model::WindowModel;
 pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {
     egui::CollapsingHeader::new("Focus pull")
         .default_open(super::is_high(ui))
-        .show(ui, |ui| controls(ui, model));
+        .show_unindented(ui, |ui| controls(ui, model));
 }
 
 fn controls(ui: &mut Ui, model: &mut WindowModel) {

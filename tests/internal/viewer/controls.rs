@@ -421,6 +421,22 @@ fn a_focus_pull_between_two_keys_is_played_and_its_command_makes_the_movie() {
     assert!(!bench.model().pull.is_shown() && bench.setup().focus().is_infinite());
 }
 
+/// The renderer makes the picture in a thread of its own, so the window reacts in the frame of the
+/// change: it asks for the picture and shows the new value.
+#[test]
+fn a_change_is_shown_and_asked_of_the_renderer_in_the_same_frame() {
+    let mut bench = Bench::open("reaction");
+    bench.until("the picture", WindowModel::shows_request);
+    let model = &mut bench.harness.state_mut().model;
+    model.edit("focus", |s| s.set_focus(1.5));
+    assert!(!model.shows_request());
+    bench.harness.step();
+    assert!(bench.harness.query_by_label("Focus 1.500 m").is_some());
+    let asked_later = bench.harness.state_mut().model.take_request();
+    assert!(asked_later.is_none(), "it was asked for in that frame");
+    bench.until("its picture", WindowModel::shows_request);
+}
+
 #[test]
 fn overlays_tools_and_previews_are_chosen_by_click_and_key() {
     let mut bench = Bench::open("marks");

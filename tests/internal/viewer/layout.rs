@@ -224,7 +224,9 @@ fn shots() {
         let mut lens = LensChoice::named("wide-angle");
         lens.efl = Some(Mm(20.0));
         plan.optics = Optics::Lens(lens);
-        let mut bench = Bench::sized(scratch, WindowModel::new(plan), size);
+        let mut model = WindowModel::new(plan);
+        model.setup.as_shown = true;
+        let mut bench = Bench::sized(scratch, model, size);
         if text("SHOTS_THEME").as_deref() == Some("light") {
             bench.harness.ctx.set_theme(egui::Theme::Light);
         }
