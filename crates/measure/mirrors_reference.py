@@ -1,15 +1,17 @@
 #!/usr/bin/env python3
-"""Makes the references of lenses with mirrors and of decentered surfaces.
+"""Makes the references of lenses with mirrors, decentered surfaces and ideal lenses.
 
     python crates/measure/mirrors_reference.py > tests/lenses/reference/mirrors.json
     python crates/measure/mirrors_reference.py tilts > tests/lenses/reference/tilts.json
+    python crates/measure/mirrors_reference.py thin > tests/lenses/reference/thin_lenses.json
 
 Rays are traced by rayoptics, and by optiland, whose greatest difference from rayoptics is in the file.
 The systems are written down here. Their first-order designs are those of textbooks: a Cassegrain of
 conics, a Maksutov and a Maksutov with a corrector, a Mangin mirror and a Schmidt camera. Lengths are
 in millimeters from the front vertex, and thicknesses and radii have the signs of a straight axis.
 The decentered systems are no designs. Their places and angles in space, which optiland needs, are
-computed here and not by rayoptics.
+computed here and not by rayoptics. Ideal lenses are traced by optiland alone: those of rayoptics are
+holograms.
 """
 
 import json
@@ -97,6 +99,37 @@ TILTED = {
     ],
 }
 
+# The same rows, and the focal length of an ideal lens.
+THIN = {
+    "behind a singlet": [
+        (60.0, 4.0, 1.5168, 12.0, 0.0, (), None, None),
+        (-200.0, 8.0, 1.0, 12.0, 0.0, (), None, None),
+        (0.0, 40.0, 1.0, 11.0, 0.0, (), None, 80.0),
+    ],
+    "a telephoto of two": [
+        (0.0, 30.0, 1.0, 12.0, 0.0, (), None, 50.0),
+        (0.0, 20.0, 1.0, 8.0, 0.0, (), None, -35.0),
+        (35.0, 3.0, 1.6204, 8.0, 0.0, (), None, None),
+        (0.0, 10.0, 1.0, 8.0, 0.0, (), None, None),
+    ],
+    "between air and glass": [
+        (0.0, 12.0, 1.5168, 10.0, 0.0, (), None, 45.0),
+        (-70.0, 25.0, 1.0, 10.0, 0.0, (), None, None),
+    ],
+    "behind two mirrors": [
+        (-400.0, -140.0, None, 25.0, -1.0, (), None, None),
+        (-180.0, 120.0, None, 9.0, -4.0, (), None, None),
+        (0.0, 10.0, 1.0, 10.0, 0.0, (), None, 150.0),
+        (40.0, 3.0, 1.5168, 9.0, 0.0, (), None, None),
+    ],
+    "decentered and tilted": [
+        (80.0, 5.0, 1.5168, 10.0, 0.0, (), None, None),
+        (0.0, 15.0, 1.0, 10.0, 0.0, (), None, None),
+        (0.0, 20.0, 1.0, 9.0, 0.0, (), ("dec and return", 0.5, -0.8, 4.0, 0.0, 0.0), 60.0),
+        (50.0, 4.0, 1.6204, 9.0, 0.0, (), None, None),
+    ],
+}
+
 
 def turn(alpha, beta, gamma):
     """The rotation from a tilted surface to the axis. The first two angles are left-handed."""
@@ -175,8 +208,10 @@ def by_optiland(rows):
     """The tracer of one ray, as that of rayoptics."""
     lens = Optic()
     lens.add_surface(index=0, thickness=np.inf)
-    for i, ((radius, _, index, _, k, terms, *_), (rotation, place)) in enumerate(zip(rows, frames(rows))):
+    for i, ((radius, _, index, _, k, terms, *more), (rotation, place)) in enumerate(zip(rows, frames(rows))):
         shape = {"surface_type": "even_asphere", "coefficients": [0.0, *terms]} if terms else {}
+        if more[1:] and more[1]:
+            shape = {"surface_type": "paraxial", "f": more[1]}
         lens.add_surface(
             index=i + 1,
             radius=radius or np.inf,
@@ -209,9 +244,10 @@ def by_optiland(rows):
 
 def main():
     systems = {}
-    chosen = TILTED if sys.argv[1:] == ["tilts"] else SYSTEMS
-    for name, rows in chosen.items():
-        first, second = by_rayoptics(rows), by_optiland(rows)
+    kind = sys.argv[1] if sys.argv[1:] else "mirrors"
+    for name, rows in {"mirrors": SYSTEMS, "tilts": TILTED, "thin": THIN}[kind].items():
+        second = by_optiland(rows)
+        first = second if kind == "thin" else by_rayoptics(rows)
         found, apart = [], 0.0
         for origin, direction in rays(rows[0][3]):
             hit, out = first(origin, direction)
@@ -219,7 +255,8 @@ def main():
             apart = max(apart, np.abs(hit - other).max(), np.abs(out - beside).max())
             found.append([*origin, *direction, *hit, *out])
         systems[name] = {"rows": rows, "programs_differ_by": apart, "rays": found}
-    versions = ", ".join(f"{name} {version(name)}" for name in ("rayoptics", "optiland"))
+    programs = ("optiland",) if kind == "thin" else ("rayoptics", "optiland")
+    versions = ", ".join(f"{name} {version(name)}" for name in programs)
     text = json.dumps({"programs": versions, "wavelength_nm": NM, "systems": systems})
     # One ray, or one surface, a line.
     print(text.replace("[[", "[\n[").replace("], [", "],\n["))

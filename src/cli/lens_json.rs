@@ -4,7 +4,8 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::lens::{
-    Aberrations, About, FirstOrder, Focus, Lens, LensSheet, Plane, Prescription, Pupil, Surface,
+    Aberrations, About, FirstOrder, Focus, Lens, LensSheet, Plane, Prescription, Pupil, Shape,
+    Surface,
 };
 use ivcam_optics::prescription::Focal;
 use serde::Serialize;
@@ -152,7 +153,7 @@ fn about(lens: &Prescription) -> Object {
 }
 
 /// A surface, in the signs of files. A plane has radius 0, and a surface without an aperture no
-/// semi-diameter. Only mirrors, closed middles and decenters say so.
+/// semi-diameter. Only mirrors, ideal lenses, closed middles and decenters say so.
 fn surface(s: &Surface) -> Object {
     let glass = Some(s.medium.name.as_str()).filter(|name| !name.is_empty());
     let mut all = Object::from([
@@ -168,6 +169,9 @@ fn surface(s: &Surface) -> Object {
     ]);
     if s.is_mirror {
         all.insert("mirror", field(true));
+    }
+    if let Shape::ThinLens { focal_length } = s.shape {
+        all.insert("focal_length", field(focal_length));
     }
     if s.obstruction > 0.0 {
         all.insert("obstruction", field(s.obstruction));

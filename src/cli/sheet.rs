@@ -181,6 +181,9 @@ fn surfaces(page: &mut Page, lens: &Lens) {
         ];
         let shape = match s.shape {
             Shape::Sphere => String::new(),
+            Shape::ThinLens { focal_length } => {
+                format!("ideal, f = {} mm ", cell(focal_length, 4).trim())
+            }
             _ => format!("{} ", s.shape.name()),
         };
         let medium = match s.is_mirror {

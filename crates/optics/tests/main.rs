@@ -9,4 +9,5 @@ mod lens;
 mod lens_files;
 mod merit;
 mod mirrors;
+mod thin_lenses;
 mod tilts;

@@ -15,7 +15,7 @@ use serde_json::Value;
 
 use crate::mirrors::{a_bundle_and_the_way_back_agree, is_traced_back};
 
-fn lens_of(name: &str, text: String) -> Lens {
+pub(super) fn lens_of(name: &str, text: String) -> Lens {
     let mut sink = Sink::new();
     let source = Arc::new(Source::new(name, text.into_bytes()));
     let lens = read(&source, &mut sink).unwrap_or_else(|e| panic!("{name}: {e}"));
@@ -54,16 +54,21 @@ fn code_v(rows: &[Value]) -> String {
     text + "SI 0 0\nGO\n"
 }
 
-/// The systems of `tests/lenses/reference/tilts.json`, which `crates/measure/mirrors_reference.py`
-/// makes: the name, the lens and the rays.
 fn reference() -> Vec<(String, Lens, Vec<Vec<f64>>)> {
-    let file = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../tests/lenses/reference/tilts.json"
-    );
-    let root: Value = serde_json::from_str(&std::fs::read_to_string(file).unwrap()).unwrap();
+    systems_of("tilts.json", code_v)
+}
+
+/// The systems of a file in `tests/lenses/reference/` that `crates/measure/mirrors_reference.py`
+/// makes: the name, the lens and the rays. `text` is the file of a lens with the rows.
+pub(super) fn systems_of(
+    file: &str,
+    text: impl Fn(&[Value]) -> String,
+) -> Vec<(String, Lens, Vec<Vec<f64>>)> {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/lenses/reference");
+    let file = std::fs::read_to_string(format!("{folder}/{file}")).unwrap();
+    let root: Value = serde_json::from_str(&file).unwrap();
     let system = |(name, system): (&String, &Value)| {
-        let lens = lens_of(name, code_v(system["rows"].as_array().unwrap()));
+        let lens = lens_of(name, text(system["rows"].as_array().unwrap()));
         let rays = system["rays"].as_array().unwrap().iter();
         let list = |ray: &Value| -> Vec<f64> {
             let numbers = ray.as_array().unwrap().iter();
@@ -75,7 +80,7 @@ fn reference() -> Vec<(String, Lens, Vec<Vec<f64>>)> {
     systems.iter().map(system).collect()
 }
 
-fn rays_of(all: &[Vec<f64>]) -> impl Iterator<Item = LensRay> {
+pub(super) fn rays_of(all: &[Vec<f64>]) -> impl Iterator<Item = LensRay> {
     all.iter().map(|ray| LensRay {
         origin: DVec3::from_slice(&ray[..3]),
         direction: DVec3::from_slice(&ray[3..6]),
@@ -88,21 +93,28 @@ fn rays_through_tilted_surfaces_are_those_of_rayoptics_and_optiland() {
     let systems = reference();
     assert_eq!(systems.len(), 4);
     for (name, lens, rays) in systems {
-        assert_eq!(rays.len(), 36);
-        let (mut off, mut turned) = (0.0f64, 0.0f64);
-        for (ray, known) in rays_of(&rays).zip(&rays) {
-            let [hit, out] = [6, 9].map(|at| DVec3::from_slice(&known[at..at + 3]));
-            let path = lens.trace_path(&ray, Toward::Film, false);
-            let found = path.outcome.unwrap();
-            let start = lens.in_lens_space(found.origin);
-            let end = lens.in_lens_space(found.origin + found.direction);
-            off = off.max((*path.hits.last().unwrap() - hit).length());
-            off = off.max((start - hit).length());
-            turned = turned.max((end - start - out).length());
-        }
+        let [off, turned] = differences(&lens, &rays);
         println!("{name}: {off:.1e} mm, {turned:.1e}");
         assert!(off < 1e-11 && turned < 1e-12, "{name}: {off:e} {turned:e}");
     }
+}
+
+/// The largest differences of last hits, in millimeters, and of directions from those that are
+/// known of the rays of a system.
+pub(super) fn differences(lens: &Lens, rays: &[Vec<f64>]) -> [f64; 2] {
+    assert_eq!(rays.len(), 36);
+    let (mut off, mut turned) = (0.0f64, 0.0f64);
+    for (ray, known) in rays_of(rays).zip(rays) {
+        let [hit, out] = [6, 9].map(|at| DVec3::from_slice(&known[at..at + 3]));
+        let path = lens.trace_path(&ray, Toward::Film, false);
+        let found = path.outcome.unwrap();
+        let start = lens.in_lens_space(found.origin);
+        let end = lens.in_lens_space(found.origin + found.direction);
+        off = off.max((*path.hits.last().unwrap() - hit).length());
+        off = off.max((start - hit).length());
+        turned = turned.max((end - start - out).length());
+    }
+    [off, turned]
 }
 
 #[test]

@@ -303,10 +303,11 @@ fn radius(surface: &Surface) -> String {
         tidy(bend.radius(), 0.001)
     };
     match &surface.shape {
-        _ if surface.is_stop && bend.is_plane() => "stop".into(),
+        Shape::Sphere if surface.is_stop && bend.is_plane() => "stop".into(),
         Shape::Sphere => plain,
         Shape::CylinderX | Shape::CylinderY => format!("cyl {plain}"),
         Shape::Toroid { .. } => format!("tor {plain}"),
+        Shape::ThinLens { focal_length } => format!("f {}", tidy(*focal_length, 0.001)),
         Shape::Conic { .. } | Shape::Asphere { .. } | Shape::NormalAsphere { .. } => {
             format!("a {plain}")
         }

@@ -158,8 +158,8 @@ impl Lens {
 
     /// The edges of the stop's hole, if it is not round; see `trace::Element::edges`.
     pub fn iris_edges(&self) -> &[DVec2] {
-        let mut edges = self.elements.iter().map(|element| &*element.edges);
-        edges.find(|edges| !edges.is_empty()).unwrap_or(&[])
+        let stop = self.prescription.stop();
+        stop.map_or(&[], |stop| &*self.elements[stop].edges)
     }
 
     /// Whether the stop's hole is round or a convex polygon around the axis.
@@ -266,7 +266,7 @@ impl Lens {
     pub(super) fn hits_on_surfaces(&self, ray: &LensRay) -> Vec<DVec2> {
         let mut hits = Vec::with_capacity(self.elements.len());
         let tracer = self.tracer(Toward::Film, false);
-        let _ = tracer.walk(*ray, |_, hit| hits.push(hit.point.truncate()));
+        let _ = tracer.walk(*ray, |_, _, hit| hits.push(hit.point.truncate()));
         hits
     }
 

@@ -42,8 +42,8 @@ struct PupilBox {
 ///
 /// # Errors
 ///
-/// Returns an error if no light reaches the axis, and for mirrors, obstructions and aspheres
-/// measured along a normal, which the shader does not trace.
+/// Returns an error if no light reaches the axis, and for mirrors, obstructions, ideal
+/// lenses and aspheres measured along a normal, which the shader does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
     if lens.prescription().is_folded() || lens.is_obstructed() {
@@ -51,11 +51,19 @@ pub fn osl(view: &View<'_>) -> Result<String> {
         return Err(Diagnostic::unsupported(message)
             .with_help("the shader traces lenses that light goes straight through"));
     }
-    let is_normal = |s: &Surface| matches!(s.shape, Shape::NormalAsphere { .. });
-    if lens.prescription().surfaces.iter().any(is_normal) {
-        let message = format!("`{}` has an asphere measured along a normal", lens.name());
+    let is_other = |s: &Surface| {
+        matches!(
+            s.shape,
+            Shape::NormalAsphere { .. } | Shape::ThinLens { .. }
+        )
+    };
+    if lens.prescription().surfaces.iter().any(is_other) {
+        let message = format!(
+            "`{}` has an ideal lens, or an asphere measured along a normal",
+            lens.name()
+        );
         return Err(Diagnostic::unsupported(message)
-            .with_help("the shader traces aspheres that are measured along the axis"));
+            .with_help("the shader traces glass, and aspheres that are measured along the axis"));
     }
     // What `ivcam render` takes for exposure 1: the axis with the film at the focus of infinity.
     let at_infinity = lens.first_order().focal.map(|f| f.rear_focal_point);

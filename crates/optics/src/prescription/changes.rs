@@ -122,6 +122,14 @@ impl Prescription {
             let message = format!("{value} is not possible for `{name}` of surface {number}");
             return Err(Diagnostic::error(message));
         }
+        let bends = matches!(
+            quantity,
+            Quantity::Radius | Quantity::Curvature | Quantity::Conic
+        );
+        if bends && matches!(surface.shape, Shape::ThinLens { .. }) {
+            let message = format!("surface {number} is an ideal lens, which has no shape");
+            return Err(Diagnostic::error(message).with_help("change the thicknesses around it"));
+        }
         match quantity {
             Quantity::Radius => surface.curvature = Curvature::from_radius(value),
             Quantity::Curvature => surface.curvature = Curvature::from_curvature(value),

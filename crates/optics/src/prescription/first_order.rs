@@ -124,7 +124,10 @@ impl FirstOrder {
         let power = -whole.c.value();
         let bend = surfaces
             .iter()
-            .map(|s| s.vertex_curvature(plane).abs())
+            .map(|s| match s.shape {
+                Shape::ThinLens { focal_length } => 1.0 / focal_length.abs(),
+                _ => s.vertex_curvature(plane).abs(),
+            })
             .fold(0.0, f64::max);
         let mut this = Self {
             length,
@@ -210,7 +213,10 @@ fn cross(surfaces: &[Surface], indices: &[f64], plane: Plane, i: usize, rays: &m
         true => Dd::new(surface.index_step([indices[i]; 2])),
         false => Dd::new(indices[i + 1]).sub(Dd::new(indices[i])),
     };
-    let power = step.mul(curvature(surface, plane));
+    let power = match surface.shape {
+        Shape::ThinLens { focal_length } => Dd::new(1.0).div(Dd::new(focal_length)),
+        _ => step.mul(curvature(surface, plane)),
+    };
     let gap = if i + 1 < surfaces.len() {
         surface.thickness
     } else {

@@ -506,6 +506,17 @@ fn check_numbers(
     Ok(())
 }
 
+    if let Shape::ThinLens { focal_length } = surface.shape {
+        let span = place(i, Column::Radius);
+        if !focal_length.is_finite() || focal_length == 0.0 {
+            let message = format!("the focal length of the ideal lens {i} is {focal_length}");
+            return Err(fail(span, message).with_help("it is a length other than 0"));
+        }
+        if surface.is_mirror {
+            let message = format!("surface {i} is an ideal lens and a mirror");
+            return Err(fail(span, message).with_help("put the ideal lens in front of a mirror"));
+        }
+    }
 fn check_stops(
     prescription: &Prescription,
     fail: &impl Fn(Span, String) -> Box<Diagnostic>,

@@ -126,6 +126,12 @@ pub enum Shape {
         terms: Box<[f64; MAX_POWER + 1]>,
     },
 }
+    /// An ideal thin lens in the plane of the vertex. It changes the slope of a ray from the axis,
+    /// times the index, by −1/f times the height, so that every point has a sharp image.
+    ThinLens {
+        /// The focal length in air in millimeters, negative for one that diverges. It is not 0.
+        focal_length: f64,
+    },
 
 impl Shape {
     /// The shape of a conic constant and of terms, each a power of r and its coefficient.
@@ -193,13 +199,14 @@ impl Shape {
             Self::CylinderY => "cyl_y",
             Self::Toroid { .. } => "toroid",
         }
+            Self::ThinLens { .. } => "thin_lens",
     }
 
     /// Whether the surface is symmetric about the axis.
     pub fn is_rotational(&self) -> bool {
-        matches!(
+        !matches!(
             self,
-            Self::Sphere | Self::Conic { .. } | Self::Asphere { .. } | Self::NormalAsphere { .. }
+            Self::CylinderX | Self::CylinderY | Self::Toroid { .. }
         )
     }
 
@@ -296,9 +303,10 @@ impl Surface {
         }
     }
 
-    /// Whether the surface is a plane.
+    /// Whether the surface is a plane. An ideal lens is none.
     pub(crate) fn is_plane(&self) -> bool {
-        self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms()
+        let is_ideal = matches!(self.shape, Shape::ThinLens { .. });
+        self.curvature.is_plane() && self.shape.is_rotational() && !self.has_terms() && !is_ideal
     }
 
     /// Whether this is a plane without an aperture in one medium, given the medium before it. Such
@@ -331,6 +339,16 @@ impl Surface {
         let gap = if frame.after.is_none() {
             self.thickness
         } else {
+    /// The power per millimeter in a plane with the axis, given the indices in front of the surface
+    /// and behind it: the change of the index times the slope of a first-order ray, over −1 times
+    /// its height.
+    pub(crate) fn power(&self, indices: [f64; 2], plane: Plane) -> f64 {
+        match self.shape {
+            Shape::ThinLens { focal_length } => 1.0 / focal_length,
+            _ => self.index_step(indices) * self.vertex_curvature(plane),
+        }
+    }
+
             0.0
         };
         (frame, gap)
@@ -392,8 +410,10 @@ impl Surface {
             0 => term * factor,
             _ => term / factor.powi(power as i32 - 1),
         });
-        if let Shape::Toroid { across, .. } = &mut shape {
-            *across = across.scaled(factor);
+        match &mut shape {
+            Shape::Toroid { across, .. } => *across = across.scaled(factor),
+            Shape::ThinLens { focal_length } => *focal_length *= factor,
+            _ => {}
         }
         Self {
             shape,

@@ -6,6 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::thin_lens::ObjectsOfIdealLenses;
 
 /// The beam that arrives at a height of the film. Its rays are given by places in a plane across
 /// the chief ray, in millimeters.
@@ -134,9 +135,13 @@ impl<'a> Beam<'a> {
         image: DVec3,
     ) -> Vec<Option<(LensRay, f64)>> {
         let n = indices[indices.len() - 1];
-        let all = lens.optical_paths(&self.rays(places), indices).into_iter();
-        all.map(|found| {
+        let rays = self.rays(places);
+        let distance = self.source.map_or(f64::INFINITY, |source| -source.z);
+        let ideal = ObjectsOfIdealLenses::new(lens, distance);
+        let all = lens.optical_paths(&rays, indices).into_iter().zip(&rays);
+        all.map(|(found, ray)| {
             let (out, path) = found.filter(|(out, _)| out.direction.z > 1e-3)?;
+            let path = path + ideal.path(lens, ray);
             Some((out, path + n * (image - out.origin).dot(out.direction)))
         })
         .collect()

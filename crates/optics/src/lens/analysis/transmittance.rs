@@ -89,7 +89,7 @@ impl Lens {
 /// The share of a ray's light that gets through; 0 for a lost ray.
 fn transmittance(tracer: &Tracer<'_>, ray: &LensRay, wavelength_nm: f64) -> f64 {
     let mut share = 1.0;
-    let outcome = tracer.walk(*ray, |surface, hit| {
+    let outcome = tracer.walk(*ray, |surface, _, hit| {
         let element = &tracer.elements[surface];
         share *= 1.0 - element.reflectance(tracer.toward, hit.cos, wavelength_nm);
     });

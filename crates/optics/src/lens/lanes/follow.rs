@@ -8,8 +8,8 @@ use ivcam_base::math::lanes::{LANES, SimdKernel, Width, dispatch};
 use crate::lens::lanes::asphere::asphere;
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::iris::{block_at_iris, block_at_obstruction, note_iris_fill};
-use crate::lens::lanes::mirror::mirror;
 use crate::lens::lanes::quadric::quadric;
+use crate::lens::lanes::singly::cross_singly;
 use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
 use crate::lens::lanes::step::{LARGE_STEP, LaneStep, SAME_INDEX, SLIGHT_STEP, kind_of};
 use crate::lens::lanes::toroid::toroid;
@@ -149,7 +149,10 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         };
         match &element.form {
             _ if element.is_mirror => {
-                mirror::<STOPS>(&step, tracer.toward, bundle, &mut terms.cos);
+                cross_singly::<STOPS>(&step, tracer.toward, bundle, &mut terms.cos);
+            }
+            Form::ThinLens { .. } => {
+                cross_singly::<STOPS>(&step, tracer.toward, bundle, &mut terms.cos);
             }
             Form::Sphere => {
                 // A ray from far away is first moved to the point nearest the vertex.

@@ -117,7 +117,7 @@ impl Lens {
             elements: &self.elements()[stop..],
             ..self.tracer(Toward::Scene, false)
         };
-        let _ = tracer.walk(ray, |surface, hit| {
+        let _ = tracer.walk(ray, |surface, _, hit| {
             if surface == 0 {
                 found = Some(hit.point.truncate());
             }

@@ -47,7 +47,7 @@ impl Lens {
         };
         let mut is_closed = false;
         let tracer = self.tracer(Toward::Scene, false);
-        let _ = tracer.walk(ray, |surface, hit| {
+        let _ = tracer.walk(ray, |surface, _, hit| {
             let r2 = hit.point.truncate().length_squared();
             is_closed |= r2 < self.elements()[surface].obstruction;
         });

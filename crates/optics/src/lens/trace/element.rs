@@ -8,6 +8,7 @@ use crate::lens::trace::intersect::{
 use crate::lens::trace::profile::Profile;
 use crate::lens::trace::ray::Toward;
 use crate::lens::trace::refraction::{Refraction, refract};
+use crate::lens::trace::thin_lens;
 use crate::prescription::decenter::{SurfaceFrame, inverse};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::surface::{Shape, Surface};
@@ -110,6 +111,10 @@ pub(crate) enum Form {
         /// The curvature at the vertex in the plane of x and z, per millimeter.
         across: f64,
     },
+    /// An ideal lens of a focal length in air, in millimeters.
+    ThinLens {
+        focal_length: f64,
+    },
 }
 
 impl Element {
@@ -139,7 +144,12 @@ impl Element {
                 profile: Profile::new(curvature, *k, &terms[..]),
                 across: across.per_mm(),
             },
+            Shape::ThinLens { focal_length } => Form::ThinLens {
+                focal_length: *focal_length,
+            },
         };
+        // Nothing is known of the reflections of an ideal lens, and mirrors reflect all light.
+        let is_ideal = surface.is_mirror || matches!(form, Form::ThinLens { .. });
         Self {
             curvature,
             form,
@@ -157,7 +167,7 @@ impl Element {
             to_film: Refraction::new(before, behind),
             to_scene: Refraction::new(behind, before),
             indices: [before, behind],
-            coating: match surface.is_mirror {
+            coating: match is_ideal {
                 true => Coating::Ideal,
                 false => surface.coating,
             },
@@ -244,9 +254,12 @@ impl Element {
     /// The direction in which a ray leaves its hit, in the space in front of the surface; none at
     /// total reflection.
     pub(crate) fn bend(&self, d: DVec3, hit: &SurfaceHit, toward: Toward) -> Option<DVec3> {
-        match self.is_mirror {
-            true => Some(d - 2.0 * d.dot(hit.normal) * hit.normal),
-            false => refract(d, hit, self.refraction(toward), toward.sign()),
+        match self.form {
+            _ if self.is_mirror => Some(d - 2.0 * d.dot(hit.normal) * hit.normal),
+            Form::ThinLens { focal_length } => {
+                thin_lens::bend(d, hit.point, self.indices, focal_length, toward)
+            }
+            _ => refract(d, hit, self.refraction(toward), toward.sign()),
         }
     }
 
@@ -273,6 +286,7 @@ impl Element {
     pub(crate) fn intersect(&self, p: DVec3, d: DVec3, sign: f64) -> Option<SurfaceHit> {
         match &self.form {
             Form::Sphere => intersect_sphere(self.curvature, p, d, sign),
+            Form::ThinLens { .. } => intersect_sphere(0.0, p, d, sign),
             Form::Conic { k } => {
                 intersect_quadric(self.curvature, DVec3::new(1.0, 1.0, 1.0 + k), p, d, sign)
             }

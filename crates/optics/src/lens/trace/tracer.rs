@@ -56,16 +56,17 @@ impl Tracer<'_> {
         ray: LensRay,
         mut at_hit: impl FnMut(usize, DVec3),
     ) -> Result<LensRay, Loss> {
-        self.walk(ray, |surface, hit| {
+        self.walk(ray, |surface, _, hit| {
             at_hit(surface, self.elements[surface].placed(hit.point));
         })
     }
 
-    /// Traces a ray. `at_hit` is called with the surface and the hit relative to its vertex.
+    /// Traces a ray. `at_hit` is called with the surface, the direction of the ray that arrives, and
+    /// the hit relative to the vertex.
     pub(crate) fn walk(
         &self,
         ray: LensRay,
-        mut at_hit: impl FnMut(usize, &SurfaceHit),
+        mut at_hit: impl FnMut(usize, DVec3, &SurfaceHit),
     ) -> Result<LensRay, Loss> {
         let count = self.elements.len();
         let first = match self.toward {
@@ -96,7 +97,7 @@ impl Tracer<'_> {
             let hit = element
                 .intersect(p, d, element.sign(toward))
                 .ok_or(lost(LossKind::Missed))?;
-            at_hit(surface, &hit);
+            at_hit(surface, d, &hit);
             if self.apertures && !element.is_open_at(hit.point) {
                 return Err(lost(LossKind::Blocked));
             }

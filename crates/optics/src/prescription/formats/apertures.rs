@@ -172,9 +172,7 @@ pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
     {
         return;
     }
-    let bends = |(i, s): (usize, &Surface)| {
-        s.index_step([indices[i], indices[i + 1]]) != 0.0 && s.vertex_curvature(Plane::Y) != 0.0
-    };
+    let bends = |(i, s): (usize, &Surface)| s.power([indices[i], indices[i + 1]], Plane::Y) != 0.0;
     let place = lens.surfaces.first().map_or(Span::at(0), |s| s.span);
     if lens.surfaces.iter().enumerate().any(bends) {
         sink.warn(
@@ -195,8 +193,7 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
     let mut heights = Vec::with_capacity(lens.surfaces.len());
     for (i, surface) in lens.surfaces.iter().enumerate() {
         heights.push(y);
-        let step = surface.index_step([indices[i], indices[i + 1]]);
-        nu -= y * step * surface.vertex_curvature(Plane::Y);
+        nu -= y * surface.power([indices[i], indices[i + 1]], Plane::Y);
         y += surface.thickness * nu / indices[i + 1];
     }
     heights

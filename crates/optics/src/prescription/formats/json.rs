@@ -38,7 +38,7 @@ use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
 use crate::prescription::prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface, polynomial};
 
-const KINDS: [&str; 9] = [
+const KINDS: [&str; 10] = [
     "sphere",
     "plane",
     "stop",
@@ -48,13 +48,14 @@ const KINDS: [&str; 9] = [
     "cyl_x",
     "cyl_y",
     "toroid",
+    "thin_lens",
 ];
 
 /// The names of the fields of [`SurfaceFields`], and of those that are read in another way. There
 /// are lists beside them that begin with `A4`.
 const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
                       sellmeier formula coefficients semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
-                      coating decenter tilt decenter_after tilt_after";
+                      coating decenter tilt decenter_after tilt_after focal_length";
 
 /// The names of the fields of each column of the table.
 const COLUMNS: [&[&str]; 4] = [
@@ -147,6 +148,7 @@ struct SurfaceFields {
     tilt: Option<[f64; 3]>,
     decenter_after: Option<[f64; 3]>,
     tilt_after: Option<[f64; 3]>,
+    focal_length: Option<f64>,
 }
 
 /// The name of a field of the wrong type, and the type that it should have.
@@ -316,7 +318,7 @@ impl LensJsonReader<'_> {
         let radius = fields.r.or(fields.radius).map(Curvature::from_radius);
         let curvature = fields.c.or(fields.curvature).map(Curvature::from_curvature);
         let curvature = match radius.or(curvature) {
-            _ if kind == Some("plane") => Curvature::PLANE,
+            _ if matches!(kind, Some("plane" | "thin_lens")) => Curvature::PLANE,
             Some(curvature) => curvature,
             None if kind.is_none_or(|k| k == "stop") => Curvature::PLANE,
             None => return Err(self.fail(Some(i), format!("surface {i} has no radius `R`"))),
@@ -411,6 +413,13 @@ impl LensJsonReader<'_> {
         let k = fields.k.unwrap_or(0.0);
         let terms = self.terms(i, fields)?;
         Ok(match fields.kind.as_deref() {
+            Some("thin_lens") => {
+                let Some(focal_length) = fields.focal_length else {
+                    let message = format!("surface {i} is an ideal lens without `focal_length`");
+                    return Err(self.fail(Some(i), message));
+                };
+                Shape::ThinLens { focal_length }
+            }
             Some("cyl_x") => Shape::CylinderX,
             Some("cyl_y") => Shape::CylinderY,
             Some("toroid") => {

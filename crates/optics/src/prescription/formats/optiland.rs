@@ -1,7 +1,7 @@
 //! Reads the JSON of optiland: a `surface_group` of surfaces with their geometry, the material
 //! behind them and perhaps an aperture. The first is the object, the last the image.
 //!
-//! Planes, spheres, conics and even and odd aspheres are read. Apertures that are missing are
+//! Planes, spheres, conics, even and odd aspheres and thin lenses are read. Apertures that are missing are
 //! those of the beam of `aperture` and `fields`. The places and angles of surfaces are those of one
 //! space: a shifted or tilted surface is decentered alone, and behind a tilted mirror the axis is
 //! reflected as light is.
@@ -224,7 +224,10 @@ fn surface(
     };
     let radius = finite(row["aperture"].get("r_max")).filter(|r| *r > 0.0);
     let radius = radius.unwrap_or(f64::INFINITY);
-    let (curvature, shape) = geometry(file, number, &row["geometry"])?;
+    let (curvature, shape) = match thin_lens(file, number, &row["interaction_model"])? {
+        Some(ideal) => (Curvature::PLANE, ideal),
+        None => geometry(file, number, &row["geometry"])?,
+    };
     let is_mirror = reflects(row);
     let medium = match is_mirror {
         true => before.clone(),
@@ -238,6 +241,27 @@ fn surface(
         is_mirror,
         ..Surface::sphere(0.0, thickness, medium, radius)
     })
+}
+
+/// The ideal lens that a surface is; none if it refracts or reflects.
+fn thin_lens(
+    file: PrescriptionReader<'_>,
+    number: usize,
+    interaction: &Value,
+) -> Result<Option<Shape>> {
+    let kind = interaction["type"].as_str().unwrap_or("");
+    let focal_length = finite(interaction.get("focal_length"));
+    match (kind, focal_length) {
+        ("" | "RefractiveReflectiveModel", _) => Ok(None),
+        ("ThinLensInteractionModel", Some(focal_length)) => {
+            Ok(Some(Shape::ThinLens { focal_length }))
+        }
+        _ => {
+            let span = file.find(&format!("\"{kind}\""));
+            let message = format!("surface {number} is a `{kind}`");
+            Err(file.not_traced(span, message))
+        }
+    }
 }
 
 /// Whether a surface is a mirror.

@@ -71,8 +71,8 @@ impl<'a> PrescriptionReader<'a> {
 
     /// The error for a property that is not traced.
     pub(super) fn not_traced(self, span: Span, message: String) -> Box<Diagnostic> {
-        let help = "ivcam traces glass and mirrors, without gratings and ideal lenses: put the surfaces \
-                    of a real lens in their place";
+        let help = "ivcam traces glass, mirrors and ideal thin lenses: put the surfaces of a real lens \
+                    in the place of others";
         self.refuse(span, message, help)
     }
 

@@ -2,7 +2,8 @@
 //!
 //! `ifcs` are the interfaces with their profiles and apertures, `gaps` the distances and media
 //! behind them; the first is the object, the last the image. Spheres, conics and polynomials in r
-//! are read, mirrors, and decentered interfaces. Thin lenses and gratings are refused.
+//! are read, mirrors, and decentered interfaces. Gratings are refused. A thin lens, which ray-optics
+//! traces as a hologram of two points, is read as an ideal one.
 
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
@@ -40,7 +41,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(file.source)?;
     let model = attributes(&root["optical_model"]);
     let reader = RayOpticsReader { file, model };
-    let mut draft = reader.draft()?;
+    let mut draft = reader.draft(sink)?;
     draft.fold();
     if let Some(beam) = reader.beam() {
         note_f_number(&mut draft.lens, beam);
@@ -75,7 +76,7 @@ impl RayOpticsReader<'_> {
         self.file.fail(self.file.find(text), message)
     }
 
-    fn draft(&self) -> Result<Draft> {
+    fn draft(&self, sink: &mut Sink) -> Result<Draft> {
         let sequence = attributes(&self.model["seq_model"]);
         let list = |key: &str| sequence[key].as_array().map_or(&[][..], |list| list);
         let (interfaces, gaps) = (list("ifcs"), list("gaps"));
@@ -97,6 +98,12 @@ impl RayOpticsReader<'_> {
         let mut places = self.file.places("\"interact_mode\"").skip(1);
         for (number, interface) in (1..).zip(inner) {
             let surface = self.surface(number, interface, attributes(&gaps[number]))?;
+            if let Shape::ThinLens { .. } = surface.shape {
+                let message = format!("the thin lens {number} is traced as an ideal one");
+                sink.warn(self.file.find("\"ThinLens\""), message).help(
+                    "ray-optics traces a hologram, which has aberrations for all but two points",
+                );
+            }
             let surface = Surface {
                 is_stop: stop == Some(number as u64),
                 ..surface
@@ -113,7 +120,10 @@ impl RayOpticsReader<'_> {
             Some(id) => &self.model["profile_dict"][id],
             None => &values["profile"],
         };
-        let (curvature, shape) = self.profile(number, profile)?;
+        let (curvature, shape) = match class(interface) {
+            "ThinLens" => (Curvature::PLANE, thin_lens(values)),
+            _ => self.profile(number, profile)?,
+        };
         let listed = values["clear_apertures"].as_array();
         let radius = |is_obscuration: bool| {
             let mut all = listed.into_iter().flatten().map(attributes);
@@ -136,6 +146,9 @@ impl RayOpticsReader<'_> {
 
     /// Refuses interfaces that are no surface of glass on the axis.
     fn refuse(&self, number: usize, class: &str, values: &Value) -> Result<()> {
+        if class == "ThinLens" {
+            return Ok(());
+        }
         if class != "Surface" {
             let message = format!("interface {number} is a `{class}`, not a surface of glass");
             let help = "put the surfaces of a real lens in its place";
@@ -300,6 +313,16 @@ impl RayOpticsReader<'_> {
             }),
             _ => None,
         }
+    }
+}
+
+/// The shape of a thin lens, which is a plane if it has no power.
+fn thin_lens(values: &Value) -> Shape {
+    match first(values, &["_power", "power"]) {
+        None | Some(0.0) => Shape::Sphere,
+        Some(power) => Shape::ThinLens {
+            focal_length: 1.0 / power,
+        },
     }
 }
 

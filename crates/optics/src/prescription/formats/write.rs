@@ -87,6 +87,9 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
         return Err(refuse(0, "is in a medium other than air", FORMAT));
     }
     for (i, surface) in lens.surfaces.iter().enumerate() {
+        if let Shape::ThinLens { .. } = surface.shape {
+            return Err(refuse(i, IDEAL, FORMAT));
+        }
         if surface.shape != Shape::Sphere {
             return Err(refuse(i, "is not a sphere", FORMAT));
         }
@@ -286,8 +289,9 @@ fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: 
     let _ = writeln!(text, "  GLAS ___BLANK 1 0 {} {abbe} 0 0 0 0 0 0", glass.n_d);
 }
 
-/// The reason for which formats other than JSON refuse a surface.
+/// The reasons for which formats other than JSON refuse a surface.
 pub(super) const NORMAL: &str = "is an asphere measured along a normal";
+pub(super) const IDEAL: &str = "is an ideal lens";
 
 fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
     const FORMAT: &str = "Zemax's file";
@@ -329,6 +333,11 @@ fn shape_lines(text: &mut String, i: usize, surface: &Surface) -> Result<()> {
             for j in 1..=7 {
                 let _ = writeln!(text, "  PARM {} {}", j + 1, terms[2 * j]);
             }
+        }
+        Shape::ThinLens { focal_length } => {
+            put("PARAXIAL", 0.0, 0.0);
+            // The second number has optical paths to the paraxial object and image.
+            let _ = writeln!(text, "  PARM 1 {focal_length}\n  PARM 2 3");
         }
         Shape::Toroid { .. } => return Err(refuse(i, "is a toroid with odd terms", FORMAT)),
         Shape::NormalAsphere { .. } => return Err(refuse(i, NORMAL, FORMAT)),
@@ -474,6 +483,7 @@ fn surface_value(surface: &Surface) -> String {
     }
     match &surface.shape {
         Shape::Conic { k } => fields.push(("k", number(*k))),
+        Shape::ThinLens { focal_length } => fields.push(("focal_length", number(*focal_length))),
         Shape::Asphere { k, terms }
         | Shape::NormalAsphere { k, terms }
         | Shape::Toroid { k, terms, .. } => {

@@ -10,7 +10,7 @@ use ivcam_base::diag::Result;
 use crate::prescription::about::About;
 use crate::prescription::decenter::Decenter;
 use crate::prescription::first_order::FirstOrder;
-use crate::prescription::formats::write::{NORMAL, beyond_surfaces, is_even, refuse};
+use crate::prescription::formats::write::{IDEAL, NORMAL, beyond_surfaces, is_even, refuse};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, MAX_POWER, Plane, Shape, Surface};
@@ -109,6 +109,7 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
             text.push('\n');
         }
         Shape::NormalAsphere { .. } => return Err(refuse(i, NORMAL, FORMAT)),
+        Shape::ThinLens { .. } => return Err(refuse(i, IDEAL, FORMAT)),
         Shape::CylinderX => *text += "  CYL\n",
         Shape::CylinderY => {
             let _ = writeln!(text, "  CYL; {}", across(bend));

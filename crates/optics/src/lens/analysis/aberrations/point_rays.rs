@@ -10,6 +10,7 @@ use glam::{DMat2, DVec2, DVec3};
 use crate::lens::analysis::curves::Conjugate;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
+use crate::lens::trace::thin_lens::ObjectsOfIdealLenses;
 use crate::lens::trace::tracer::Tracer;
 
 /// The rays of one object point at one wavelength. Lengths are in millimeters.
@@ -26,6 +27,7 @@ pub(super) struct PointRays<'a> {
     source: Option<DVec3>,
     /// The index of each medium, from the one in front of the lens.
     indices: Vec<f64>,
+    ideal: ObjectsOfIdealLenses,
     /// The radius of the reference sphere: the distance from the paraxial exit pupil on the axis to
     /// the image point; infinite if that pupil is at infinity.
     sphere: f64,
@@ -96,6 +98,7 @@ impl<'a> PointRays<'a> {
             direction,
             source,
             indices: lens.prescription().indices(lens.wavelength()),
+            ideal: ObjectsOfIdealLenses::new(lens, conjugate.distance),
             sphere: f64::INFINITY,
             image: DVec3::ZERO,
             path: 0.0,
@@ -136,7 +139,7 @@ impl<'a> PointRays<'a> {
             elements: &self.lens.elements()[..=self.stop],
             ..self.lens.tracer(Toward::Film, false)
         };
-        let _ = tracer.walk(self.ray(place), |surface, hit| {
+        let _ = tracer.walk(self.ray(place), |surface, _, hit| {
             if surface == self.stop {
                 found = Some(hit.point.truncate() / self.radius);
             }
@@ -216,7 +219,7 @@ impl<'a> PointRays<'a> {
             let leg = legs[1] - legs[0];
             optical += n * leg.length().copysign(element.along(leg));
         }
-        Some((out, optical))
+        Some((out, optical + self.ideal.path(self.lens, &ray)))
     }
 
     /// The ray through pupil coordinates, and its aim, from which that of a neighbor may start.

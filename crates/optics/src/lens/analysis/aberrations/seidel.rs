@@ -158,7 +158,7 @@ fn scaled_chief(
 }
 
 fn refracted(ray: ParaxialRay, surface: &Surface, n: [f64; 2]) -> ParaxialRay {
-    let power = surface.index_step(n) * surface.vertex_curvature(Plane::Y);
+    let power = surface.power(n, Plane::Y);
     ParaxialRay {
         y: ray.y,
         u: (n[0] * ray.u - ray.y * power) / n[1],
@@ -182,6 +182,10 @@ fn contribution(
     chief: ParaxialRay,
     invariant: f64,
 ) -> Seidel {
+    if let Shape::ThinLens { .. } = surface.shape {
+        // It images every point sharply, and planes on planes to scale.
+        return Seidel::default();
+    }
     let c = surface.vertex_curvature(Plane::Y);
     let ParaxialRay { y, u } = marginal;
     let bar = chief.y;
@@ -215,7 +219,7 @@ fn contribution(
 fn fourth_power(surface: &Surface) -> Option<f64> {
     let base = surface.curvature.per_mm();
     match &surface.shape {
-        Shape::Sphere => Some(0.0),
+        Shape::Sphere | Shape::ThinLens { .. } => Some(0.0),
         Shape::Conic { k } => Some(k * base.powi(3) / 8.0),
         Shape::Asphere { k, terms } => {
             let vertex = surface.vertex_curvature(Plane::Y);

@@ -299,6 +299,9 @@ impl ZemaxReader<'_> {
         let mut curvature = Curvature::from_curvature(self.value(block, "CURV")?);
         let mut shape = self.shape(block, curvature)?;
         if let Shape::Toroid { across, k, terms } = &shape
+        if let Shape::ThinLens { .. } = shape {
+            curvature = Curvature::PLANE;
+        }
             && curvature.is_plane()
             && *k == 0.0
             && terms.iter().all(|t| *t == 0.0)

@@ -27,6 +27,7 @@ impl ZemaxReader<'_> {
             "TOROIDAL" => return self.toroid(block, k, curvature),
             "BICONICX" => return self.biconic(block, kind, k, curvature),
             "QED_TYPE" => return self.forbes(block, k),
+            "PARAXIAL" => return self.thin_lens(block),
             _ => return Err(self.unsupported(block, kind)),
         };
         match Shape::rotational(k, polynomial(terms)) {
@@ -41,7 +42,7 @@ impl ZemaxReader<'_> {
             "BINARY_1" | "BINARY_2" | "BINARY_3" | "BINARY_4" | "HOLOGRM1" | "HOLOGRM2" => {
                 "a surface that diffracts"
             }
-            "PARAXIAL" | "PARAX_XY" => "an ideal lens without a shape",
+            "PARAX_XY" => "an ideal lens of two powers",
             "BICONICX" => "a biconic with two curvatures or a conic constant",
             "NONSEQCO" => "a non-sequential part",
             "GRINSUR1" | "GRINSUR2" | "GRINSUR3" | "GRINSUR4" | "GRINSUR5" | "GRADIUM" => {
@@ -50,12 +51,8 @@ impl ZemaxReader<'_> {
             _ => "a kind that ivcam does not trace",
         };
         let message = format!("surface {} is `{}`, {what}", block.number, kind.text);
-        if ["PARAXIAL", "PARAX_XY"].contains(&kind.text) {
-            let help = "put the surfaces of a real lens of that focal length in its place";
-            return self.file.refuse(kind.span, message, help);
-        }
-        let help = "read are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL, QED_TYPE and \
-                    plain BICONICX";
+        let help = "read are STANDARD, EVENASPH, ODDASPHE, XASPHERE, XOSPHERE, TOROIDAL, QED_TYPE, \
+                    PARAXIAL and plain BICONICX";
         self.file.refuse(kind.span, message, help)
     }
 
@@ -160,6 +157,16 @@ impl ZemaxReader<'_> {
             ForbesSet::Con => Shape::rotational(k, terms),
             ForbesSet::Bfs => Shape::NormalAsphere { k, terms },
         })
+    }
+
+    /// PARM 1 is the focal length in air, and PARM 2 how Zemax computes optical paths.
+    fn thin_lens(&self, block: &Block<'_>) -> Result<Shape> {
+        let Some(focal_length) = self.parameter(block, "PARM", "1")? else {
+            let message = format!("the ideal lens {} has no focal length", block.number);
+            let help = "`PARM 1 50` gives it 50 of the file's units";
+            return Err(self.file.refuse(block.heading, message, help));
+        };
+        Ok(Shape::ThinLens { focal_length })
     }
 
     /// PARM 1 is the radius of rotation, then the coefficients of y², y⁴, ….

@@ -1,4 +1,4 @@
-//! Mirrors, whose rays are computed one after another.
+//! Mirrors and ideal lenses, whose rays are computed one after another.
 
 use ivcam_base::math::lanes::Lane;
 
@@ -6,10 +6,10 @@ use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::step::LaneStep;
 use crate::lens::trace::ray::Toward;
 
-/// Reflects rays at a mirror of any shape. `cos` receives the cosines of the angles of incidence.
-/// It is no part of the kernel, because few lenses have mirrors.
+/// Moves rays across a mirror of any shape or an ideal lens. `cos` receives the cosines of the
+/// angles of incidence. It is no part of the kernel, because few lenses have either.
 #[inline(never)]
-pub(super) fn mirror<const STOPS: bool>(
+pub(super) fn cross_singly<const STOPS: bool>(
     step: &LaneStep<'_>,
     toward: Toward,
     b: &mut Bundle,
