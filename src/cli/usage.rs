@@ -234,7 +234,7 @@ fn one_too_many(word: &str) -> Box<Diagnostic> {
     ]) {
         return error.with_help(format!("an output is named by `-o {word}`"));
     }
-    if ends(&["dat", "zmx", "seq", "len", "roa", "fx"]) {
+    if ends(&["dat", "zmx", "seq", "len", "roa", "fx", "lhlt"]) {
         return error.with_help(format!(
             "a lens is named by `--lens {word}`, a camera by `--camera`"
         ));

@@ -45,7 +45,7 @@ impl DroppedKind {
         match end.as_str() {
             "png" | "jpg" | "jpeg" | "tif" | "tiff" | "gif" | "bmp" | "ppm" | "pgm" | "pnm"
             | "tga" | "rgb" | "sgi" | "bw" | "exr" => Self::Picture,
-            "zmx" | "seq" | "json" | "len" | "lens" | "roa" | "fx" => Self::Lens,
+            "zmx" | "seq" | "json" | "len" | "lens" | "roa" | "fx" | "lhlt" => Self::Lens,
             "env" => Self::Environment,
             "agf" => Self::Glasses,
             "hdr" => Self::Surroundings,

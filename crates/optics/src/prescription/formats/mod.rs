@@ -18,6 +18,7 @@ mod iset;
 mod json;
 mod json_text;
 mod lensoptics;
+mod lhlt;
 mod loose;
 mod optiland;
 pub(crate) mod origin;
@@ -35,10 +36,11 @@ pub use format::{Gap, Reading};
 pub use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.
-pub(crate) static FORMATS: [&Format; 12] = [
+pub(crate) static FORMATS: [&Format; 13] = [
     &iset::FORMAT,
     &roa::FORMAT,
     &optiland::FORMAT,
+    &lhlt::FORMAT,
     &json::FORMAT,
     &bench::FORMAT,
     &crayg::FORMAT,
