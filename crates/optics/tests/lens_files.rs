@@ -332,3 +332,30 @@ fn a_table_may_name_glasses() {
     let error = open("50 5 N-XY99 20\n-50 45 1 20\n").unwrap_err();
     assert!(error.message.contains("N-XY99"), "{error}");
 }
+
+/// References to other surfaces are not followed: each is refused with its name.
+#[test]
+fn references_to_other_surfaces_are_refused_by_name() {
+    let oslo = |command: &str| {
+        format!(
+            "LEN NEW \"a\" 50 3\nUNI 1.0\nAIR\nTH 1e20\nNXT\nRD 50\nTH 3\nGLA 1.5\nAP 9\nNXT\nAIR\nRD -80\nTH 4\n\
+             AP 9\nTLA 3\n{command}\nNXT\nAIR\nTH 60\nNXT\nAIR\nEND 3\n"
+        )
+    };
+    let code_v = |command: &str| {
+        format!(
+            "RDM;LEN\nSO 0 1e13\nS 50 3 1.5:60\n  CIR 9\nS -80 60\n  CIR 9\n  {command}\nSI 0 0\n"
+        )
+    };
+    for (text, says) in [
+        (oslo("RCO 1"), "`RCO 1` of surface 2"),
+        (oslo("GTO 1"), "`GTO`"),
+        (oslo("GCO 1"), "`GCO`"),
+        (code_v("RET S1"), "`RET`: surface 2"),
+        (code_v("GLB S1"), "`GLB`: surface 2"),
+    ] {
+        let source = Arc::new(Source::new("a", text.clone().into_bytes()));
+        let error = formats::read(&source, &mut Sink::new()).expect_err(&text);
+        assert!(error.message.contains(says), "{error}\n{text}");
+    }
+}

@@ -46,7 +46,7 @@ const REFUSED: [(&str, &str); 9] = [
     ("is a Zernike surface", "ZRN"),
     ("is a special surface", "SPS"),
     ("is non-sequential", "NSS"),
-    ("has global coordinates", "GTO"),
+    ("has global coordinates", "GTO GCO"),
 ];
 
 /// The state of executing the commands of a file of OSLO.
