@@ -153,7 +153,8 @@ fn about(lens: &Prescription) -> Object {
 }
 
 /// A surface, in the signs of files. A plane has radius 0, and a surface without an aperture no
-/// semi-diameter. Only mirrors, ideal lenses, closed middles and decenters say so.
+/// semi-diameter. Only mirrors, ideal lenses, outlines, closed middles and decenters
+/// say so.
 fn surface(s: &Surface) -> Object {
     let glass = Some(s.medium.name.as_str()).filter(|name| !name.is_empty());
     let mut all = Object::from([
@@ -172,6 +173,10 @@ fn surface(s: &Surface) -> Object {
     }
     if let Shape::ThinLens { focal_length } = s.shape {
         all.insert("focal_length", field(focal_length));
+    }
+    if let Some(corners) = &s.outline {
+        let corners: Vec<[f64; 2]> = corners.iter().map(|c| c.to_array()).collect();
+        all.insert("outline", field(corners));
     }
     if s.obstruction > 0.0 {
         all.insert("obstruction", field(s.obstruction));

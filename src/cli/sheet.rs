@@ -190,11 +190,15 @@ fn surfaces(page: &mut Page, lens: &Lens) {
             true => "mirror",
             false => &s.medium.name,
         };
+        let outline = match &s.outline {
+            Some(corners) => format!("  open within a polygon of {} corners", corners.len()),
+            None => String::new(),
+        };
         let closed = match s.obstruction > 0.0 {
             true => format!("  closed to {}", cell(s.obstruction, 3).trim()),
             false => String::new(),
         };
-        let line = format!("{}  {shape}{medium}{closed}", row(&SURFACE, cells));
+        let line = format!("{}  {shape}{medium}{closed}{outline}", row(&SURFACE, cells));
         page.line(line.trim_end());
         if let Some(frame) = &s.frame {
             page.line(format!("      {}", frame.description()));

@@ -9,5 +9,6 @@ mod lens;
 mod lens_files;
 mod merit;
 mod mirrors;
+mod outlines;
 mod thin_lenses;
 mod tilts;

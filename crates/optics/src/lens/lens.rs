@@ -49,9 +49,10 @@ impl Lens {
         let mut elements = Vec::with_capacity(prescription.surfaces.len());
         for (i, surface) in prescription.surfaces.iter().enumerate() {
             let mut element = Element::new(surface, z, indices[i], indices[i + 1]);
-            if surface.is_stop {
-                element.set_hole(prescription.iris.outline(surface.semi_diameter));
-            }
+            element.set_hole(match surface.is_stop {
+                true => prescription.iris.outline(surface.semi_diameter),
+                false => surface.outline.clone(),
+            });
             element.facing = facings[i];
             advance_axis(&mut axis, &mut element, surface);
             elements.push(element);
@@ -162,19 +163,21 @@ impl Lens {
         stop.map_or(&[], |stop| &*self.elements[stop].edges)
     }
 
-    /// Whether the stop's hole is round or a convex polygon around the axis.
+    /// Whether the stop's hole is round or a convex polygon around the axis, and no other surface has
+    /// an outline.
     pub(crate) fn is_iris_convex(&self) -> bool {
         let is_convex = |element: &Element| match &element.hole {
             Some(corners) => corners.len() == element.edges.len(),
             None => true,
         };
-        self.elements.iter().all(is_convex)
+        self.elements.iter().all(is_convex) && !self.has_outlines()
     }
 
     /// Whether the lens is symmetric about its axis.
     pub(crate) fn is_rotational(&self) -> bool {
         let mut surfaces = self.prescription.surfaces.iter();
-        let is_round = |s: &Surface| s.shape.is_rotational() && s.frame.is_none();
+        let is_round =
+            |s: &Surface| s.shape.is_rotational() && s.frame.is_none() && s.outline.is_none();
         self.iris_edges().is_empty() && surfaces.all(is_round)
     }
 
@@ -189,6 +192,11 @@ impl Lens {
     /// The lens with this coating on every surface.
     pub fn with_coating(&self, coating: Coating) -> Self {
         self.with(self.prescription().clone().with_coating(coating))
+    }
+
+    /// Whether a surface other than the stop has a clear aperture that is not round.
+    pub fn has_outlines(&self) -> bool {
+        self.prescription.has_outlines()
     }
 
     /// Whether the middle of any surface is closed.

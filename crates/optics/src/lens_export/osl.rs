@@ -46,8 +46,11 @@ struct PupilBox {
 /// lenses and aspheres measured along a normal, which the shader does not trace.
 pub fn osl(view: &View<'_>) -> Result<String> {
     let lens = view.lens;
-    if lens.prescription().is_folded() || lens.is_obstructed() {
-        let message = format!("`{}` has mirrors, tilts or a closed middle", lens.name());
+    if lens.prescription().is_folded() || lens.is_obstructed() || lens.has_outlines() {
+        let message = format!(
+            "`{}` has mirrors, tilts, a closed middle or apertures that are not round",
+            lens.name()
+        );
         return Err(Diagnostic::unsupported(message)
             .with_help("the shader traces lenses that light goes straight through"));
     }

@@ -13,6 +13,7 @@
 pub(crate) mod about;
 mod adjust;
 pub(crate) mod changes;
+pub(crate) mod clear_aperture;
 pub(crate) mod decenter;
 pub(crate) mod first_order;
 mod forbes;

@@ -142,7 +142,8 @@ impl Prescription {
 
     /// Whether the lens is symmetric about its axis.
     pub fn is_rotational(&self) -> bool {
-        let is_round = |s: &Surface| s.shape.is_rotational() && s.frame.is_none();
+        let is_round =
+            |s: &Surface| s.shape.is_rotational() && s.frame.is_none() && s.outline.is_none();
         self.iris == Iris::Round && self.surfaces.iter().all(is_round)
     }
 
@@ -169,6 +170,25 @@ impl Prescription {
             image_height: self.image_height.map(|h| h * factor),
             zoom: self.zoom.iter().map(scale).collect(),
             ..self.clone()
+        }
+    }
+
+    /// Whether a surface other than the stop has a clear aperture that is not round.
+    pub fn has_outlines(&self) -> bool {
+        self.surfaces.iter().any(|s| s.outline.is_some())
+    }
+
+    /// Makes the clear aperture of the stop the iris.
+    fn outline_to_iris(&mut self) {
+        let stop = self.surfaces.iter_mut().find(|s| s.is_stop);
+        let Some(stop) = stop else { return };
+        if let Some(corners) = stop.outline.take() {
+            let radius = stop.semi_diameter;
+            let corners = corners.iter().map(|corner| (*corner / radius).to_array());
+            self.iris = Iris::Outline {
+                corners: corners.collect(),
+                rotation: 0.0,
+            };
         }
     }
 
@@ -394,6 +414,12 @@ pub(crate) fn check(
     }
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         check_numbers(i, surface, &fail, &place)?;
+        let is_polygon = |c: &[DVec2]| c.len() >= 3 && c.iter().all(|c| c.is_finite());
+        if !surface.outline.as_deref().is_none_or(is_polygon) {
+            let message = format!("the outline of surface {i} is no polygon");
+            return Err(fail(place(i, Column::SemiDiameter), message)
+                .with_help("it has at least three corners"));
+        }
         let frame = surface.frame.as_deref();
         if !frame.is_none_or(|f| f.before.is_finite() && f.after.is_finite()) {
             let message = format!("a decenter of surface {i} is not a finite number");
@@ -403,6 +429,7 @@ pub(crate) fn check(
     check_stops(prescription, &fail, &place)?;
     check_mirrors(prescription, sink, &fail, &place)?;
     check_backwards(prescription, &fail, &place)?;
+    prescription.outline_to_iris();
     // The following may be wrong, and is only warned of.
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         if let Some(name) = &surface.medium.stands_for {
@@ -480,6 +507,17 @@ fn check_numbers(
         )
         .with_help("the last column is the diameter that lets light through"));
     }
+    if let Shape::ThinLens { focal_length } = surface.shape {
+        let span = place(i, Column::Radius);
+        if !focal_length.is_finite() || focal_length == 0.0 {
+            let message = format!("the focal length of the ideal lens {i} is {focal_length}");
+            return Err(fail(span, message).with_help("it is a length other than 0"));
+        }
+        if surface.is_mirror {
+            let message = format!("surface {i} is an ideal lens and a mirror");
+            return Err(fail(span, message).with_help("put the ideal lens in front of a mirror"));
+        }
+    }
     if let Shape::Conic { k }
     | Shape::Asphere { k, .. }
     | Shape::NormalAsphere { k, .. }
@@ -506,17 +544,6 @@ fn check_numbers(
     Ok(())
 }
 
-    if let Shape::ThinLens { focal_length } = surface.shape {
-        let span = place(i, Column::Radius);
-        if !focal_length.is_finite() || focal_length == 0.0 {
-            let message = format!("the focal length of the ideal lens {i} is {focal_length}");
-            return Err(fail(span, message).with_help("it is a length other than 0"));
-        }
-        if surface.is_mirror {
-            let message = format!("surface {i} is an ideal lens and a mirror");
-            return Err(fail(span, message).with_help("put the ideal lens in front of a mirror"));
-        }
-    }
 fn check_stops(
     prescription: &Prescription,
     fail: &impl Fn(Span, String) -> Box<Diagnostic>,

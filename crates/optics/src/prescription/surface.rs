@@ -1,5 +1,6 @@
 //! A surface of a prescription and the gap behind it.
 
+use glam::DVec2;
 use ivcam_base::diag::Span;
 
 use crate::prescription::decenter::SurfaceFrame;
@@ -125,13 +126,13 @@ pub enum Shape {
         /// The coefficients of y^p in the profile, in millimeters^(1−p).
         terms: Box<[f64; MAX_POWER + 1]>,
     },
-}
     /// An ideal thin lens in the plane of the vertex. It changes the slope of a ray from the axis,
     /// times the index, by −1/f times the height, so that every point has a sharp image.
     ThinLens {
         /// The focal length in air in millimeters, negative for one that diverges. It is not 0.
         focal_length: f64,
     },
+}
 
 impl Shape {
     /// The shape of a conic constant and of terms, each a power of r and its coefficient.
@@ -198,8 +199,8 @@ impl Shape {
             Self::CylinderX => "cyl_x",
             Self::CylinderY => "cyl_y",
             Self::Toroid { .. } => "toroid",
-        }
             Self::ThinLens { .. } => "thin_lens",
+        }
     }
 
     /// Whether the surface is symmetric about the axis.
@@ -263,6 +264,10 @@ pub struct Surface {
     /// The distance from the axis within which rays are blocked, in millimeters; 0 for none. It is
     /// that of a central obstruction, or of the hole in a mirror.
     pub obstruction: f64,
+    /// The corners of a clear aperture that is not round, in millimeters from the axis; none for a
+    /// round one. Rays outside of it are blocked, and those beyond the semi-diameter. That of a stop
+    /// is the prescription's [`Iris`](crate::prescription::Iris) instead.
+    pub outline: Option<Box<[DVec2]>>,
     /// Whether this is the aperture stop.
     pub is_stop: bool,
     /// Whether the surface reflects light. The medium behind it is then that in front of it, and
@@ -287,6 +292,7 @@ impl Surface {
             medium,
             semi_diameter,
             obstruction: 0.0,
+            outline: None,
             is_stop: false,
             is_mirror: false,
             frame: None,
@@ -313,6 +319,7 @@ impl Surface {
     /// a plane has no effect on light.
     pub fn is_dummy(&self, before: &Medium) -> bool {
         let is_open = self.semi_diameter == f64::INFINITY && self.obstruction == 0.0;
+        let is_open = is_open && self.outline.is_none();
         self.is_idle(before) && is_open && !self.is_stop
     }
 
@@ -332,13 +339,6 @@ impl Surface {
         }
     }
 
-    /// How the surface is decentered, and the gap behind it along its own axis: 0 if the axis
-    /// behind it is another one.
-    pub(crate) fn frame_and_gap(&self) -> (SurfaceFrame, f64) {
-        let frame = self.frame.as_deref().copied().unwrap_or_default();
-        let gap = if frame.after.is_none() {
-            self.thickness
-        } else {
     /// The power per millimeter in a plane with the axis, given the indices in front of the surface
     /// and behind it: the change of the index times the slope of a first-order ray, over −1 times
     /// its height.
@@ -349,6 +349,13 @@ impl Surface {
         }
     }
 
+    /// How the surface is decentered, and the gap behind it along its own axis: 0 if the axis
+    /// behind it is another one.
+    pub(crate) fn frame_and_gap(&self) -> (SurfaceFrame, f64) {
+        let frame = self.frame.as_deref().copied().unwrap_or_default();
+        let gap = if frame.after.is_none() {
+            self.thickness
+        } else {
             0.0
         };
         (frame, gap)
@@ -421,6 +428,10 @@ impl Surface {
             thickness: self.thickness * factor,
             semi_diameter: self.semi_diameter * factor,
             obstruction: self.obstruction * factor,
+            outline: self
+                .outline
+                .as_ref()
+                .map(|corners| corners.iter().map(|corner| *corner * factor).collect()),
             frame: self
                 .frame
                 .as_ref()

@@ -32,8 +32,11 @@ pub fn lens_in_scene(lens: &Lens, film: &FilmPlane, place: Option<&CameraPose>) 
         ))
         .with_help("give the surfaces semi-diameters"));
     }
-    if lens.prescription().is_folded() || lens.is_obstructed() {
-        let message = format!("`{}` has mirrors, tilts or a closed middle", lens.name());
+    if lens.prescription().is_folded() || lens.is_obstructed() || lens.has_outlines() {
+        let message = format!(
+            "`{}` has mirrors, tilts, a closed middle or apertures that are not round",
+            lens.name()
+        );
         return Err(Diagnostic::unsupported(message)
             .with_help("solids are lenses that light goes straight through"));
     }

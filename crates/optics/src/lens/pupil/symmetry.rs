@@ -23,7 +23,7 @@ pub(super) struct Symmetry {
 impl Symmetry {
     /// The symmetry of a lens and its film.
     pub(super) fn new(lens: &Lens, place: &FilmPlace) -> Self {
-        if !place.is_centered() || lens.prescription().is_decentered() {
+        if !place.is_centered() || lens.prescription().is_decentered() || lens.has_outlines() {
             return Self {
                 turns: 1,
                 base: 0.0,

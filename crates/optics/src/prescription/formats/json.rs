@@ -21,7 +21,7 @@
 
 use std::collections::BTreeMap;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde::Deserialize;
 use serde::de::value::MapDeserializer;
@@ -55,7 +55,7 @@ const KINDS: [&str; 10] = [
 /// are lists beside them that begin with `A4`.
 const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
                       sellmeier formula coefficients semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
-                      coating decenter tilt decenter_after tilt_after focal_length";
+                      coating decenter tilt decenter_after tilt_after focal_length outline";
 
 /// The names of the fields of each column of the table.
 const COLUMNS: [&[&str]; 4] = [
@@ -149,6 +149,7 @@ struct SurfaceFields {
     decenter_after: Option<[f64; 3]>,
     tilt_after: Option<[f64; 3]>,
     focal_length: Option<f64>,
+    outline: Option<Vec<[f64; 2]>>,
 }
 
 /// The name of a field of the wrong type, and the type that it should have.
@@ -329,7 +330,12 @@ impl LensJsonReader<'_> {
             true => before.clone(),
             false => self.medium(i, &fields, before, is_stop)?,
         };
-        let semi_diameter = fields.semi_diameter.or(fields.a).unwrap_or(f64::INFINITY);
+        let mut semi_diameter = fields.semi_diameter.or(fields.a).unwrap_or(f64::INFINITY);
+        let mut plane = Surface::sphere(0.0, 0.0, Medium::air(), semi_diameter);
+        if let Some(corners) = &fields.outline {
+            plane.set_outline(corners.iter().copied().map(DVec2::from_array).collect());
+            semi_diameter = semi_diameter.min(plane.semi_diameter);
+        }
         Ok(Surface {
             shape: self.shape(i, &fields)?,
             curvature,
@@ -341,6 +347,7 @@ impl LensJsonReader<'_> {
                 .coating(fields.coating.as_ref(), Some(i))?
                 .unwrap_or(coating),
             span: self.places.object(i),
+            outline: plane.outline,
             ..Surface::sphere(0.0, thickness, medium, semi_diameter)
         })
     }

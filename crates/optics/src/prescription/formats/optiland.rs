@@ -6,10 +6,11 @@
 //! space: a shifted or tilted surface is decentered alone, and behind a tilted mirror the axis is
 //! reflected as light is.
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 use ivcam_base::diag::{Result, Sink, Span};
 use serde_json::Value;
 
+use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::{Decenter, SurfaceFrame, inverse};
 use crate::prescription::forbes::ForbesSet;
 use crate::prescription::formats::apertures::Beam;
@@ -32,7 +33,7 @@ pub(crate) static FORMAT: Format = Format {
 
 fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(file.source)?;
-    let mut draft = draft(file, &root)?;
+    let mut draft = draft(file, &root, sink)?;
     let beam = Beam {
         object_distance: object_distance(&root),
         ..beam(&root)
@@ -99,7 +100,7 @@ fn object_distance(root: &Value) -> Option<f64> {
     Some(z(1)? - z(0)?)
 }
 
-fn draft(file: PrescriptionReader<'_>, root: &Value) -> Result<Draft> {
+fn draft(file: PrescriptionReader<'_>, root: &Value, sink: &mut Sink) -> Result<Draft> {
     let rows = root["surface_group"]["surfaces"].as_array();
     let rows = rows.map_or(&[][..], |rows| rows);
     file.check_count(rows.len())?;
@@ -113,7 +114,7 @@ fn draft(file: PrescriptionReader<'_>, root: &Value) -> Result<Draft> {
     let mut places = file.places("\"geometry\"").skip(1);
     for (i, row) in inner.iter().enumerate() {
         let next = inner.get(i + 1).unwrap_or(image);
-        let surface = surface(file, i + 1, [row, next], draft.medium())?;
+        let surface = surface(file, i + 1, [row, next], draft.medium(), sink)?;
         draft.push(surface, [places.next().unwrap_or(Span::at(0)); 4]);
     }
     let maps: Option<Vec<DAffine3>> = rows[1..].iter().map(place).collect();
@@ -215,6 +216,7 @@ fn surface(
     number: usize,
     [row, next]: [&Value; 2],
     before: &Medium,
+    sink: &mut Sink,
 ) -> Result<Surface> {
     let z = |row: &Value| finite(row["geometry"]["cs"].get("z"));
     let apart = z(row).zip(z(next)).map(|(here, there)| there - here);
@@ -233,14 +235,58 @@ fn surface(
         true => before.clone(),
         false => medium(file, number, row, before)?,
     };
+    let mut plane = Surface::sphere(0.0, thickness, medium, radius);
+    set_aperture(&mut plane, file, number, &row["aperture"], sink);
     Ok(Surface {
         shape,
         curvature,
-        obstruction: finite(row["aperture"].get("r_min")).unwrap_or(0.0),
         is_stop: row["is_stop"] == true,
         is_mirror,
-        ..Surface::sphere(0.0, thickness, medium, radius)
+        ..plane
     })
+}
+
+/// Gives a surface the aperture of the file, if it has one.
+fn set_aperture(
+    surface: &mut Surface,
+    file: PrescriptionReader<'_>,
+    number: usize,
+    aperture: &Value,
+    sink: &mut Sink,
+) {
+    let value = |key: &str| finite(aperture.get(key)).unwrap_or(0.0);
+    let pair = |x: &str, y: &str| DVec2::new(value(x), value(y));
+    let kind = aperture["type"].as_str().unwrap_or("");
+    let (low, high) = (pair("x_min", "y_min"), pair("x_max", "y_max"));
+    let offset = pair("offset_x", "offset_y");
+    let (is_ellipse, half, center) = match kind {
+        "" | "RadialAperture" => {
+            surface.obstruction = value("r_min");
+            return;
+        }
+        "RectangularAperture" => (false, 0.5 * (high - low), 0.5 * (high + low)),
+        "EllipticalAperture" => (true, pair("a", "b"), offset),
+        "OffsetRadialAperture" if value("r_min") == 0.0 => (true, pair("r_max", "r_max"), offset),
+        "PolygonAperture" => {
+            let corners = numbers(aperture.get("x"))
+                .into_iter()
+                .zip(numbers(aperture.get("y")));
+            surface.set_outline(corners.map(DVec2::from).collect());
+            return;
+        }
+        _ => {
+            let message = format!("the aperture of surface {number}, a `{kind}`, is left out");
+            sink.warn(file.find(&format!("\"{kind}\"")), message)
+                .help("write the lens as .json and give the surface its `outline`");
+            return;
+        }
+    };
+    surface.set_aperture(&ClearAperture {
+        is_ellipse,
+        half,
+        center,
+        rotation: 0.0,
+    });
 }
 
 /// The ideal lens that a surface is; none if it refracts or reflects.

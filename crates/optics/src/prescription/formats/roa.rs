@@ -5,10 +5,11 @@
 //! are read, mirrors, and decentered interfaces. Gratings are refused. A thin lens, which ray-optics
 //! traces as a hologram of two points, is read as an ideal one.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde_json::Value;
 
+use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::SurfaceFrame;
 use crate::prescription::formats::apertures::{Beam, note_f_number};
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
@@ -125,6 +126,7 @@ impl RayOpticsReader<'_> {
             _ => self.profile(number, profile)?,
         };
         let listed = values["clear_apertures"].as_array();
+        let other = listed.into_iter().flatten().find_map(aperture);
         let radius = |is_obscuration: bool| {
             let mut all = listed.into_iter().flatten().map(attributes);
             let found = all.find(|a| (a["is_obscuration"] == true) == is_obscuration);
@@ -134,13 +136,17 @@ impl RayOpticsReader<'_> {
         let clear = clear.or(finite(values.get("max_aperture")));
         let radius = clear.filter(|r| *r > 0.0).unwrap_or(f64::INFINITY);
         let thickness = finite(gap.get("thi")).unwrap_or(0.0);
+        let mut plane = Surface::sphere(0.0, thickness, self.medium(gap)?, radius);
+        if let Some(aperture) = other {
+            plane.set_aperture(&aperture);
+        }
         Ok(Surface {
             shape,
             curvature,
             obstruction,
             is_mirror: values["interact_mode"] == "reflect",
             frame: self.frame(values)?,
-            ..Surface::sphere(0.0, thickness, self.medium(gap)?, radius)
+            ..plane
         })
     }
 
@@ -314,6 +320,25 @@ impl RayOpticsReader<'_> {
             _ => None,
         }
     }
+}
+
+/// A clear aperture that is a rectangle, an ellipse, or a circle off the axis; none for others.
+fn aperture(value: &Value) -> Option<ClearAperture> {
+    let values = attributes(value);
+    let number = |key: &str| finite(values.get(key)).unwrap_or(0.0);
+    let center = DVec2::new(number("x_offset"), number("y_offset"));
+    let half = match class(value) {
+        _ if values["is_obscuration"] == true => return None,
+        "Circular" if center != DVec2::ZERO => DVec2::splat(number("radius")),
+        "Rectangular" | "Elliptical" => DVec2::new(number("x_half_width"), number("y_half_width")),
+        _ => return None,
+    };
+    (half.min_element() > 0.0).then(|| ClearAperture {
+        is_ellipse: class(value) != "Rectangular",
+        half,
+        center,
+        rotation: number("rotation").to_radians(),
+    })
 }
 
 /// The shape of a thin lens, which is a plane if it has no power.

@@ -102,6 +102,9 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
         if surface.obstruction > 0.0 {
             return Err(refuse(i, "is closed in its middle", FORMAT));
         }
+        if surface.outline.is_some() {
+            return Err(refuse(i, "has an aperture that is not round", FORMAT));
+        }
         if !surface.semi_diameter.is_finite() {
             return Err(refuse(i, "has no aperture", FORMAT));
         }
@@ -140,6 +143,13 @@ pub(super) fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String
     }
     if lens.iris != Iris::Round {
         left_out.push("the shape of the iris".to_owned());
+    }
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        if surface.outline.is_some() && surface.rectangle().is_none() {
+            left_out.push(format!(
+                "the outline of surface {i}, which is round in the file"
+            ));
+        }
     }
     if lens.focus_group.is_some() {
         left_out.push("the group that moves for focusing".to_owned());
@@ -217,6 +227,14 @@ fn surface_lines(
         false => glass_line(text, &surface.medium, glasses, left_out),
     }
     let (closed, a) = (surface.obstruction, surface.semi_diameter);
+    if let Some([half, center]) = surface.rectangle() {
+        if closed > 0.0 || a < surface.reach() * (1.0 - 1e-9) {
+            left_out.push(format!("what limits surface {i} beside a rectangle"));
+        }
+        let _ = writeln!(text, "  DIAM {a} 1 0 0 1\n  SQAP {} {} 0", half.x, half.y);
+        let _ = writeln!(text, "  OBDC {} {}", center.x, center.y);
+        return Ok(());
+    }
     let _ = match (closed > 0.0, a.is_finite()) {
         (false, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  FLAP 0 {a} 0"),
         (true, true) => writeln!(text, "  DIAM {a} 1 0 0 1\n  CLAP {closed} {a} 0"),
@@ -477,6 +495,10 @@ fn surface_value(surface: &Surface) -> String {
     }
     if surface.semi_diameter.is_finite() {
         fields.push(("semi_diameter", number(surface.semi_diameter)));
+    }
+    if let Some(corners) = &surface.outline {
+        let corners: Vec<String> = corners.iter().map(|c| list(&c.to_array())).collect();
+        fields.push(("outline", format!("[{}]", corners.join(", "))));
     }
     if surface.coating != Coating::default() {
         fields.push(("coating", quoted(surface.coating.name())));

@@ -5,6 +5,7 @@
 
 use std::fmt::Write as _;
 
+use glam::DVec2;
 use ivcam_base::diag::Result;
 
 use crate::prescription::about::About;
@@ -124,8 +125,17 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     if surface.is_stop {
         *text += "  STO\n";
     }
-    if surface.semi_diameter.is_finite() {
+    // ADX and ADY would move a circle too. One that only goes around a rectangle limits nothing.
+    let rectangle = surface.rectangle();
+    let limits = surface.semi_diameter < surface.reach() * (1.0 - 1e-9);
+    if surface.semi_diameter.is_finite() && (rectangle.is_none() || limits) {
         let _ = writeln!(text, "  CIR {}", surface.semi_diameter);
+    }
+    if let Some([half, center]) = rectangle {
+        let _ = writeln!(text, "  REX {}; REY {}", half.x, half.y);
+        if center != DVec2::ZERO {
+            let _ = writeln!(text, "  ADX {}; ADY {}", center.x, center.y);
+        }
     }
     if surface.obstruction > 0.0 {
         let _ = writeln!(text, "  CIR OBS {}", surface.obstruction);

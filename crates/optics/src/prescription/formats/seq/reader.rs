@@ -9,6 +9,7 @@ use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::decenters::StatedDecenter;
 use crate::prescription::formats::format::{Format, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, refused};
+use crate::prescription::formats::seq::apertures::StatedAperture;
 use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
 use crate::prescription::prescription::{Prescription, crossings};
 use crate::prescription::surface::Surface;
@@ -39,10 +40,10 @@ const ELSEWHERE: [(&str, &str); 2] = [
 ];
 
 /// Commands that may name a surface behind them, beside those that are refused.
-const OF_SURFACE: [&str; 38] = [
+const OF_SURFACE: [&str; 41] = [
     "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
     "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
-    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN",
+    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN", "ADX", "ADY", "ARO",
 ];
 
 /// The state of executing the commands of a file of CODE V.
@@ -58,6 +59,8 @@ pub(super) struct SequenceReader<'a> {
     pub(super) draft: Draft,
     /// The decenters of surfaces, by their numbers from 0.
     pub(super) decenters: BTreeMap<usize, StatedDecenter>,
+    /// The clear apertures of surfaces that are not round or not on the axis.
+    pub(super) apertures: BTreeMap<usize, StatedAperture>,
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
 }
@@ -161,6 +164,7 @@ impl<'a> SequenceReader<'a> {
             wavelengths: (Vec::new(), 0),
             draft: file.draft(None),
             decenters: BTreeMap::new(),
+            apertures: BTreeMap::new(),
             current: None,
         }
     }
@@ -346,6 +350,7 @@ impl<'a> SequenceReader<'a> {
         for (surface, decenter) in &self.decenters {
             self.draft.lens.surfaces[*surface].frame = decenter.frame();
         }
+        self.apply_apertures(sink);
         self.draft.fold();
         self.draft.limit(self.beam, sink);
         let (all, reference) = &self.wavelengths;

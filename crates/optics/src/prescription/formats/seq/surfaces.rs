@@ -108,9 +108,8 @@ impl SequenceReader<'_> {
             }
             "STO" => surface.is_stop = true,
             "CIR" => self.circle(current, command, sink)?,
-            "REX" | "REY" | "ELX" | "ELY" => {
-                let message = format!("the aperture `{name}` is left out");
-                sink.warn(command[0].span, message);
+            "REX" | "REY" | "ELX" | "ELY" | "ADX" | "ADY" | "ARO" => {
+                self.state_aperture(current, name, command, sink)?;
             }
             "K" => {
                 let k = number()?;

@@ -1,8 +1,9 @@
 //! Reads the lens from the lines of a file.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Result, Sink, Span};
 
+use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::format::{Format, first_word};
@@ -223,7 +224,11 @@ impl ZemaxReader<'_> {
             let idle = surface.is_idle(draft.medium()) && !surface.is_stop;
             let is_broken = !draft.pending.is_none();
             let limits = |keyword: &&str| block.line(keyword).is_some();
-            if !idle || surface.obstruction > 0.0 || ["FLAP", "CLAP"].iter().any(limits) {
+            if !idle
+                || surface.obstruction > 0.0
+                || surface.outline.is_some()
+                || ["FLAP", "CLAP"].iter().any(limits)
+            {
                 kept.push(Kept {
                     number: block.number,
                     gaps: vec![gap],
@@ -298,10 +303,10 @@ impl ZemaxReader<'_> {
     fn surface(&self, block: &Block<'_>, before: &Medium, sink: &mut Sink) -> Result<Surface> {
         let mut curvature = Curvature::from_curvature(self.value(block, "CURV")?);
         let mut shape = self.shape(block, curvature)?;
-        if let Shape::Toroid { across, k, terms } = &shape
         if let Shape::ThinLens { .. } = shape {
             curvature = Curvature::PLANE;
         }
+        if let Shape::Toroid { across, k, terms } = &shape
             && curvature.is_plane()
             && *k == 0.0
             && terms.iter().all(|t| *t == 0.0)
@@ -315,7 +320,10 @@ impl ZemaxReader<'_> {
             false => self.medium(block)?,
         };
         self.warn_of_apertures(block, sink)?;
-        let plane = Surface::sphere(0.0, thickness, medium, self.semi_diameter(block)?);
+        let mut plane = Surface::sphere(0.0, thickness, medium, self.semi_diameter(block)?);
+        if let Some(aperture) = self.aperture(block)? {
+            plane.set_aperture(&aperture);
+        }
         Ok(Surface {
             shape,
             curvature,
@@ -327,13 +335,41 @@ impl ZemaxReader<'_> {
         })
     }
 
+    /// A clear aperture that is a rectangle (SQAP), an ellipse (ELAP) or a circle off the axis (CLAP
+    /// with OBDC); none for a round one on the axis.
+    fn aperture(&self, block: &Block<'_>) -> Result<Option<ClearAperture>> {
+        let pair = |keyword: &str| -> Result<Option<[f64; 2]>> {
+            match block.line(keyword) {
+                Some([x, y, ..]) => Ok(Some([self.file.number(*x)?, self.file.number(*y)?])),
+                _ => Ok(None),
+            }
+        };
+        let center = pair("OBDC")?.map_or(DVec2::ZERO, DVec2::from_array);
+        let (rectangle, ellipse) = (pair("SQAP")?, pair("ELAP")?);
+        let circle = pair("CLAP")?.filter(|[inner, _]| *inner == 0.0 && center != DVec2::ZERO);
+        let half = rectangle
+            .or(ellipse)
+            .or(circle.map(|[_, outer]| [outer; 2]));
+        let half = half
+            .map(DVec2::from_array)
+            .filter(|half| half.min_element() > 0.0);
+        Ok(half.map(|half| ClearAperture {
+            is_ellipse: rectangle.is_none(),
+            half,
+            center,
+            rotation: 0.0,
+        }))
+    }
+
     /// Warns of apertures that are read as another one.
     fn warn_of_apertures(&self, block: &Block<'_>, sink: &mut Sink) -> Result<()> {
-        for keyword in ["OBDC", "SQAP", "SQOB", "ELAP", "ELOB", "SPID", "UDAD"] {
-            if let Some(line) = block.lines.iter().find(|l| l[0].is(keyword)) {
+        let is_off_axis = self.aperture(block)?.is_some();
+        for keyword in ["OBDC", "SQOB", "ELOB", "SPID", "UDAD", "USAP", "USOB"] {
+            let found = block.lines.iter().find(|l| l[0].is(keyword));
+            if let Some(line) = found.filter(|_| keyword != "OBDC" || !is_off_axis) {
                 let message = format!("the aperture `{keyword}` is read as the round one of DIAM");
                 sink.warn(line[0].span, message)
-                    .help("write the lens as .json and give the stop its outline by `iris`");
+                    .help("write the lens as .json and give the surface its `outline`");
             }
         }
         if let Some(inner) = block.first("OBSC")
