@@ -163,8 +163,8 @@ impl Lens {
         stop.map_or(&[], |stop| &*self.elements[stop].edges)
     }
 
-    /// Whether the stop's hole is round or a convex polygon around the axis, and no other surface has
-    /// an outline.
+    /// Whether the stop's hole is round or a convex polygon around the axis, and no other surface
+    /// has an outline.
     pub(crate) fn is_iris_convex(&self) -> bool {
         let is_convex = |element: &Element| match &element.hole {
             Some(corners) => corners.len() == element.edges.len(),

@@ -20,7 +20,8 @@ pub(crate) struct ClearAperture {
 }
 
 impl ClearAperture {
-    /// The corners, counterclockwise. In place of an ellipse they are those of a polygon of its area.
+    /// The corners, counterclockwise. In place of an ellipse they are those of a polygon of its
+    /// area.
     fn corners(&self) -> Box<[DVec2]> {
         let turn = |angle: f64| {
             let (sin, cos) = libm::sincos(angle);

@@ -414,12 +414,7 @@ pub(crate) fn check(
     }
     for (i, surface) in prescription.surfaces.iter().enumerate() {
         check_numbers(i, surface, &fail, &place)?;
-        let is_polygon = |c: &[DVec2]| c.len() >= 3 && c.iter().all(|c| c.is_finite());
-        if !surface.outline.as_deref().is_none_or(is_polygon) {
-            let message = format!("the outline of surface {i} is no polygon");
-            return Err(fail(place(i, Column::SemiDiameter), message)
-                .with_help("it has at least three corners"));
-        }
+        check_form(i, surface, &fail, &place)?;
         let frame = surface.frame.as_deref();
         if !frame.is_none_or(|f| f.before.is_finite() && f.after.is_finite()) {
             let message = format!("a decenter of surface {i} is not a finite number");
@@ -507,17 +502,6 @@ fn check_numbers(
         )
         .with_help("the last column is the diameter that lets light through"));
     }
-    if let Shape::ThinLens { focal_length } = surface.shape {
-        let span = place(i, Column::Radius);
-        if !focal_length.is_finite() || focal_length == 0.0 {
-            let message = format!("the focal length of the ideal lens {i} is {focal_length}");
-            return Err(fail(span, message).with_help("it is a length other than 0"));
-        }
-        if surface.is_mirror {
-            let message = format!("surface {i} is an ideal lens and a mirror");
-            return Err(fail(span, message).with_help("put the ideal lens in front of a mirror"));
-        }
-    }
     if let Shape::Conic { k }
     | Shape::Asphere { k, .. }
     | Shape::NormalAsphere { k, .. }
@@ -540,6 +524,33 @@ fn check_numbers(
             span,
             format!("a coefficient of surface {i} is not a number"),
         ));
+    }
+    Ok(())
+}
+
+/// Checks what makes an ideal lens, and a clear aperture that is not round.
+fn check_form(
+    i: usize,
+    surface: &Surface,
+    fail: &impl Fn(Span, String) -> Box<Diagnostic>,
+    place: &impl Fn(usize, Column) -> Span,
+) -> Result<()> {
+    if let Shape::ThinLens { focal_length } = surface.shape {
+        let span = place(i, Column::Radius);
+        if !focal_length.is_finite() || focal_length == 0.0 {
+            let message = format!("the focal length of the ideal lens {i} is {focal_length}");
+            return Err(fail(span, message).with_help("it is a length other than 0"));
+        }
+        if surface.is_mirror {
+            let message = format!("surface {i} is an ideal lens and a mirror");
+            return Err(fail(span, message).with_help("put the ideal lens in front of a mirror"));
+        }
+    }
+    let is_polygon = |c: &[DVec2]| c.len() >= 3 && c.iter().all(|c| c.is_finite());
+    if !surface.outline.as_deref().is_none_or(is_polygon) {
+        let message = format!("the outline of surface {i} is no polygon");
+        return Err(fail(place(i, Column::SemiDiameter), message)
+            .with_help("it has at least three corners"));
     }
     Ok(())
 }

@@ -265,8 +265,8 @@ pub struct Surface {
     /// that of a central obstruction, or of the hole in a mirror.
     pub obstruction: f64,
     /// The corners of a clear aperture that is not round, in millimeters from the axis; none for a
-    /// round one. Rays outside of it are blocked, and those beyond the semi-diameter. That of a stop
-    /// is the prescription's [`Iris`](crate::prescription::Iris) instead.
+    /// round one. Rays outside of it are blocked, and those beyond the semi-diameter. That of a
+    /// stop is the prescription's [`Iris`](crate::prescription::Iris) instead.
     pub outline: Option<Box<[DVec2]>>,
     /// Whether this is the aperture stop.
     pub is_stop: bool,

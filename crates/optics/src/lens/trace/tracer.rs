@@ -61,8 +61,8 @@ impl Tracer<'_> {
         })
     }
 
-    /// Traces a ray. `at_hit` is called with the surface, the direction of the ray that arrives, and
-    /// the hit relative to the vertex.
+    /// Traces a ray. `at_hit` is called with the surface, the direction of the ray that arrives,
+    /// and the hit relative to the vertex.
     pub(crate) fn walk(
         &self,
         ray: LensRay,

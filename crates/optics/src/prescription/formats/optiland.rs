@@ -1,10 +1,10 @@
 //! Reads the JSON of optiland: a `surface_group` of surfaces with their geometry, the material
 //! behind them and perhaps an aperture. The first is the object, the last the image.
 //!
-//! Planes, spheres, conics, even and odd aspheres and thin lenses are read. Apertures that are missing are
-//! those of the beam of `aperture` and `fields`. The places and angles of surfaces are those of one
-//! space: a shifted or tilted surface is decentered alone, and behind a tilted mirror the axis is
-//! reflected as light is.
+//! Planes, spheres, conics, even and odd aspheres and thin lenses are read. Apertures that are
+//! missing are those of the beam of `aperture` and `fields`. The places and angles of surfaces are
+//! those of one space: a shifted or tilted surface is decentered alone, and behind a tilted mirror
+//! the axis is reflected as light is.
 
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 use ivcam_base::diag::{Result, Sink, Span};

@@ -2,8 +2,8 @@
 //!
 //! `ifcs` are the interfaces with their profiles and apertures, `gaps` the distances and media
 //! behind them; the first is the object, the last the image. Spheres, conics and polynomials in r
-//! are read, mirrors, and decentered interfaces. Gratings are refused. A thin lens, which ray-optics
-//! traces as a hologram of two points, is read as an ideal one.
+//! are read, mirrors, and decentered interfaces. Gratings are refused. A thin lens, which
+//! ray-optics traces as a hologram of two points, is read as an ideal one.
 
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink, Span};

@@ -125,6 +125,12 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     if surface.is_stop {
         *text += "  STO\n";
     }
+    aperture_lines(text, surface);
+    Ok(())
+}
+
+/// Writes the apertures of a surface.
+fn aperture_lines(text: &mut String, surface: &Surface) {
     // ADX and ADY would move a circle too. One that only goes around a rectangle limits nothing.
     let rectangle = surface.rectangle();
     let limits = surface.semi_diameter < surface.reach() * (1.0 - 1e-9);
@@ -140,7 +146,6 @@ fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glass
     if surface.obstruction > 0.0 {
         let _ = writeln!(text, "  CIR OBS {}", surface.obstruction);
     }
-    Ok(())
 }
 
 /// Writes how a surface is decentered. The axis behind it is that of a plane.

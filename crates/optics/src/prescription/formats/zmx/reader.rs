@@ -335,8 +335,8 @@ impl ZemaxReader<'_> {
         })
     }
 
-    /// A clear aperture that is a rectangle (SQAP), an ellipse (ELAP) or a circle off the axis (CLAP
-    /// with OBDC); none for a round one on the axis.
+    /// A clear aperture that is a rectangle (SQAP), an ellipse (ELAP) or a circle off the axis
+    /// (CLAP with OBDC); none for a round one on the axis.
     fn aperture(&self, block: &Block<'_>) -> Result<Option<ClearAperture>> {
         let pair = |keyword: &str| -> Result<Option<[f64; 2]>> {
             match block.line(keyword) {
