@@ -265,12 +265,74 @@ def zernike(point):
     return np.linalg.lstsq(basis, waves[ok], rcond=None)[0].tolist(), open_share
 
 
-def reference(program, name):
+def spot(point, frequencies):
+    """The rms radius about the centroid of the spot of a grid of rays across the beam, and the
+    modulation of lines by it, along y and x."""
+    reach = 2.0 * max(r for r in point.system.radii if np.isfinite(r))
+    low, high = -np.full(2, reach), np.full(2, reach)
+    for size in (61, 61, 61, 401):
+        x, y = (np.linspace(a, b, size) for a, b in zip(low, high))
+        places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        hits, _, _ = point.rays(places)
+        ok = point.system.passes(hits)
+        step = (high - low) / (size - 1)
+        low, high = places[ok].min(axis=0) - step, places[ok].max(axis=0) + step
+    film = hits[-1][ok][:, :2] - hits[-1][ok][:, :2].mean(axis=0)
+    phases = 2 * math.pi * np.array(frequencies)[:, None, None] * film
+    modulation = np.abs(np.exp(1j * phases).mean(axis=1))
+    rms = math.sqrt((film**2).sum(axis=1).mean())
+    return rms, {"tangential": modulation[:, 1].tolist(), "sagittal": modulation[:, 0].tolist()}
+
+
+def illumination(surfaces, film_z, height):
+    """The irradiance of a point on the film by light of radiance 1: rays from the film, traced through
+    the lens turned end for end, over a grid in the plane of the last vertex."""
+    before = [1.0] + [s["n_d"] for s in surfaces[:-1]]
+    gaps = [0.0] + [s["thickness"] for s in surfaces[:-1]]
+    turned = [
+        {**s, "radius": -s["radius"], "n_d": n, "thickness": gap}
+        for s, n, gap in zip(surfaces, before, gaps)
+    ][::-1]
+    back = film_z - sum(gaps)
+    system = System(turned, sum(gaps) + 1.0)
+    origin = np.array([0.0, height, -back])
+
+    def passing(x, y):
+        places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        way = np.column_stack([places, np.zeros(len(places))]) - origin
+        length = np.linalg.norm(way, axis=1)
+        start = np.broadcast_to(origin, way.shape)
+        hits, _, _ = system.trace(start, way / length[:, None])
+        return places, system.passes(hits), (back / length) ** 4 / back**2
+
+    reach = 1.2 * max(r for r in system.radii if np.isfinite(r))
+    low, high = -np.full(2, reach), np.full(2, reach)
+    for _ in range(3):
+        places, ok, _ = passing(*(np.linspace(a, b, 81) for a, b in zip(low, high)))
+        step = (high - low) / 80
+        low, high = places[ok].min(axis=0) - step, places[ok].max(axis=0) + step
+    parts, cells, light = 3, 250, 0.0
+    step = (high - low) / (parts * cells)
+    for k in range(parts * parts):
+        shift = np.array([k % parts, k // parts]) + 0.5
+        axes = [a + (parts * np.arange(cells) + s) * d for a, s, d in zip(low, shift, step)]
+        _, ok, weights = passing(*axes)
+        light += weights[ok].sum() * step.prod()
+    return light
+
+
+def prescription(program, name):
+    """The surfaces of a lens that is closed to the f-number, with the index of the d line."""
     text = subprocess.run(
         [program, "lens", name, "--aperture", str(F_NUMBER), "--json"],
         check=True, capture_output=True, text=True,
     ).stdout
-    surfaces = json.loads(text)["surfaces"]
+    return json.loads(text)["surfaces"]
+
+
+def reference(program, name, more=False):
+    """What the other programs say of a lens; with `more` its spots and illumination too."""
+    surfaces = prescription(program, name)
     assert all(s["kind"] == "sphere" for s in surfaces), f"{name} is not spherical"
     efl, focus, exit_pupil = paraxial(surfaces)
     system = System(surfaces, focus)
@@ -288,6 +350,9 @@ def reference(program, name):
             "zernike": coefficients, "open": open_share, "strehl": strehl,
             "mtf": {"tangential": tangential, "sagittal": sagittal},
         })
+        if more:
+            points[-1]["rms"], points[-1]["by_rays"] = spot(point, frequencies)
+            points[-1]["light"] = illumination(surfaces, focus, height)
         print(f"{name} {height:.2f} mm: Strehl {strehl:.3f}", file=sys.stderr)
     stop = next(s["semi_diameter"] for s in surfaces if s["stop"])
     height = 0.2 * efl
@@ -304,4 +369,5 @@ def main():
     json.dump({"wavelength_nm": NM, "lenses": lenses}, sys.stdout)
 
 
-main()
+if __name__ == "__main__":
+    main()
