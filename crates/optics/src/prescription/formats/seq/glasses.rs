@@ -6,7 +6,7 @@ use crate::prescription::formats::commands::Command;
 use crate::prescription::formats::format::Reading;
 use crate::prescription::formats::index_table;
 use crate::prescription::formats::reader::PrescriptionReader;
-use crate::prescription::glass::medium::{Medium, named_line};
+use crate::prescription::glass::medium::{Formula, Medium, named_line};
 use crate::prescription::text::Word;
 
 /// Removes the commands from PRV to END, and returns them.
@@ -38,6 +38,10 @@ pub(super) fn with_private(
         let (name, words) = (command[0], &command[1..]);
         if name.is("PWL") {
             wavelengths = file.numbers(words)?;
+        } else if let [kind, coefficients @ ..] = words
+            && kind.is("LAU")
+        {
+            options.glasses.add([laurent(file, name, coefficients)?]);
         } else if !name.is("PRV") && !name.is("END") && !words.is_empty() {
             // 587.6 is the d line, so that a table of three lines reaches them all.
             let lines = wavelengths.iter().map(|nm| named_line(*nm));
@@ -59,6 +63,23 @@ pub(super) fn with_private(
         }
     }
     Ok(options)
+}
+
+/// A private glass by a Laurent series, which is Schott's older formula.
+fn laurent(
+    file: PrescriptionReader<'_>,
+    name: Word<'_>,
+    coefficients: &[Word<'_>],
+) -> Result<Medium> {
+    let listed = file.numbers(coefficients)?;
+    let k = std::array::from_fn(|i| listed.get(i).copied().unwrap_or(0.0));
+    let glass = Medium::from_formula(Formula::Schott, k).filter(|_| listed.len() <= 6);
+    let Some(glass) = glass else {
+        let message = format!("the glass `{}` has no index", name.text);
+        let help = "`LAU` has the coefficients of n\u{b2} at the powers 0, 2, -2, -4, -6 and -8";
+        return Err(file.refuse(name.span, message, help));
+    };
+    Ok(glass.named(name.text))
 }
 
 /// The medium that a word names; air without a word. `surface` is the number of the surface in

@@ -79,6 +79,22 @@ fn a_private_glass_is_its_table() {
 }
 
 #[test]
+fn a_private_glass_may_be_a_laurent_series() {
+    let text = |series: &str| {
+        format!(
+            "RDM\nPRV\n PWL 587.6\n 'W' LAU {series}\nEND\nSO 0 1e9\nS 10 3 'W'\n STO\n CIR 4\nS -10 5\n \
+             CIR 4\nSI 0 0\n"
+        )
+    };
+    let lens = parse(&text("1.7614 -0.0135 0.0066 5e-5")).unwrap();
+    let um2 = 0.5875618_f64.powi(2);
+    let square = 1.7614 - 0.0135 * um2 + 0.0066 / um2 + 5e-5 / (um2 * um2);
+    assert!((lens.surfaces[0].medium.n_d - square.sqrt()).abs() < 1e-9);
+    let error = parse(&text("-1")).unwrap_err();
+    assert!(error.message.contains("`W` has no index"), "{error}");
+}
+
+#[test]
 fn what_can_not_be_traced_is_refused_by_name_and_place() {
     let around = |inner: &str| format!("RDM\nSO 0 1e9\nS 10 3 NBK7\n{inner}\nSI 0 0\n");
     for (inner, says, at) in [
