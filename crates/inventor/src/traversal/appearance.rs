@@ -60,6 +60,9 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
     );
     let alpha = appearance.map_or(AlphaMode::Blend, alpha_mode);
     state.material.alpha = alpha;
+    let is_named = |node: &NodeRef<'_>| node.data().name.is_some();
+    let named = [material, appearance].into_iter().flatten().find(is_named);
+    state.material_node = named.or(material);
     let own = material.and_then(texture_of_material);
     let texture = own.or_else(|| node(appearance::TEXTURE).map(first_texture));
     let multiplies = own.is_some() || appearance.is_some_and(multiplies);

@@ -700,6 +700,8 @@ pub struct State<'a> {
     pub normal_binding: Binding,
     /// The materials.
     pub material: MaterialElement<'a>,
+    /// The node that set the material last, or the `Appearance` that names it.
+    pub material_node: Option<NodeRef<'a>>,
     /// How materials are distributed.
     pub material_binding: Binding,
     /// The texture of unit 0, if any.
@@ -841,6 +843,7 @@ impl<'a> State<'a> {
             normals: &[],
             normal_binding: Binding::PerVertexIndexed,
             material: MaterialElement::DEFAULT,
+            material_node: None,
             material_binding: Binding::Overall,
             texture: None,
             further_textures: Arc::default(),

@@ -15,6 +15,7 @@ use crate::traversal::state::{Binding, Diffuse, Highlight, Language, List, State
 /// In VRML 1.0 a material of emissive colors alone is one of computed light, which is not lit: the
 /// fields `ambientColor`, `diffuseColor` and `specularColor` are stated and empty.
 pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    state.material_node = Some(node);
     let language = state.language;
     let colors = |field: Field<[Vec3]>| node.acting(field).filter(|c| !c.is_empty());
     let numbers = |field: Field<[f32]>| node.acting(field).filter(|c| !c.is_empty());
@@ -68,6 +69,7 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
 pub(super) fn base_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(c) = node.acting(base_color::RGB).and_then(List::of) {
         state.material.diffuse = Diffuse::Colors(c);
+        state.material_node = Some(node);
     }
 }
 
@@ -76,6 +78,7 @@ pub(super) fn packed_color<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let colors = node.acting(packed_color::ORDERED_RGBA);
     if let Some(c) = colors.filter(|c| !c.is_empty()) {
         state.material.diffuse = Diffuse::Packed(c);
+        state.material_node = Some(node);
     }
 }
 
