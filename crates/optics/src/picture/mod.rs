@@ -5,6 +5,7 @@
 //! source of rows that are made while they are written.
 
 mod channels;
+mod cryptomatte;
 mod developed;
 mod exr;
 mod raster;
@@ -16,6 +17,7 @@ mod tiff;
 mod write;
 
 pub use channels::ChannelImage;
+pub use cryptomatte::matte_id;
 pub use developed::{Depth, Picture, PictureFormat};
 pub use raster::{Raster, Samples};
 pub use rows::{Heading, ROWS, RowSource};
