@@ -56,6 +56,16 @@ impl Camera {
         }
     }
 
+    /// The ray through the middle of the stop for a point of the picture from 0 to 1, at the lens's
+    /// own wavelength; without a stop, that through the middle of the lens.
+    pub(super) fn chief_ray(&self, x: f64, y: f64) -> Option<CameraRay> {
+        match self {
+            Self::Lens(camera) => camera.chief_ray(camera.film_point(x, y)),
+            _ => None,
+        }
+        .or_else(|| self.at(x, y).ray([0.5; 2]))
+    }
+
     /// Makes the rays of samples, whose film points are points of the picture from 0 to 1. `rays`
     /// receives the rays that get through and continue into the scene, and `corrections` those of
     /// other wavelengths that may correct them.

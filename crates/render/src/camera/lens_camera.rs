@@ -205,6 +205,13 @@ impl LensCamera {
         self.ray_through(&self.lens, film, window, pupil)
     }
 
+    /// The ray from a film point through the middle of the stop, which apertures do not block.
+    pub(super) fn chief_ray(&self, film: DVec2) -> Option<CameraRay> {
+        let point = self.place.point(film);
+        let out = self.lens.chief_ray(point.truncate(), point.z)?;
+        Some(self.exit_ray(&out, 1.0))
+    }
+
     /// The ray of [`Self::ray`] through the lens at another wavelength.
     pub(super) fn ray_through(
         &self,

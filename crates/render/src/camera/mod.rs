@@ -6,6 +6,7 @@
 //! the factor 1000. The image on the film is upside down; a picture is the film turned upright.
 
 mod aim;
+mod chief_ray_grid;
 mod choose;
 mod film_camera;
 mod film_samples;
@@ -24,6 +25,7 @@ mod tint;
 
 pub use aim::Aim;
 pub use aim::pixel_aspect;
+pub(crate) use chief_ray_grid::ChiefRayGrid;
 pub use film_camera::FilmCamera;
 pub use film_camera::film_plane;
 pub use ideal::IdealLens;

@@ -12,10 +12,9 @@ use super::exposure::Counts;
 use super::passes::Render;
 use super::sample_window::SampleWindow;
 use super::shares::SampleShares;
-use super::surfaces::SurfaceSum;
 use super::tile::Tile;
 use super::units::{is_border, pieces};
-use crate::bvh::{Hit, PacketHits};
+use crate::bvh::{Hit, PacketHits, Ray};
 use crate::camera::{CameraRays, ExitRays, LampFinder, LampRays, SpectralCorrections};
 use crate::shade::{Shader, Work};
 
@@ -202,14 +201,15 @@ impl<'a> Batch<'a> {
         }
     }
 
-    /// Finds the surfaces that samples of a pixel meet. The batch must be empty, and is empty
+    /// Calls `visit` with the ray of each sample of a pixel that passes through the lens, with what
+    /// it meets first and the weight of its light. The batch must be empty, and is empty
     /// afterwards. Rays of more than one wavelength must not be used.
     pub(super) fn survey(
         &mut self,
         at: (u32, u32),
         sampler: Sampler,
         samples: Range<u32>,
-        sum: &mut SurfaceSum,
+        visit: &mut dyn FnMut(&Ray, Option<Hit>, f64),
     ) {
         let pixel = self.render.pixel(sampler, at);
         for first in samples.clone().step_by(self.size) {
@@ -225,13 +225,10 @@ impl<'a> Batch<'a> {
                 let mut hits = PacketHits::default();
                 shader.hits(&packet.rays, &mut hits, &mut self.work);
                 for lane in bits(packet.rays.mask) {
-                    let ray = packet.rays.ray(lane);
-                    let point = hits.hit(lane);
-                    let point = point.map(|hit| shader.scene().point(&ray, &hit));
-                    sum.add(point.as_ref());
+                    let weight = packet.weights[lane] * self.weights[packet.samples[lane] as usize];
+                    visit(&packet.rays.ray(lane), hits.hit(lane), weight);
                 }
             }
-            sum.samples += count as u32;
             self.clear();
         }
     }

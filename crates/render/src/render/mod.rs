@@ -18,6 +18,8 @@ pub mod ghosts;
 mod lamp_images;
 #[cfg(test)]
 mod lamp_tests;
+mod mattes;
+mod motion;
 mod pairs;
 mod passes;
 pub mod report;
@@ -33,6 +35,8 @@ pub mod units;
 
 pub use exposure::{Counts, Exposure, Progress, Stop};
 pub use exposure::{Stopped, Summary};
+pub use mattes::{MatteRanks, Mattes};
+pub use motion::LaterMoment;
 pub use passes::{Render, Task, is_stopped};
 pub use report::account::{RenderReport, StageSeconds};
 pub use stopwatch::{Alarm, Stopwatch};

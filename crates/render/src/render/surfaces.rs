@@ -5,6 +5,7 @@
 
 use glam::DVec3;
 use ivcam_optics::film::Region;
+use ivcam_optics::sampling::Sampler;
 use rayon::prelude::*;
 
 use super::batch::Batch;
@@ -54,28 +55,46 @@ impl Render<'_> {
     /// Finds the surfaces that the first samples of each pixel of a region meet, row by row, at the
     /// lens's own wavelength. Uses rayon's current pool.
     pub fn surfaces(&self, region: Region, samples: u32) -> Vec<SurfaceSum> {
+        let scene = self.shader.scene();
+        self.survey(region, |batch, at, sampler, _| {
+            let mut sum = SurfaceSum {
+                samples,
+                ..SurfaceSum::default()
+            };
+            batch.survey(at, sampler, 0..samples, &mut |ray, hit, _| {
+                sum.add(hit.map(|hit| scene.point(ray, &hit)).as_ref());
+            });
+            sum
+        })
+    }
+
+    /// Calls `survey` for each pixel of a region with a batch of rays of the lens's own wavelength,
+    /// the pixel, the sampler and the pixel's number in the region, and returns the results row by
+    /// row. Uses rayon's current pool.
+    pub(super) fn survey<T: Send>(
+        &self,
+        region: Region,
+        survey: impl Fn(&mut Batch<'_>, (u32, u32), Sampler, usize) -> T + Sync,
+    ) -> Vec<T> {
         let camera = self.camera.at_one_wavelength();
         let render = Render {
             camera: &camera,
             ..*self
         };
         let tiles: Vec<Tile> = Tile::inside(region).collect();
-        let survey = |tile: &Tile| -> Vec<SurfaceSum> {
+        let number = |(x, y)| ((y - region.top) * region.width + x - region.left) as usize;
+        let of_tile = |tile: &Tile| -> Vec<(usize, T)> {
             let mut batch = Batch::new(&render);
             let pixel = |at| {
-                let mut sum = SurfaceSum::default();
-                batch.survey(at, render.sampler, 0..samples, &mut sum);
-                sum
+                (
+                    number(at),
+                    survey(&mut batch, at, render.sampler, number(at)),
+                )
             };
             tile.pixels().map(pixel).collect()
         };
-        let parts: Vec<Vec<SurfaceSum>> = tiles.par_iter().map(survey).collect();
-        let mut sums = vec![SurfaceSum::default(); region.resolution().pixels()];
-        for (tile, part) in tiles.iter().zip(parts) {
-            for ((x, y), sum) in tile.pixels().zip(part) {
-                sums[((y - region.top) * region.width + x - region.left) as usize] = sum;
-            }
-        }
-        sums
+        let mut all: Vec<(usize, T)> = tiles.par_iter().flat_map_iter(of_tile).collect();
+        all.sort_unstable_by_key(|(number, _)| *number);
+        all.into_iter().map(|(_, value)| value).collect()
     }
 }

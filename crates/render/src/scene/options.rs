@@ -131,6 +131,10 @@ pub struct CompileOptions {
     /// How textures are filtered. Default: by the `textureQuality` of `Complexity`; a
     /// `PixelTexture` of at most 8×8 texels is not interpolated (decision 31).
     pub texture_filter: Option<TextureFilter>,
+    /// Whether shapes without textures have texture coordinates too. Default: no.
+    pub coordinates: bool,
+    /// Whether surfaces are named, for mattes. Default: no.
+    pub names: bool,
     /// The folders besides the scene's own in which textures are searched. Default: none.
     pub texture_folders: Vec<PathBuf>,
     /// The user's fonts, which are searched before the shipped typefaces. Default: none.
@@ -153,6 +157,8 @@ impl Default for CompileOptions {
             studio: None,
             ignore_draw_style: false,
             texture_filter: None,
+            coordinates: false,
+            names: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),
         }

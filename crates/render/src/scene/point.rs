@@ -202,6 +202,15 @@ impl RenderScene {
         point
     }
 
+    /// Returns the texture coordinates at a hit: those at which the first texture is looked up, or
+    /// those of the shape if it has no texture.
+    pub(crate) fn coordinates_at(&self, ray: &Ray, hit: &Hit) -> Vec2 {
+        let (point, stored) = untextured(self, ray, hit);
+        let texture = point.surface.texture.as_ref();
+        let at = texture.map_or(stored, |texture| texture.at(&point, ray, stored));
+        at.truncate()
+    }
+
     /// Returns the point at a hit on a triangle that was placed already, with the texture's color
     /// in `texel` whatever its model.
     #[inline(always)]

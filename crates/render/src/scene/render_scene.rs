@@ -11,6 +11,7 @@ use super::census::Census;
 use super::emitter_list::Emitters;
 use super::instances::Instances;
 use super::looks::{Background, Light, LightSets, Surface};
+use super::surface_names::SurfaceNames;
 use crate::bvh::{Bvh, Hit};
 use crate::geometry::{Quadric, Stroke, StrokeView, piece_counts};
 
@@ -30,6 +31,8 @@ pub struct RenderScene {
     /// lists, in the object space of their shape.
     pub(super) owners: Vec<u32>,
     pub(super) surfaces: Vec<Surface>,
+    /// The names of the surfaces, if they were asked for.
+    pub(super) names: Option<Box<SurfaceNames>>,
     pub(super) light_sets: LightSets,
     /// The prototypes with their instances, if there are any.
     pub(super) instances: Option<Box<Instances>>,
@@ -222,6 +225,11 @@ impl RenderScene {
     /// The surface of a hit.
     pub fn surface(&self, hit: &Hit) -> &Surface {
         &self.surfaces[self.owner(hit.primitive) as usize]
+    }
+
+    /// The names of the surfaces, if the options asked for them.
+    pub fn names(&self) -> Option<&SurfaceNames> {
+        self.names.as_deref()
     }
 
     /// The counts of nodes, primitives and what was left out.

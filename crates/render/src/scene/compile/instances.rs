@@ -12,6 +12,7 @@ use ivcam_inventor::traversal::{Grid, State, Step, WalkOptions};
 
 use super::glyphs::StoredGlyphs;
 use super::scene_builder::SceneBuilder;
+use super::surface_namer::SurfaceNamer;
 use super::walk::Compiler;
 use crate::scene::census::{Census, InstanceCounts};
 use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives};
@@ -40,7 +41,7 @@ impl Recording {
 /// The numbers of surfaces and primitives at some time.
 #[derive(Clone, Copy)]
 pub(super) struct Lengths {
-    surfaces: usize,
+    pub(super) surfaces: usize,
     triangles: usize,
     quadrics: usize,
     strokes: usize,
@@ -54,6 +55,8 @@ pub(super) struct Outside {
     /// The number of prototypes.
     prototypes: usize,
     census: Census,
+    /// Where names began, and the length of their path.
+    names: Option<(usize, usize)>,
 }
 
 /// The shape that was drawn last, if everything in it is opaque.
@@ -163,6 +166,7 @@ impl<'a> Instancer<'a> for Compiler<'a> {
             lengths: builder.lengths(),
             prototypes: self.instances.censuses.len(),
             census: take(&mut builder.scene.census),
+            names: self.namer.as_mut().map(SurfaceNamer::begin_part),
         }
     }
 
@@ -170,6 +174,9 @@ impl<'a> Instancer<'a> for Compiler<'a> {
         let (builder, instances) = (&mut self.builder, &mut self.instances);
         builder.assign_surface();
         instances.last_shape = None;
+        if let (Some(namer), Some(names)) = (&mut self.namer, outside.names) {
+            namer.end_part(names);
+        }
         let is_spoiled = take(&mut builder.spoiled) | is_spoiled;
         let own = replace(&mut builder.scene.census, outside.census);
         let mut contents = replace(&mut instances.recording, outside.recording).contents;
@@ -250,6 +257,15 @@ impl<'a> Compiler<'a> {
                 state,
             }
         });
+    }
+
+    /// Names the surfaces of the shape that was drawn, if that is asked for. `before` are the
+    /// lengths before it.
+    pub(super) fn name_shape(&mut self, node: NodeRef<'a>, before: Lengths, state: &State<'a>) {
+        let after = self.builder.scene.surfaces.len();
+        if let Some(namer) = self.namer.as_mut().filter(|_| after > before.surfaces) {
+            namer.name((before.surfaces, after), node, state);
+        }
     }
 
     /// Returns the matrices from the part that is being recorded, or from the world, to the current

@@ -8,5 +8,6 @@ mod numbers;
 mod scene_builder;
 mod strokes;
 mod studio;
+mod surface_namer;
 mod triangles;
 mod walk;

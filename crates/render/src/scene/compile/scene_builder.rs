@@ -336,7 +336,7 @@ impl Canvas for SceneBuilder {
         self.shape.uses = Uses {
             normals: self.options.needs.normals,
             materials: surface.diffuse.len() > 1 || surface.transparency.len() > 1,
-            coordinates: surface.textures().any(is_stored),
+            coordinates: self.options.coordinates || surface.textures().any(is_stored),
             thirds: surface
                 .texture
                 .as_ref()

@@ -14,6 +14,7 @@ use ivcam_inventor::traversal::{self, Instance, Visitor};
 use super::deferred_text::DeferredText;
 use super::instances::CompiledInstances;
 use super::scene_builder::SceneBuilder;
+use super::surface_namer::SurfaceNamer;
 use crate::bvh::Bvh;
 use crate::scene::canvas::Canvas;
 use crate::scene::instancing::{Prototypes, draw_instance};
@@ -37,6 +38,8 @@ pub(super) struct Compiler<'a> {
     reached: Vec<bool>,
     /// The nodes of lights that are on.
     lights: HashSet<NodeId>,
+    /// Names the surfaces, if that is asked for.
+    pub(super) namer: Option<SurfaceNamer<'a>>,
     /// The environment of the first VRML 97 `Fog`; the inner value is `None` if that means no fog.
     fog: Option<Option<EnvironmentElement>>,
 }
@@ -56,6 +59,9 @@ impl RenderScene {
             background_set: options.background.is_some_and(|(_, replaces)| replaces),
             reached: vec![false; snapshot.document().nodes.len()],
             lights: HashSet::new(),
+            namer: options
+                .names
+                .then(|| SurfaceNamer::new(snapshot.document())),
             fog: None,
         };
         if let Some((color, _)) = options.background {
@@ -115,11 +121,16 @@ impl Compiler<'_> {
 
     /// Assembles the scene after the walk.
     fn finish(mut self) -> Result<RenderScene> {
+        let walked = self.builder.lengths().surfaces;
         self.add_studio();
         let (lights_seen, shapes_unreached) = (self.lights.len(), self.unreached_shapes());
         let mut builder = self.builder;
         builder.assign_surface();
         let mut scene = builder.scene;
+        let all = scene.surfaces.len();
+        scene.names = self
+            .namer
+            .map(|namer| Box::new(namer.finish(walked, all, "Studio")));
         if let Some(Some(fog)) = self.fog {
             let surfaces = scene.surfaces.iter_mut();
             for surface in surfaces.filter(|s| s.environment.fog == FogKind::None) {
@@ -169,6 +180,19 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         self.end_shape(before, state);
         self.end_text(node, state);
         self.note_shape(node, before, state);
+        self.name_shape(node, before, state);
+    }
+
+    fn enter(&mut self, node: NodeRef<'a>, _state: &State<'a>) {
+        if let Some(namer) = &mut self.namer {
+            namer.enter(node);
+        }
+    }
+
+    fn leave(&mut self) {
+        if let Some(namer) = &mut self.namer {
+            namer.leave();
+        }
     }
 
     fn light(&mut self, _node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
