@@ -10,7 +10,8 @@ use pyo3::types::{PyBool, PyDict, PyFloat, PyList, PyTuple};
 
 /// The options of pictures that only a command line has: they are about a terminal, or about
 /// processes that share a picture.
-pub(crate) const OF_PROCESSES: [&str; 6] = [
+pub(crate) const OF_PROCESSES: [&str; 7] = [
+    "layers",
     "denoise",
     "checkpoint",
     "every",

@@ -209,8 +209,8 @@ fn run_command(
     }
 }
 
-/// Refuses `--write-camera`, `--aov`, `--denoise`, `--tev`, `--checkpoint` and what goes with it
-/// where no picture is rendered.
+/// Refuses `--write-camera`, `--aov`, `--layers`, `--denoise`, `--tev`, `--checkpoint` and what
+/// goes with it where no picture is rendered.
 fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
     let (renders, m) = match matches.subcommand() {
         None => (matches.get_flag("batch"), matches),
@@ -224,6 +224,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
             "use `ivcam render` or `-batch`, or the window's *Write camera*",
         ),
         ("aov", RENDER),
+        ("layers", RENDER),
         ("denoise", RENDER),
         ("checkpoint", RENDER),
         ("every", RENDER),

@@ -27,7 +27,7 @@ use super::outputs::{
 use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
 use crate::photo::options::{MovieFrame, OptionNeeds, command_line, idle_options};
-use crate::photo::{Denoiser, Era, Plan, Session, free_name, picture_name};
+use crate::photo::{Denoiser, Era, FurtherLayers, Plan, Session, free_name, picture_name};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -37,6 +37,8 @@ pub(crate) struct OutputOptions {
     pub report: Option<PathBuf>,
     /// The file of the picture's layers.
     pub layers: Option<PathBuf>,
+    /// The layers in this file that are made only if they are asked for.
+    pub further_layers: FurtherLayers,
     /// The program that denoises the picture.
     pub denoiser: Option<Denoiser>,
     /// The file that the camera in use is written to.
@@ -81,6 +83,7 @@ impl OutputOptions {
             output,
             report: text(m, "report").map(PathBuf::from),
             layers: layers(m)?,
+            further_layers: further_layers(m)?,
             denoiser: denoiser(m)?,
             camera: text(m, "write-camera").map(PathBuf::from),
             threads: threads(m)?,
@@ -181,6 +184,31 @@ fn layers(m: &ArgMatches) -> Result<Option<PathBuf>> {
         return Err(Diagnostic::error(message).with_help("end the name in .exr"));
     }
     Ok(Some(path))
+}
+
+/// Returns the layers of `--layers`.
+///
+/// # Errors
+/// Returns an error if one is unknown, or if there is no file that they go to.
+fn further_layers(m: &ArgMatches) -> Result<FurtherLayers> {
+    let Some(words) = text(m, "layers") else {
+        return Ok(FurtherLayers::default());
+    };
+    let layers = FurtherLayers::read(words).ok_or_else(|| {
+        Diagnostic::error(format!("`--layers {words}`: unknown layers")).with_help(format!(
+            "choose from {}, separated by commas",
+            FurtherLayers::WORDS
+        ))
+    })?;
+    let (problem, help) = if text(m, "aov").is_none() {
+        ("they go to the file of `--aov`", "add `--aov FILE.exr`")
+    } else if text(m, "sample-range").is_some() {
+        let problem = "they are made of all samples, and `--sample-range` makes a part of them";
+        (problem, "leave out one of the two")
+    } else {
+        return Ok(layers);
+    };
+    Err(Diagnostic::error(format!("`--layers {words}`: {problem}")).with_help(help))
 }
 
 /// Returns the denoiser of `--denoise`. Only the process that writes the picture looks for it.
@@ -347,6 +375,7 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
         false => Some("a JPEG or SGI file"),
         true => None,
     };
+    plan.layers = options.further_layers;
     options.keeping.check(&plan)?;
     let reading = format!("reading {}", plan.scene.display());
     let open = || options.on_threads(|| Session::open_once(plan));
@@ -529,7 +558,12 @@ fn write_layers(
         }
     }
     match &options.layers {
-        Some(path) => session.layers(exposure, picture, &surfaces).save(path),
+        Some(path) => {
+            let mut image = session.layers(exposure, picture, &surfaces);
+            let warning = session.add_further_layers(exposure, &mut image)?;
+            warning.iter().for_each(|warning| print_diagnostic(warning));
+            image.save(path)
+        }
         None => Ok(()),
     }
 }

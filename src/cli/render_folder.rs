@@ -131,6 +131,7 @@ fn refuse_options_of_one_scene(m: &ArgMatches) -> Result<()> {
     for option in [
         "write-camera",
         "aov",
+        "layers",
         "checkpoint",
         "sample-range",
         "every",

@@ -13,7 +13,7 @@ use super::session::Session;
 const FAR: f64 = 1e10;
 /// The largest number of samples by which surfaces are found. More do not change what a pixel
 /// shows by as much as the picture's noise.
-const MOST_SAMPLES: u32 = 256;
+pub(super) const MOST_SAMPLES: u32 = 256;
 
 impl Session {
     /// Takes the memory for the picture's surfaces and layers, before the render.
@@ -22,7 +22,7 @@ impl Session {
     /// Fails if they do not fit.
     pub fn take_layers(&mut self) -> Result<()> {
         let size = self.region().resolution();
-        take_layers(&mut self.memory, size)
+        take_layers(&mut self.memory, size, self.plan.layers)
     }
 
     /// Returns what the first samples of each pixel of an exposure meet, at most 256. Uses rayon's

@@ -8,6 +8,7 @@ use ivcam_base::memory::MemoryBudget;
 use ivcam_optics::film::{Region, Resolution};
 use ivcam_render::render::diffraction::diffraction_bytes;
 
+use super::layer_choice::FurtherLayers;
 use super::plan::{Optics, Plan};
 
 /// The bytes of a pixel while a picture is rendered: the film's 56, as many for samples after the
@@ -15,8 +16,13 @@ use super::plan::{Optics, Plan};
 const PIXEL_BYTES: u64 = 114;
 /// The bytes of a pixel in an image of the lights' ghosts, of which there are two at a time.
 const GHOST_BYTES: u64 = 48;
+/// The bytes of a pixel in layers of two channels, with the values that they are made of.
+const PLANE_BYTES: u64 = 40;
 /// The bytes of a pixel in the layers of `--aov`.
 const LAYER_BYTES: u64 = 170;
+/// The bytes of a pixel in mattes: two lists of at most 16 names with their shares, and as many
+/// channels.
+const MATTE_BYTES: u64 = 2 * (24 + 16 * (8 + 8));
 /// The bytes of a pixel of the whole picture in the pilot pass of adaptive sampling.
 const PILOT_BYTES: u64 = 5;
 /// The largest number of pixels of a strip. Threads wait for each other once a strip, which costs
@@ -107,9 +113,20 @@ pub(crate) fn memory_beside_film(plan: &Plan) -> Result<MemoryBudget> {
 ///
 /// # Errors
 /// Fails if they do not fit.
-pub(crate) fn take_layers(memory: &mut MemoryBudget, resolution: Resolution) -> Result<()> {
+pub(crate) fn take_layers(
+    memory: &mut MemoryBudget,
+    resolution: Resolution,
+    layers: FurtherLayers,
+) -> Result<()> {
     let Resolution { width, height } = resolution;
-    let bytes = u64::from(width) * u64::from(height) * LAYER_BYTES;
+    let further = [
+        (layers.mattes, MATTE_BYTES),
+        (layers.coordinates, PLANE_BYTES),
+        (layers.motion.is_some(), PLANE_BYTES),
+    ];
+    let further = further.iter().filter(|(is_made, _)| *is_made);
+    let each = LAYER_BYTES + further.map(|(_, bytes)| bytes).sum::<u64>();
+    let bytes = u64::from(width) * u64::from(height) * each;
     memory.take(format!("the layers of {width}x{height} pixels"), bytes)
 }
 

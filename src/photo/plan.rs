@@ -27,6 +27,7 @@ use ivcam_render::shade::Shading;
 
 use super::camera_choice::CameraChoice;
 use super::headlight::Headlight;
+use super::layer_choice::FurtherLayers;
 use super::light_plan::LightPlan;
 use super::view::{Override, WholeView};
 
@@ -338,6 +339,10 @@ pub struct Plan {
     /// What needs the whole film in memory at once, besides options of the plan. If it is `None`, a
     /// film that does not fit is rendered in strips.
     pub whole_film: Option<&'static str>,
+    /// The layers that the session can make besides those of [`Session::layers`].
+    ///
+    /// [`Session::layers`]: super::Session::layers
+    pub layers: FurtherLayers,
 }
 
 impl Plan {
@@ -438,6 +443,7 @@ impl Plan {
             memory: MemoryLimit::default(),
             work: WorkLimit::default(),
             whole_film: Some("this command"),
+            layers: FurtherLayers::default(),
         }
     }
 

@@ -1115,6 +1115,8 @@ pub(super) fn options(
         limits: plan.limits.clone(),
         memory: memory_of_scene(plan),
         texture_filter: plan.texture_filter,
+        names: plan.layers.mattes,
+        coordinates: plan.layers.coordinates,
         culled_faces_cast_shadows: plan.unseen_shadows,
         colors: match plan.shading {
             Shading::Path => plan.light.colors,

@@ -2,7 +2,7 @@
 
 use super::option::{Opt, Takes};
 
-pub(super) static OPTIONS: [Opt; 14] = [
+pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "output",
         Takes::One("FILE"),
@@ -19,6 +19,11 @@ pub(super) static OPTIONS: [Opt; 14] = [
         "aov",
         Takes::One("FILE.exr"),
         "writes the picture with layers: depth, position, normal, albedo, standard error, samples, lost rays",
+    ),
+    Opt::new(
+        "layers",
+        Takes::One("LIST"),
+        "further layers in the file of --aov: cryptomatte, mattes of objects and materials; uv, texture coordinates; motion, pixels until 1/24 s later, motion:TIME in another time",
     ),
     Opt::new(
         "denoise",
