@@ -148,6 +148,10 @@ impl Printed {
             false => compare_pictures(picture, &made, region),
         };
         std::fs::remove_file(&made)?;
+        let frames = made.with_extension("").display().to_string() + "-frames"; // of a movie
+        if Path::new(&frames).exists() {
+            std::fs::remove_dir_all(frames)?;
+        }
         if found.is_err() && update {
             self.run(picture, None)?;
             return Ok(());
