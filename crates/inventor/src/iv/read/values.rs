@@ -4,11 +4,11 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam_base::work;
-use nom::Parser;
 use nom::branch::alt;
 use nom::combinator::{cut, map_opt, opt};
-use nom::multi::{fill, fold_many0, many_till, many0};
+use nom::multi::{fold_many0, many_till};
 use nom::sequence::preceded;
+use nom::{Err as NomErr, Parser};
 
 use super::enum_names::EnumNames;
 use super::numbers::{double, float, int32, uint32};
@@ -95,7 +95,7 @@ fn single<'a, T>(
 
 /// The number of values after which a list looks whether reading has to end. The reader says so
 /// after the list.
-const TURN: u32 = 1 << 16;
+const TURN: usize = 1 << 16;
 
 /// Parses the value of a multiple-value field: `[ a, b c, ]`, or one value without brackets.
 /// Several numbers without brackets are accepted too.
@@ -113,21 +113,25 @@ fn list<'a, T>(
         let (rest, values) = without_brackets(input, one)?;
         return Ok((rest, read(values, None)));
     };
-    let mut count = 0_u32;
-    let in_time = |input| {
-        count = count.wrapping_add(1);
-        match count.is_multiple_of(TURN) && work::is_cut() {
-            true => fail(input, Problem::Expected("time to read on")),
-            false => one.parse(input),
+    let (mut rest, mut values) = (rest, Vec::new());
+    loop {
+        let next = skip(rest);
+        let is_cut = values.len() % TURN == TURN - 1 && work::is_cut();
+        match one.parse(next) {
+            Ok((after, value)) if !is_cut && after.len() < next.len() => {
+                values.push(value);
+                rest = after;
+            }
+            Err(failure @ NomErr::Failure(_)) => return Err(failure),
+            _ => break,
         }
-    };
-    let (rest, mut values) = many0(token(in_time)).parse(rest)?;
+    }
     match token(mark(']')).parse(rest) {
         Ok((rest, _)) => {
             values.shrink_to_fit();
             Ok((rest, read(values, None)))
         }
-        // `many0` discards the error that ended the list, so the parser runs again to return it.
+        // The parser runs again to return the mistake that ended the list.
         Err(_) => {
             let mistake = token(one).parse(rest).err().map(SyntaxError::from);
             let rest = past_list(mistake.as_ref().map_or(rest, |mistake| mistake.at));
@@ -170,10 +174,12 @@ fn nothing(input: &[u8]) -> Parsed<'_, ()> {
 #[inline]
 fn array<'a, const N: usize, T: Copy + Default>(
     input: &'a [u8],
-    one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+    mut one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
 ) -> Parsed<'a, [T; N]> {
-    let mut out = [T::default(); N];
-    let (rest, ()) = fill(token(one), &mut out).parse(input)?;
+    let (mut rest, mut out) = (input, [T::default(); N]);
+    for value in &mut out {
+        (rest, *value) = one.parse(skip(rest))?;
+    }
     Ok((rest, out))
 }
 
