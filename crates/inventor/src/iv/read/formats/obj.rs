@@ -103,6 +103,9 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
         .builder
         .asm
         .spend_read(bytes.len() - charged, bytes.len())?;
+    if reader.groups.is_empty() {
+        reader.lone_points(Span::new(0, bytes.len()));
+    }
     reader.shapes()
 }
 
@@ -249,6 +252,28 @@ impl ObjReader<'_, '_> {
         if wants_normals {
             put(&mut shape.normals, 2);
         }
+    }
+
+    /// Draws the points of a file without faces, lines and points, which is a cloud of them.
+    fn lone_points(&mut self, span: Span) {
+        let points: Vec<i32> = (0..self.lists.points.len() as i32).collect();
+        if points.is_empty() {
+            return;
+        }
+        let help = "its vertices are drawn as points";
+        let message = "the file has no faces, lines and points";
+        self.builder.warn(span, message).help(help);
+        let key = ShapeKey {
+            kind: Kind::Points,
+            ..ShapeKey::default()
+        };
+        let corners = Corners {
+            points,
+            span,
+            ..Corners::default()
+        };
+        let group = self.groups.entry(self.group.clone()).or_default();
+        group.insert(key, corners);
     }
 
     /// Adds the nodes of all groups.

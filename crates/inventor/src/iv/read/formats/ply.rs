@@ -97,6 +97,8 @@ struct Numbers<'b> {
     bytes: &'b [u8],
     at: usize,
     form: Form,
+    /// Whether each entry of the elements has a line of its own.
+    by_line: bool,
 }
 
 /// What a file states.
@@ -124,6 +126,7 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
         bytes,
         at: header.length,
         form: header.form,
+        by_line: header.has_lines_of_entries(bytes),
     };
     let mut mesh = PlyMesh::default();
     for element in &header.elements {
@@ -212,6 +215,20 @@ fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
     ))
 }
 
+impl PlyHeader {
+    /// Whether a file of text has as many lines as entries. A line with more numbers than its entry
+    /// then costs no other entry.
+    fn has_lines_of_entries(&self, bytes: &[u8]) -> bool {
+        let counts = self.elements.iter().map(|element| element.count);
+        let count = counts.fold(0_u64, u64::saturating_add);
+        self.form == Form::Text && {
+            let lines = bytes[self.length..].split(|b| matches!(b, b'\n' | b'\r'));
+            let lines = lines.filter(|line| !line.trim_ascii().is_empty());
+            lines.count() as u64 == count
+        }
+    }
+}
+
 /// Returns the error of a damaged header.
 fn damaged(builder: &Builder<'_, '_>, span: Span, message: String) -> Box<Diagnostic> {
     builder
@@ -275,6 +292,18 @@ impl Numbers<'_> {
         std::str::from_utf8(&rest[..length]).ok()?.parse().ok()
     }
 
+    /// Goes on to the next line, if each entry has one. Returns whether that passes anything.
+    fn end_line(&mut self) -> bool {
+        let rest = match self.by_line {
+            true => self.bytes.get(self.at..).unwrap_or_default(),
+            false => &[],
+        };
+        let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
+        let line = &rest[..end.unwrap_or(rest.len())];
+        self.at += line.len();
+        !line.trim_ascii().is_empty()
+    }
+
     /// Whether a whole list of numbers may remain.
     fn holds(&self, count: f64, kind: Number) -> bool {
         let least = if self.form == Form::Text {
@@ -303,6 +332,12 @@ impl PlyMesh {
         if !matches!(&*element.name, "vertex" | "face" | "tristrips" | "edge") {
             let message = format!("the element `{}` is not drawn", element.name);
             builder.warn(Span::at(0), message);
+        }
+        let is_by_corner = |p: &Property| p.name == "texcoord" && p.length.is_some();
+        if element.name == "face" && element.properties.iter().any(is_by_corner) {
+            let message = "texture coordinates by corner are not read";
+            let help = "the texture is left out; coordinates of vertices are read";
+            builder.warn(Span::at(0), message).help(help);
         }
         if element.properties.is_empty() {
             return Ok(true);
@@ -340,6 +375,15 @@ impl PlyMesh {
                         None => return Ok(false),
                     }
                 }
+            }
+            let end = numbers.at;
+            if numbers.end_line() {
+                let message = format!(
+                    "a `{}` has more numbers than the header states",
+                    element.name
+                );
+                let found = builder.damage(Span::new(end, numbers.at), message);
+                found.help("the rest of its line is skipped");
             }
             match &*element.name {
                 "vertex" => self.vertex(element, &uses, &values),
