@@ -261,15 +261,7 @@ impl WindowModel {
     }
 
     fn go_to(&mut self, setup: Setup) {
-        let files = |plan: &Plan| {
-            (
-                plan.scene.clone(),
-                plan.environment.clone(),
-                plan.light.studio,
-            )
-        };
-        let other = |a: &Plan, b: &Plan| files(a) != files(b);
-        let reopen = other(&setup.plan, &self.setup.plan);
+        let reopen = is_opened_anew(&setup.plan, &self.setup.plan);
         self.setup = setup;
         self.playing = None;
         if reopen {

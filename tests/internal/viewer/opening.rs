@@ -277,4 +277,9 @@ fn a_file_of_each_kind_that_is_dropped_does_what_the_window_says() {
         Some(Surroundings::Picture(light))
     );
     check_words(bench.setup());
+    bench.change(|m| {
+        m.undo();
+        assert!(m.opening, "the light is taken from the scene again");
+    });
+    assert_eq!(bench.setup().plan.light.surroundings, None);
 }
