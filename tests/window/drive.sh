@@ -14,8 +14,9 @@ set -euo pipefail
 ivcam=$(realpath "$1") out=$(realpath -m "${2:-/tmp/ivcam-window}")
 cd "$(dirname "$0")/../.."
 mkdir -p "$out"; rm -f "$out"/*.png "$out"/*.txt
-export DISPLAY=:${DISPLAY_NUMBER:-77} LIBGL_ALWAYS_SOFTWARE=1
-Xvfb "$DISPLAY" -screen 0 1360x860x24 -nolisten tcp >"$out/xvfb.txt" 2>&1 & xvfb=$!
+export DISPLAY=:${DISPLAY_NUMBER:-77} LIBGL_ALWAYS_SOFTWARE=1 XDG_STATE_HOME=$out
+# The window is 860 high, and leaves 72 points of the screen to the desktop.
+Xvfb "$DISPLAY" -screen 0 1360x940x24 -nolisten tcp >"$out/xvfb.txt" 2>&1 & xvfb=$!
 window=$xvfb
 trap 'kill "$window" "$xvfb" 2>/dev/null || true' EXIT
 
