@@ -11,8 +11,8 @@ use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed};
 use super::{
     catalog, check, compare, completions, converge, convert, convert_folder, expose, farm, flags,
-    folder_of_scenes, frames, lens, licenses, man, merge, nodes, outputs, pull_focus, render,
-    render_folder, stability, team, usage, view, vintage_help, wrong_file,
+    folder_of_scenes, frames, gallery, lens, licenses, man, merge, nodes, outputs, pull_focus,
+    render, render_folder, stability, team, usage, view, vintage_help, wrong_file,
 };
 use crate::photo::options::command_line;
 use crate::photo::{Era, Plan, Session};
@@ -197,6 +197,7 @@ fn run_command(
             None => convert::run(m, out),
         },
         Some(("lens", m)) => lens::run(m, out),
+        Some(("gallery", m)) => gallery::run(m, words),
         Some(("licenses", m)) => licenses::run(m, out),
         Some(("man", m)) => man::run(m, &commands(), out),
         Some(("merge", m)) => merge::run(m, &command_line(words)),
@@ -242,7 +243,7 @@ fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
 }
 
 /// The commands that have the flags of a render.
-const RENDERING: [&str; 4] = ["render", "compare", "converge", "pull-focus"];
+const RENDERING: [&str; 5] = ["render", "compare", "converge", "gallery", "pull-focus"];
 
 /// Returns an error for an unknown flag with one dash, which clap would misread.
 fn check_flags(words: &[OsString]) -> Result<()> {
@@ -326,6 +327,7 @@ pub(super) fn commands() -> Command {
         .subcommand(expose::command())
         .subcommand(pull_focus::command())
         .subcommand(frames::command())
+        .subcommand(gallery::command())
         .subcommand(farm::command())
         .subcommand(merge::command())
         .subcommand(lens::command())

@@ -22,6 +22,7 @@ pub(crate) mod fit;
 pub mod flags;
 mod folder_mode;
 pub(crate) mod frames;
+mod gallery;
 mod keeping;
 pub(crate) mod lens;
 mod lens_batch;

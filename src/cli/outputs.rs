@@ -52,7 +52,9 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .filter(takes_values)
         .partition(|arg| OUTPUTS.contains(&arg.get_id().as_str()));
     // The output of a folder of scenes or pictures is a folder, which need not exist.
-    let is_folder = folder_of_scenes(matches).is_some() || compares_folder(matches);
+    let is_folder = folder_of_scenes(matches).is_some()
+        || compares_folder(matches)
+        || command.get_name() == "gallery";
     let outputs: Vec<(String, PathBuf)> = outputs
         .into_iter()
         .filter(|arg| !is_folder || arg.get_id() != "output")

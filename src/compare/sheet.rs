@@ -25,6 +25,15 @@ pub(crate) struct ComparisonSheet {
     pub pixels: Vec<[u8; 3]>,
 }
 
+/// A picture of a contact sheet, with two lines of text below it.
+pub(crate) struct ContactPicture {
+    /// Pixels across.
+    pub width: usize,
+    /// The levels of red, green and blue, row by row from the top.
+    pub levels: Vec<u8>,
+    pub lines: [String; 2],
+}
+
 /// Colors of the difference from 0 to the end of the scale.
 const RAMP: [[f64; 3]; 6] = [
     [0.0, 0.0, 0.02],
@@ -76,6 +85,32 @@ impl ComparisonSheet {
         sheet.bar(left(2), top + tall + 4, wide, scale);
         for (i, line) in lines.iter().enumerate() {
             sheet.write(left(0), top + tall + BORDER + LINE * i, line);
+        }
+        sheet
+    }
+
+    /// Draws pictures in rows of `columns`, with their texts. A picture larger than the first is
+    /// cut.
+    pub(crate) fn of_pictures(pictures: &[ContactPicture], columns: usize) -> Self {
+        let (wide, tall) = pictures.first().map_or((0, 0), |first| {
+            (first.width, first.levels.len() / (3 * first.width.max(1)))
+        });
+        let columns = columns.min(pictures.len()).max(1);
+        let rows = pictures.len().div_ceil(columns);
+        let step = [wide + BORDER, tall + 2 * LINE + BORDER];
+        let mut sheet = Self::blank(BORDER + columns * step[0], BORDER + rows * step[1]);
+        for (number, picture) in pictures.iter().enumerate() {
+            let left = BORDER + number % columns * step[0];
+            let top = BORDER + number / columns * step[1];
+            for (i, pixel) in picture.levels.as_chunks::<3>().0.iter().enumerate() {
+                let (x, y) = (i % picture.width, i / picture.width);
+                if x < wide && y < tall {
+                    sheet.set(left + x, top + y, *pixel);
+                }
+            }
+            for (i, line) in picture.lines.iter().enumerate() {
+                sheet.write(left, top + tall + 3 + LINE * i, &fitting(line, wide));
+            }
         }
         sheet
     }
