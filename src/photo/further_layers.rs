@@ -63,7 +63,9 @@ impl Session {
             };
             let motion =
                 self.with_own_render(|render| render.motion(self.region(), samples, moment));
-            image.add(["forward.u", "forward.v"], |i| [motion[i].x, 0.0 - motion[i].y]);
+            image.add(["forward.u", "forward.v"], |i| {
+                [motion[i].x, 0.0 - motion[i].y]
+            });
         }
         match self.plan.layers.mattes {
             true => self.add_mattes(exposure, image),
