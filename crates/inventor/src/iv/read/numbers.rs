@@ -8,7 +8,7 @@ use super::syntax_error::{Parsed, Problem, fail, or};
 use super::tokens::def_name;
 
 /// Returns the number of digits at the start of the input and their value, if there are less than
-/// eight and eight bytes of input. All bytes are looked at together, without branches that depend
+/// eight and eight bytes of input. All bytes are processed together, without branches that depend
 /// on the length: with a loop over digits, reading takes half as long again.
 #[inline(always)]
 fn few_digits(input: &[u8]) -> Option<(usize, u64)> {

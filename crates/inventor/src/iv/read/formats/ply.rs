@@ -292,7 +292,7 @@ impl Numbers<'_> {
         std::str::from_utf8(&rest[..length]).ok()?.parse().ok()
     }
 
-    /// Goes on to the next line, if each entry has one. Returns whether that passes anything.
+    /// Skips the rest of a line, if each entry has one. Returns whether that passes anything.
     fn end_line(&mut self) -> bool {
         let rest = match self.by_line {
             true => self.bytes.get(self.at..).unwrap_or_default(),
@@ -304,6 +304,24 @@ impl Numbers<'_> {
         !line.trim_ascii().is_empty()
     }
 
+    /// Reads a list with the types of its length and its numbers, and keeps it. Returns `None` at the
+    /// end.
+    fn list(&mut self, [length, kind]: [Number; 2], kept: Option<&mut Vec<i32>>) -> Option<()> {
+        let length = self
+            .next(length)
+            .filter(|length| self.holds(*length, kind))?;
+        match kept {
+            None => (0..length as u64).try_for_each(|_| self.next(kind).map(drop)),
+            Some(list) => {
+                list.clear();
+                (0..length as u64).try_for_each(|_| {
+                    list.push(self.next(kind)? as i32);
+                    Some(())
+                })
+            }
+        }
+    }
+
     /// Whether a whole list of numbers may remain.
     fn holds(&self, count: f64, kind: Number) -> bool {
         let least = if self.form == Form::Text {
@@ -313,6 +331,20 @@ impl Numbers<'_> {
         };
         count >= 0.0
             && count * least as f64 <= (self.bytes.len() - self.at.min(self.bytes.len())) as f64
+    }
+}
+
+/// Says what of an element is not drawn.
+fn warn_about(builder: &mut Builder<'_, '_>, element: &PlyElement) {
+    if !matches!(&*element.name, "vertex" | "face" | "tristrips" | "edge") {
+        let message = format!("the element `{}` is not drawn", element.name);
+        builder.warn(Span::at(0), message);
+    }
+    let is_by_corner = |p: &Property| p.name == "texcoord" && p.length.is_some();
+    if element.name == "face" && element.properties.iter().any(is_by_corner) {
+        let message = "texture coordinates by corner are not read";
+        let help = "the texture is left out; coordinates of vertices are read";
+        builder.warn(Span::at(0), message).help(help);
     }
 }
 
@@ -329,16 +361,7 @@ impl PlyMesh {
             .iter()
             .map(|p| Use::of(&element.name, p))
             .collect();
-        if !matches!(&*element.name, "vertex" | "face" | "tristrips" | "edge") {
-            let message = format!("the element `{}` is not drawn", element.name);
-            builder.warn(Span::at(0), message);
-        }
-        let is_by_corner = |p: &Property| p.name == "texcoord" && p.length.is_some();
-        if element.name == "face" && element.properties.iter().any(is_by_corner) {
-            let message = "texture coordinates by corner are not read";
-            let help = "the texture is left out; coordinates of vertices are read";
-            builder.warn(Span::at(0), message).help(help);
-        }
+        warn_about(builder, element);
         if element.properties.is_empty() {
             return Ok(true);
         }
@@ -358,22 +381,9 @@ impl PlyMesh {
                     }
                     continue;
                 };
-                let Some(length) = numbers.next(length) else {
+                let kept = (uses[place] == Use::Corners).then_some(&mut list);
+                if numbers.list([length, property.kind], kept).is_none() {
                     return Ok(false);
-                };
-                if !numbers.holds(length, property.kind) {
-                    return Ok(false);
-                }
-                let keeps = uses[place] == Use::Corners;
-                if keeps {
-                    list.clear();
-                }
-                for _ in 0..length as u64 {
-                    match numbers.next(property.kind) {
-                        Some(n) if keeps => list.push(n as i32),
-                        Some(_) => {}
-                        None => return Ok(false),
-                    }
                 }
             }
             let end = numbers.at;
