@@ -10,7 +10,6 @@ use ivcam_inventor::grammar::{class, directional_light};
 use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
-use ivcam_inventor::traversal::state::Language;
 use ivcam_render::camera::half_field;
 use ivcam_render::scene::{CompileOptions, Light, RenderScene, Survey};
 
@@ -39,9 +38,10 @@ pub(super) fn resolve_pose(
             (None, _) => WholeView::Side(ViewDirection::FRONT),
         },
     };
-    let is_vrml97 = Language::of(snapshot.document()) == Language::Vrml97;
+    let format = &snapshot.document().format;
+    let has_viewpoint = ["VRML V2", "X3D"].iter().any(|own| format.starts_with(own));
     Ok(match view {
-        WholeView::Standard if is_vrml97 => CameraPose::default_viewpoint(),
+        WholeView::Standard if has_viewpoint => CameraPose::default_viewpoint(),
         WholeView::Standard => view_of_everything(bounds(), plan, ViewDirection::FRONT),
         WholeView::Side(side) => view_of_everything(bounds(), plan, side),
     })

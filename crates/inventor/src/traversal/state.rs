@@ -673,9 +673,11 @@ pub enum Language {
 }
 
 impl Language {
-    /// Returns the language that the document's header names.
+    /// Returns the language that the document's header names. X3D, and the formats that are read as
+    /// its nodes, have the rules of VRML97.
     pub fn of(document: &Document) -> Self {
         match &document.format {
+            _ if document.is_x3d() => Self::Vrml97,
             f if f.starts_with("VRML V1") => Self::Vrml1,
             f if f.starts_with("VRML V2") => Self::Vrml97,
             _ => Self::Inventor,
