@@ -1,6 +1,7 @@
 //! Conversion of colors from a screen's values to linear light.
 
 use ivcam_render::scene::ColorCoding;
+use ivcam_render::scene::model::{Light, LightShape};
 
 /// Returns the linear light of a value from 0 to 1, by the curve of sRGB (IEC 61966-2-1). Values
 /// outside continue the curve's ends.
@@ -8,10 +9,15 @@ pub(super) fn linear(value: f32) -> f32 {
     ColorCoding::Display.light_of(value)
 }
 
-/// Returns the illuminance of a light whose level of white is `level`: π for 1. Levels are limited
-/// to 0 … 1e12, because the linear light of larger ones exceeds 32-bit numbers.
-pub(super) fn illuminance(level: f32) -> f64 {
-    std::f64::consts::PI * f64::from(linear(level.clamp(0.0, 1e12)))
+/// Returns the illuminance of a light at a distance in meters: π if it lights white to white.
+/// Levels are limited to 0 … 1e12, because the linear light of larger ones exceeds 32-bit numbers.
+pub(super) fn illuminance(light: &Light, distance: f64) -> f64 {
+    let illuminance = match (light.linear, light.shape) {
+        (true, LightShape::Directional) => f64::from(light.intensity),
+        (true, _) => f64::from(light.intensity) / (distance * distance),
+        (false, _) => f64::from(linear(light.level_at(distance).clamp(0.0, 1e12))),
+    };
+    std::f64::consts::PI * illuminance
 }
 
 /// Returns the linear light of a color.

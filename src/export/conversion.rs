@@ -1,8 +1,11 @@
 //! Converts a document to the bytes of a file, and reports what is lost.
 
+use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_inventor::iv::{Document, Format};
-use ivcam_render::scene::model::{Feature, Model, ModelOptions, Motion, Place, Sampling};
+use ivcam_render::scene::model::{
+    Feature, LightShape, Model, ModelOptions, Motion, Place, Sampling,
+};
 use ivcam_render::scene::{draws_nothing, snapshot};
 
 use super::losses::Losses;
@@ -55,7 +58,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         conversion.is_empty = draws_nothing(&taken, &options.model.compile);
         return Ok(conversion);
     }
-    let model = Model::of(&taken, &options.model);
+    let mut model = Model::of(&taken, &options.model);
     let mut conversion = Conversion {
         is_empty: model.is_empty() && draws_nothing(&taken, &options.model.compile),
         diagnostics: model.diagnostics.clone(),
@@ -63,7 +66,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     };
     let losses = &mut conversion.losses;
     losses.add_model(&model, target);
-    if model.offset != glam::DVec3::ZERO && !target.holds(Feature::Offset) {
+    if model.offset != DVec3::ZERO && !target.holds(Feature::Offset) {
         losses.feature(Feature::Offset, &Place::default(), 1);
     }
     let motion = motion(document, &model, options);
@@ -74,6 +77,9 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         for (node, _) in &motion.nodes {
             losses.feature(Feature::Motion, &model.nodes[*node].place, 1);
         }
+    }
+    if matches!(target, Target::X3d | Target::Vrml97 | Target::Inventor) {
+        light_by_levels(&mut model, losses);
     }
     match target {
         Target::Glb | Target::Gltf => {
@@ -101,6 +107,24 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         }
     }
     Ok(conversion)
+}
+
+/// Replaces lights of glTF by lights of a screen's levels, which are right at the scene's center.
+fn light_by_levels(model: &mut Model, losses: &mut Losses) {
+    let bounds = model.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
+    let (center, radius) = (
+        0.5 * (bounds.0 + bounds.1),
+        0.5 * (bounds.1 - bounds.0).length(),
+    );
+    for light in model.lights.iter_mut().filter(|light| light.linear) {
+        if light.shape != LightShape::Directional {
+            let text =
+                "the light falls off by the distance, which is near the inverse square of light";
+            losses.add(Feature::LightFalloff.code(), text, light.place.clone(), 1);
+        }
+        let distance = light.position.distance(center).max(0.1 * radius).max(1e-6);
+        *light = light.on_screen(distance);
+    }
 }
 
 /// Writes a scene in the language of its file, Inventor or VRML97, as text or in binary.

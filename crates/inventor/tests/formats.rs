@@ -5,12 +5,13 @@ use std::sync::Arc;
 
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
-    appearance, class, color, color_rgba, coordinate, indexed_triangle_set, physical_material,
-    texture_coordinate, time_sensor, vrml97_indexed_face_set as faces97, vrml97_material,
-    vrml97_shape, vrml97_transform,
+    appearance, class, color, color_rgba, coordinate, indexed_triangle_set, metadata_boolean,
+    physical_material, texture_coordinate, time_sensor, vrml_light,
+    vrml97_indexed_face_set as faces97, vrml97_material, vrml97_shape, vrml97_transform,
 };
-use ivcam_inventor::iv::{Document, Format, Limits, Loader, NoFiles, NodeRef};
+use ivcam_inventor::iv::{Document, Format, LINEAR_LIGHT, Limits, Loader, NoFiles, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 
 use super::iv::messages;
@@ -284,6 +285,36 @@ fn wrong_lines_of_obj_cost_one_face_each() {
     assert_eq!(set.get(faces97::COORD_INDEX), [0, 1, 2, -1]);
     let (source, span) = document.sink.items()[0].place.as_ref().expect("a place");
     assert_eq!(source.line_column(span.start).0, 4);
+}
+
+#[test]
+fn obj_of_vertices_alone_is_points() {
+    let document = read("v 0 0 0\nv 1 0 0 \nv 0 1 0\n");
+    let set = nodes(&document, "PointSet")[0];
+    let coord = set.get_node(faces97::COORD).expect("points");
+    assert_eq!(coord.get(coordinate::POINT), [Vec3::ZERO, Vec3::X, Vec3::Y]);
+    assert_eq!(messages(&document).len(), 1);
+}
+
+#[test]
+fn a_line_of_ply_with_too_many_numbers_costs_no_other_line() {
+    let whole = String::from_utf8(ply("ascii")).expect("text");
+    let more = whole.replace("3 0 1 2", "3 0 1 2 9 1 1 1");
+    let set = |text: &str| {
+        let document = read(text);
+        let set = nodes(&document, "IndexedFaceSet")[0];
+        let points = set.get_node(faces97::COORD).expect("points");
+        let points = points.get(coordinate::POINT).to_vec();
+        (
+            set.get(faces97::COORD_INDEX).to_vec(),
+            points,
+            messages(&document).len(),
+        )
+    };
+    let (index, points, said) = set(&more);
+    let (own_index, own_points, nothing) = set(&whole);
+    assert_eq!((index, points), (own_index, own_points));
+    assert_eq!([said, nothing], [1, 0]);
 }
 
 /// A square of PLY in one of its forms.
@@ -659,4 +690,21 @@ fn an_inline_includes_a_file_of_any_format() {
     assert_eq!(messages(&document), Vec::<String>::new());
     assert_eq!(document.included.len(), 4);
     assert_eq!(nodes(&document, "Shape").len(), 1 + 1 + 3 + 1 + 1);
+}
+
+#[test]
+fn a_light_of_gltf_stays_linear_light() {
+    let text = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [ { "nodes": [ 0 ] } ],
+        "nodes": [ { "extensions": { "KHR_lights_punctual": { "light": 0 } } } ],
+        "extensionsUsed": [ "KHR_lights_punctual" ],
+        "extensions": { "KHR_lights_punctual": { "lights": [
+            { "type": "point", "intensity": 12.5663706, "color": [ 1, 1, 1 ] } ] } } }"#;
+    let document = read_clean(text);
+    let again = read_clean(classic(&document));
+    for document in [document, again] {
+        let light = nodes(&document, "PointLight")[0];
+        assert_eq!(light.value("intensity"), Some(&Value::Float(4.0)));
+        let metadata = light.get_node(vrml_light::METADATA).expect("metadata");
+        assert_eq!(metadata.get(metadata_boolean::NAME), LINEAR_LIGHT);
+    }
 }

@@ -45,13 +45,15 @@ pub(super) fn light(light: &Light, around: LightBounds, losses: &mut Losses) -> 
     if light.shape == LightShape::Directional {
         return json!({
             "name": name, "type": "directional", "color": linear,
-            "intensity": color::illuminance(light.intensity),
+            "intensity": color::illuminance(light, 1.0),
         });
     }
-    losses.feature(Feature::LightFalloff, &light.place, 1);
+    if !light.linear {
+        losses.feature(Feature::LightFalloff, &light.place, 1);
+    }
     let distance = light.position.distance(around.center);
     let distance = distance.max(0.1 * around.radius);
-    let candela = color::illuminance(light.level_at(distance)) * distance * distance;
+    let candela = color::illuminance(light, distance) * distance * distance;
     let mut value = json!({
         "name": name, "type": "point", "color": linear, "intensity": candela,
     });

@@ -72,13 +72,15 @@ pub(super) fn light(
     ));
     out.line("bool inputs:normalize = 1");
     if is_far {
-        let intensity = illuminance(light.intensity);
+        let intensity = illuminance(light, 1.0);
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line("float inputs:angle = 0");
     } else {
-        losses.feature(Feature::LightFalloff, &light.place, 1);
+        if !light.linear {
+            losses.feature(Feature::LightFalloff, &light.place, 1);
+        }
         // A normalized sphere of radiance L = I / (4πr²) has the illuminance π L r² / d².
-        let intensity = 4.0 * illuminance(light.level_at(distance)) * distance * distance;
+        let intensity = 4.0 * illuminance(light, distance) * distance * distance;
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line(format_args!("float inputs:radius = {}", 1e-3 * size));
         out.line("bool treatAsPoint = 1");

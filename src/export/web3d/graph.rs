@@ -9,7 +9,7 @@ use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{
-    Camera, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
+    Camera, Feature, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
 };
 
 use crate::export::appearance::Appearance;
@@ -215,7 +215,14 @@ impl GraphBuilder<'_> {
         let class = match light.shape {
             LightShape::Directional => "DirectionalLight",
             LightShape::Point => "PointLight",
-            LightShape::Spot { inner, outer, .. } => {
+            LightShape::Spot {
+                inner,
+                outer,
+                exponent,
+            } => {
+                if exponent.is_some_and(|exponent| exponent > 0.0) {
+                    self.losses.feature(Feature::SpotFalloff, &light.place, 1);
+                }
                 fields.push(("beamWidth", Value::Float(inner.clamp(1e-3, WIDEST))));
                 fields.push(("cutOffAngle", Value::Float(outer.clamp(1e-3, WIDEST))));
                 "SpotLight"

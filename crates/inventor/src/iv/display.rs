@@ -3,6 +3,10 @@
 
 use glam::Vec3;
 
+/// The name of the `MetadataBoolean` in the field `metadata` of a light whose intensity and
+/// attenuation are of linear light, as glTF's are, and not of the levels of a screen.
+pub const LINEAR_LIGHT: &str = "linear light";
+
 /// Returns the linear light of a value of a screen.
 pub(crate) fn linear_of_display(value: f32) -> f32 {
     match value <= 0.04045 {
@@ -12,7 +16,7 @@ pub(crate) fn linear_of_display(value: f32) -> f32 {
 }
 
 /// Returns the value of a screen of some linear light. It may be above 1.
-pub(crate) fn display_of_linear(light: f32) -> f32 {
+pub fn display_of_linear(light: f32) -> f32 {
     match light <= 0.003_130_8 {
         true => light * 12.92,
         false => 1.055 * libm::powf(light, 1.0 / 2.4) - 0.055,

@@ -24,6 +24,7 @@ pub use crate::grammar::value::{NodeId, Value};
 pub use declarations::Route;
 pub use descendants::Descendants;
 pub(crate) use display::display_color;
+pub use display::{LINEAR_LIGHT, display_of_linear};
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{FolderLoader, Loader, NoFiles};

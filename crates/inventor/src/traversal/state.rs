@@ -522,6 +522,8 @@ pub struct LightElement {
     pub least_divisor: f32,
     /// The distance in meters at which a VRML97 light ends; infinite for Inventor's lights.
     pub radius: f32,
+    /// Whether intensity and attenuation are of light, as glTF's, and not of a screen's levels.
+    pub linear: bool,
     /// The light's node.
     pub node: NodeId,
 }

@@ -526,6 +526,14 @@ impl PointLanes {
                 self.lit.rays.mask &= !(u32::from(!(cone > 0.0)) << lane);
             }
         }
+        if light.encoded > 0.0 {
+            for lane in bits(self.lit.rays.mask) {
+                let factor = self.lit.factor[lane];
+                let shown = light.shown(factor);
+                self.lit.share[lane] *= shown / factor.max(f32::MIN_POSITIVE);
+                self.lit.factor[lane] = shown;
+            }
+        }
     }
 
     /// Computes the directions to the viewer from the points with highlights.

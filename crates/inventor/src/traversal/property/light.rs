@@ -3,10 +3,10 @@
 use glam::{DVec3, Vec3};
 
 use crate::grammar::{
-    Class, Role, class, directional_light, light, point_light, spot_light, vrml_light,
-    vrml97_point_light, vrml97_spot_light,
+    Class, Role, class, directional_light, light, metadata_boolean, point_light, spot_light,
+    vrml_light, vrml97_point_light, vrml97_spot_light,
 };
-use crate::iv::NodeRef;
+use crate::iv::{LINEAR_LIGHT, NodeRef};
 use crate::traversal::state::{LightElement, LightKind, State};
 
 /// How far a light shines.
@@ -54,6 +54,7 @@ pub(in crate::traversal) fn light<'a>(
         attenuation: state.environment.attenuation,
         least_divisor: 0.0,
         radius: f32::INFINITY,
+        linear: false,
         node: node.id,
     };
     if is_vrml97 {
@@ -65,11 +66,21 @@ pub(in crate::traversal) fn light<'a>(
         let scale = libm::cbrt(world.determinant().abs()) as f32;
         let scale = if scale > 0.0 { scale } else { 1.0 };
         light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
-        light.least_divisor = 1.0;
+        light.linear = node.get_node(vrml_light::METADATA).is_some_and(says_linear);
+        light.least_divisor = if light.linear { 0.0 } else { 1.0 };
         light.ambient = node.get(vrml97_point_light::AMBIENT_INTENSITY);
         light.radius = node.get(vrml97_point_light::RADIUS) * scale;
     }
     Some(light)
+}
+
+/// Whether a metadata node of a light says that its numbers are light ([`LINEAR_LIGHT`]).
+fn says_linear(node: NodeRef<'_>) -> bool {
+    let is_named = node.get(metadata_boolean::NAME) == LINEAR_LIGHT;
+    is_named && node.class_id() == Some(class::METADATA_BOOLEAN) && {
+        let value = node.get(metadata_boolean::VALUE);
+        value.first().copied().unwrap_or(false)
+    }
 }
 
 /// Returns the kind of a light, with its cone.

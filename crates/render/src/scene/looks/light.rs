@@ -2,7 +2,10 @@
 
 use glam::{DVec3, Vec3};
 use ivcam_base::math::lanes::power;
+use ivcam_inventor::iv::display_of_linear;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
+
+use crate::scene::options::ColorCoding;
 
 /// A light of a compiled scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,6 +26,9 @@ pub struct Light {
     pub least_divisor: f32,
     /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
     pub radius: f32,
+    /// The intensity of a light whose light becomes the level of a screen where it arrives; 0 for
+    /// other lights.
+    pub encoded: f32,
     /// Whether the light is at the camera, so that nothing that is seen is in its shadow.
     pub at_eye: bool,
 }
@@ -45,10 +51,13 @@ pub struct IncidentLight {
 }
 
 impl Light {
-    /// Converts a light to a scene with an origin.
-    pub(crate) fn new(element: &LightElement, origin: DVec3) -> Self {
+    /// Converts a light to a scene with an origin. A light of glTF is encoded where light is
+    /// computed with the levels of a screen.
+    pub(crate) fn new(element: &LightElement, origin: DVec3, colors: ColorCoding) -> Self {
         let color = element.color * element.intensity;
+        let is_encoded = element.linear && colors == ColorCoding::Linear;
         Self {
+            encoded: if is_encoded { element.intensity } else { 0.0 },
             kind: element.kind,
             color,
             ambient: element.color * element.ambient,
@@ -62,7 +71,7 @@ impl Light {
     }
 
     /// The bits of all values, which are the same for lights that shine alike.
-    pub(super) fn bits(&self) -> [u32; 20] {
+    pub(super) fn bits(&self) -> [u32; 21] {
         let (kind, [inner, outer]) = match self.kind {
             LightKind::Directional => (0, [0.0; 2]),
             LightKind::Point => (1, [0.0; 2]),
@@ -79,8 +88,8 @@ impl Light {
             self.direction,
             self.attenuation,
         ];
-        let scalars = [inner, outer, self.least_divisor, self.radius];
-        let mut bits = [kind; 20];
+        let scalars = [inner, outer, self.least_divisor, self.radius, self.encoded];
+        let mut bits = [kind; 21];
         let values = vectors.iter().flat_map(Vec3::to_array).chain(scalars);
         for (bits, value) in bits.iter_mut().skip(1).zip(values) {
             *bits = (value + 0.0).to_bits(); // −0 becomes 0
@@ -110,6 +119,7 @@ impl Light {
             attenuation: Vec3::Z,
             least_divisor: 0.0,
             radius: f32::INFINITY,
+            encoded: 0.0,
             at_eye: true,
         }
     }
@@ -124,7 +134,7 @@ impl Light {
             return IncidentLight {
                 toward: -self.direction,
                 distance: f32::INFINITY,
-                color: self.color,
+                color: self.color * self.shown(1.0),
                 ambient: self.ambient,
             };
         }
@@ -137,17 +147,26 @@ impl Light {
         if distance > self.radius {
             factor = 0.0;
         }
-        let spot = self.cone(toward);
+        let factor = self.shown(factor * self.cone(toward));
         IncidentLight {
             toward,
             distance,
-            color: self.color * (factor * spot),
-            ambient: self.ambient * (factor * spot),
+            color: self.color * factor,
+            ambient: self.ambient * factor,
         }
     }
 }
 
 impl Light {
+    /// Returns a factor of the light as a factor of the color: that of the screen's level, if the
+    /// light is encoded.
+    pub(crate) fn shown(&self, factor: f32) -> f32 {
+        match self.encoded > 0.0 {
+            true => display_of_linear(self.encoded * factor) / self.encoded,
+            false => factor,
+        }
+    }
+
     /// Returns the cosine at the edge of a spot's cone, and the exponent of the cosine inside.
     /// Returns `None` for other lights.
     pub(crate) fn spot(&self) -> Option<(f32, f32)> {
@@ -210,6 +229,21 @@ mod tests {
         let near = light.reach(Vec3::new(0.0, 0.0, 1.0)).color.x;
         let far = light.reach(Vec3::new(0.0, 0.0, 3.0)).color.x;
         assert!((near / far - 9.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_light_of_gltf_shows_the_level_of_its_illuminance() {
+        let light = Light {
+            kind: LightKind::Point,
+            color: Vec3::splat(4.0),
+            attenuation: Vec3::X,
+            encoded: 4.0,
+            ..Light::headlight(Vec3::NEG_Z)
+        };
+        let level = |distance: f32| light.reach(Vec3::new(0.0, 0.0, distance)).color.x;
+        // The curve of sRGB gives white for 1 and a level of 0.5 for 0.214.
+        assert!((level(2.0) - 1.0).abs() < 1e-5);
+        assert!((level(libm::sqrtf(4.0 / 0.214_041_1)) - 0.5).abs() < 1e-5);
     }
 
     #[test]

@@ -261,6 +261,7 @@ mod tests {
             direction: DVec3::NEG_Z,
             attenuation: Vec3::Z,
             least_divisor: 0.0,
+            linear: false,
             radius: f32::INFINITY,
             node: NodeId(number),
         }

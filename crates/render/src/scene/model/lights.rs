@@ -2,7 +2,7 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use ivcam_inventor::grammar::value::Value;
-use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::iv::{NodeRef, display_of_linear};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::traversal::state::{LightElement, LightKind};
 
@@ -47,6 +47,10 @@ pub struct Light {
     pub direction: DVec3,
     /// The quadratic, linear and constant coefficient of the attenuation 1 / (a₀d² + a₁d + a₂).
     pub attenuation: Vec3,
+    /// The least value of that divisor: 1 for VRML97's lights.
+    pub least_divisor: f32,
+    /// Whether intensity and attenuation are of light, as glTF's, and not of a screen's levels.
+    pub linear: bool,
     /// The distance in meters at which the light ends; infinite for Inventor's lights.
     pub radius: f32,
     /// The share of the color that a VRML97 light adds to the ambient light; 0 for Inventor's
@@ -85,8 +89,9 @@ impl Light {
             LightKind::Spot { drop_off, cut_off } => {
                 let cut_off = angle(cut_off);
                 let exponent = 128.0 * finite_or(drop_off, 0.0).clamp(0.0, 1.0);
+                // A light that falls from full to none between two angles is half between them.
                 LightShape::Spot {
-                    inner: half_angle(exponent).min(cut_off),
+                    inner: (2.0 * half_angle(exponent) - cut_off).clamp(0.0, cut_off.max(0.0)),
                     outer: cut_off,
                     exponent: Some(exponent),
                 }
@@ -117,6 +122,8 @@ impl Light {
             } else {
                 Vec3::Z
             },
+            least_divisor: light.least_divisor,
+            linear: light.linear,
             radius: light.radius,
             ambient: finite_or(light.ambient, 0.0),
         }
@@ -126,13 +133,40 @@ impl Light {
 impl Light {
     /// The level of white that the light gives a surface that faces it at a distance, in its cone.
     pub fn level_at(&self, distance: f64) -> f32 {
+        let coding = |value: f32| match self.linear {
+            true => display_of_linear(value),
+            false => value,
+        };
         if self.shape == LightShape::Directional {
-            return self.intensity;
+            return coding(self.intensity);
         }
         let [quadratic, linear, constant] = self.attenuation.as_dvec3().to_array();
         let divisor = constant + distance * (linear + distance * quadratic);
+        let divisor = divisor.max(f64::from(self.least_divisor));
         let divisor = if divisor > 0.0 { divisor } else { 1.0 };
-        (f64::from(self.intensity) / divisor) as f32
+        coding((f64::from(self.intensity) / divisor) as f32)
+    }
+
+    /// The light for a format whose lights are levels of a screen: a level falls by the distance
+    /// nearly as its light by the square. It is right at a distance, such as that of the scene's
+    /// center, and full at a tenth of it or where it is white.
+    pub fn on_screen(&self, distance: f64) -> Self {
+        let level = self.level_at(distance);
+        let (nearer, attenuation) = match self.shape {
+            _ if !self.linear => return self.clone(),
+            LightShape::Directional => (1.0, Vec3::Z),
+            _ => {
+                let nearer = (1.0 / level.max(f32::MIN_POSITIVE)).clamp(1.0, 10.0);
+                (nearer, Vec3::new(0.0, nearer / distance as f32, 0.0))
+            }
+        };
+        Self {
+            intensity: level * nearer,
+            attenuation,
+            least_divisor: 1.0,
+            linear: false,
+            ..self.clone()
+        }
     }
 
     /// The rotation that turns −z to the light's direction.

@@ -29,6 +29,7 @@ use super::options::ModelOptions;
 use super::scene_model::{Model, Node, Part};
 use crate::scene::canvas::Canvas;
 use crate::scene::looks::{self, LightTree};
+use crate::scene::options::ColorCoding;
 use crate::scene::precision::are_in_reach;
 use crate::scene::{shapes, survey};
 
@@ -389,7 +390,8 @@ impl<'a> Visitor<'a> for Builder<'a> {
         }
         if !drawn.parts.iter().all(|(_, m)| m.unlit) {
             self.shapes += 1;
-            let compile = |light: &LightElement| looks::Light::new(light, DVec3::ZERO);
+            let compile =
+                |light: &LightElement| looks::Light::new(light, DVec3::ZERO, ColorCoding::Linear);
             let set = self.lights.set(&state.lights, compile) as usize;
             self.lit.resize(self.lit.len().max(set + 1), 0);
             self.lit[set] += 1;

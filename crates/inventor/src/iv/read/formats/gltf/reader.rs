@@ -12,10 +12,11 @@ use super::meshes::{MeshNodes, Posing};
 use super::schema::{Camera, Light, Node, Root};
 use crate::grammar::value::{NodeId, Rotation, Value};
 use crate::grammar::{
-    class, navigation_info, ortho_viewpoint, viewpoint, vrml97_directional_light as directional,
-    vrml97_group, vrml97_point_light as point, vrml97_spot_light as spot, vrml97_transform,
+    class, metadata_boolean, navigation_info, ortho_viewpoint, viewpoint,
+    vrml97_directional_light as directional, vrml97_group, vrml97_point_light as point,
+    vrml97_spot_light as spot, vrml97_transform,
 };
-use crate::iv::display::{display_color, display_of_linear};
+use crate::iv::display::{LINEAR_LIGHT, display_color};
 use crate::iv::read::assemble::Assembler;
 use crate::iv::read::formats::builder::Builder;
 
@@ -317,7 +318,8 @@ impl GltfReader<'_, '_, '_> {
     }
 
     /// Adds a light. One of π lux, or of π candela at a distance of 1, lights a white surface to
-    /// white, as one of the intensity 1 in X3D. glTF's intensities and colors are linear.
+    /// white, as one of the intensity 1 in X3D. The intensity stays linear, which
+    /// [`LINEAR_LIGHT`] says.
     fn light(&mut self, light: &Light) -> Result<NodeId> {
         self.has_lights = true;
         let class = match &*light.kind {
@@ -327,10 +329,19 @@ impl GltfReader<'_, '_, '_> {
         };
         let id = self.builder.node(class, Span::default())?;
         self.builder.name(id, &light.name);
-        let level = display_of_linear(light.intensity.max(0.0) / std::f32::consts::PI);
+        let linear = self
+            .builder
+            .node(class::METADATA_BOOLEAN, Span::default())?;
+        let name = Value::String(LINEAR_LIGHT.into());
+        self.builder.set(linear, metadata_boolean::NAME, name);
+        let value = Value::Bools(vec![true]);
+        self.builder.set(linear, metadata_boolean::VALUE, value);
+        self.builder
+            .set(id, directional::METADATA, Value::Node(Some(linear)));
+        let intensity = light.intensity.max(0.0) / std::f32::consts::PI;
         let color = display_color(Vec3::from_array(light.color).max(Vec3::ZERO));
         self.builder
-            .set(id, directional::INTENSITY, Value::Float(level));
+            .set(id, directional::INTENSITY, Value::Float(intensity));
         self.builder.set(id, directional::COLOR, Value::Vec3(color));
         if class == class::VRML97_DIRECTIONAL_LIGHT {
             self.builder.set(id, directional::GLOBAL, Value::Bool(true));
