@@ -13,7 +13,7 @@ use ivcam_base::memory::MemoryBudget;
 use ivcam_base::work::{Budget, StopCause};
 use ivcam_inventor::events::{Action, depends_on_viewer};
 use ivcam_inventor::iv::Document;
-use ivcam_inventor::pose::{CameraPose, Projection, ViewDirection};
+use ivcam_inventor::pose::{CameraPose, Projection, UpAxis, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::state::Language;
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
@@ -51,7 +51,7 @@ use super::pose::{Environment, inventor_bounds, own_focus, resolve_pose, view_of
 use super::snapshot_options::snapshot_for;
 use super::stopping::{GRACE, StopKeeper};
 use super::studio::{stopped_down, studio_of};
-use super::view::{Override, better_side};
+use super::view::{Override, better_side, photographed_side};
 
 /// The options that two runs of one picture may have different values of.
 pub(super) const FREE: [&str; 7] = [
@@ -286,7 +286,9 @@ impl Session {
         let mut projection = camera.projection(&pose);
         let mut scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
         let mut turned = None;
-        if may_turn && let Some(side) = better_side(&scene, &camera, &pose) {
+        let side = || better_side(&scene, &camera, &pose);
+        let other_side = || side().or_else(|| photographed_side(&scene, &camera, &pose));
+        if may_turn && let Some(side) = other_side() {
             let bounds = framed_bounds(&document, &snapshot, &plan);
             pose = view_of_everything(bounds, framing, side);
             projection = camera.projection(&pose);
@@ -579,9 +581,12 @@ impl Session {
     /// Returns a line for the user if the scene has no camera and is not seen from the front.
     pub fn view_notice(&self) -> Option<String> {
         let side = self.turned?.name();
+        let fault = match self.turned?.up {
+            UpAxis::Y => "shows next to nothing from the front",
+            _ => "its pictures are mirrored from the front: z is down",
+        };
         Some(format!(
-            "view: {side}, because the scene has no camera and shows next to nothing from the front; \
-             --view front keeps to it"
+            "view: {side}, because the scene has no camera and {fault}; --view front keeps to it"
         ))
     }
 

@@ -1,7 +1,7 @@
 //! The side from which a photograph shows a whole scene, and the color behind it.
 
-use glam::Vec3;
-use ivcam_inventor::pose::{CameraPose, ViewDirection};
+use glam::{DVec3, Vec3};
+use ivcam_inventor::pose::{CameraPose, UpAxis, ViewDirection};
 use ivcam_render::bvh::Ray;
 use ivcam_render::camera::Camera;
 use ivcam_render::scene::RenderScene;
@@ -130,6 +130,76 @@ pub(super) fn better_side(
     });
     let (side, share) = shares.reduce(|best, next| if next.1 > best.1 { next } else { best })?;
     (share >= NEXT_TO_NOTHING && share > 4.0 * front).then_some(side)
+}
+
+/// The share of what a camera sees that has to be a photograph seen from behind, and the share of
+/// it that may be after the camera has gone to the other side. A panorama of 388 patches and a
+/// wedge have all and nothing.
+const BEHIND: [f32; 2] = [0.95, 0.05];
+
+/// Returns the side from which the photographs on a scene's surfaces are not mirrored, if the
+/// camera, which looks at the whole scene from the front, sees them from behind: with z down, as in
+/// the frames of rovers' sites, the front is below the ground.
+///
+/// The camera stands where those of the photographs stood: what is up in them is away from it.
+pub(super) fn photographed_side(
+    scene: &RenderScene,
+    camera: &Camera,
+    pose: &CameraPose,
+) -> Option<ViewDirection> {
+    let (low, high) = scene.bounds()?;
+    let seen = photographs(scene, camera)?;
+    let facing = seen.facing.as_dvec3().normalize_or_zero();
+    if seen.mirrored < BEHIND[0] || facing.z > -0.7 {
+        return None;
+    }
+    let upward = seen.upward.as_dvec3();
+    let level = DVec3::new(upward.x, upward.y, 0.0);
+    let up = UpAxis::MinusZ;
+    let away = up.rotation().inverse() * level;
+    let azimuth = match level.length() > 0.2 {
+        true => libm::atan2(-away.x, -away.z).to_degrees().round(),
+        false => ViewDirection::THREE_QUARTER.azimuth,
+    };
+    let side = ViewDirection {
+        up,
+        ..ViewDirection::new(azimuth + 0.0, ViewDirection::THREE_QUARTER.elevation)
+    };
+    let middle = scene.origin + (0.5 * (low + high)).as_dvec3();
+    let there = pose.clone().turned_around(middle, side);
+    let again = photographs(scene, &camera.clone().posed(&there, scene.origin))?;
+    (again.mirrored <= BEHIND[1]).then_some(side)
+}
+
+/// What a camera sees of the photographs on surfaces.
+struct SeenPhotographs {
+    /// The share of the surfaces that it sees whose photograph is mirrored.
+    mirrored: f32,
+    /// The mean direction toward which photographs face, of length 1 if all have the same.
+    facing: Vec3,
+    /// The mean direction along surfaces that is up in photographs.
+    upward: Vec3,
+}
+
+/// Looks at the photographs on surfaces. Returns `None` if there are none.
+fn photographs(scene: &RenderScene, camera: &Camera) -> Option<SeenPhotographs> {
+    let (mut seen, mut count, mut mirrored) = (0.0_f32, 0.0_f32, 0.0_f32);
+    let (mut facing, mut upward) = (Vec3::ZERO, Vec3::ZERO);
+    for ray in rays_over(camera, GRID, &[[0.5; 2]]) {
+        let Some(hit) = scene.hit(&ray) else { continue };
+        seen += 1.0;
+        if let Some([outward, up]) = scene.photograph_at(&hit) {
+            count += 1.0;
+            mirrored += f32::from(u8::from(outward.dot(ray.direction) > 0.0));
+            facing += outward;
+            upward += up;
+        }
+    }
+    (count > 0.0).then(|| SeenPhotographs {
+        mirrored: mirrored / seen,
+        facing: facing / count,
+        upward: upward / count,
+    })
 }
 
 /// Returns the share of the picture in which a camera sees a surface.

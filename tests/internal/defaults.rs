@@ -146,6 +146,56 @@ fn a_scene_without_a_camera_is_seen_from_the_front_unless_that_shows_nothing() {
     }
 }
 
+/// X3D has VRML97's light (ISO/IEC 19775-1, 17.2.2), and not Inventor's ambient light.
+#[test]
+fn x3d_has_no_ambient_light_but_that_of_its_lights() {
+    let folder = Folder::new("x3d-light");
+    for (light, level) in [
+        ("", 0),
+        ("DirectionalLight { intensity 0 ambientIntensity 0.5 }", 128),
+    ] {
+        let scene = format!(
+            "#X3D V3.3 utf8\nPROFILE Immersive\nNavigationInfo {{ headlight FALSE }} {light}
+            Shape {{ appearance Appearance {{ material Material {{
+            diffuseColor 1 1 1 ambientIntensity 1 }} }} geometry Box {{ }} }}\n"
+        );
+        folder.file("box.x3dv", &scene);
+        let (seen, _) = levels(pinhole_plan(&folder, "box.x3dv"), &[(120, 80)]);
+        assert_eq!(seen, [[level; 3]], "{light}");
+    }
+}
+
+/// In the frame of a rover's site x is north, y east and z down. The picture of the ground, with
+/// north up, is mirrored for a camera below it.
+#[test]
+fn a_photograph_of_the_ground_is_not_seen_from_below() {
+    let folder = Folder::new("ground");
+    let ground = |east: i32| {
+        format!(
+            "#Inventor V2.1 ascii\nTexture2 {{ image 2 1 3 0xff0000 0x00ff00 }}
+            Coordinate3 {{ point [ 0 {west} 0, 0 {east} 0, 2 {east} 0, 2 {west} 0 ] }}
+            TextureCoordinate2 {{ point [ 0 0, 1 0, 1 1, 0 1 ] }}
+            IndexedFaceSet {{ coordIndex [ 0, 1, 2, 3, -1 ] }}\n",
+            west = -east
+        )
+    };
+    folder.file("down.iv", &ground(1));
+    folder.file("up.iv", &ground(-1));
+    let (_, session) = levels(pinhole_plan(&folder, "down.iv"), &[(120, 80)]);
+    let notice = session.view_notice().expect("another side");
+    assert!(notice.contains("-90,25,-z"), "{notice}");
+    let pose = &session.pose;
+    assert!(
+        pose.position.z < -0.5 && pose.direction().x > 0.5,
+        "{pose:?}"
+    );
+    // East is on the right, and up in the picture is away from the ground.
+    assert!((pose.orientation * glam::DVec3::X).y > 0.999, "{pose:?}");
+    assert!((pose.orientation * glam::DVec3::Y).z < -0.5, "{pose:?}");
+    let (_, session) = levels(pinhole_plan(&folder, "up.iv"), &[(120, 80)]);
+    assert_eq!(session.view_notice(), None);
+}
+
 /// What a file states is not overruled, except by an option that says so.
 #[test]
 fn a_view_and_a_background_of_the_plan_go_before_or_after_those_of_the_scene() {

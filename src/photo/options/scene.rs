@@ -186,7 +186,7 @@ pub(super) static OPTIONS: [Opt; 17] = [
     Opt::new(
         "view",
         Takes::One("SIDE"),
-        "the side to see the whole scene from: front, back, left, right, top, bottom, three-quarter, or AZIMUTH,ELEVATION in degrees; standard is what a viewer shows without a camera, in VRML97 from 0 0 10; else:SIDE only if the scene has no camera [its camera, or the front, or the side that shows something]",
+        "the side to see the whole scene from: front, back, left, right, top, bottom, three-quarter, or AZIMUTH,ELEVATION in degrees; with ,z or ,-z behind it where that axis is up; standard is what a viewer shows without a camera, in VRML97 from 0 0 10; else:SIDE only if the scene has no camera [its camera, or the front, or the side that shows something and its photographs unmirrored]",
     )
     .plan(
         |plan, words, _| {
@@ -196,7 +196,7 @@ pub(super) static OPTIONS: [Opt; 17] = [
         },
         |plan, _| if_any(plan.view, |view| view.word(WholeView::name)),
     )
-    .examples(&["--view top", "--view 35,25", "--view else:three-quarter", "--view standard"]),
+    .examples(&["--view top", "--view 35,25", "--view else:three-quarter", "--view top,-z", "--view standard"]),
     Opt::new(
         "background",
         Takes::One("COLOR"),

@@ -13,5 +13,5 @@ mod view_ray;
 pub use camera_pose::{CameraPose, FilmPlane};
 pub use projection::{Projection, ViewportMapping};
 pub use rotation::{axis_angle, quat, rotation_of, rotation_value};
-pub use view_direction::ViewDirection;
+pub use view_direction::{UpAxis, ViewDirection};
 pub use view_ray::{ViewExtent, ViewRay};

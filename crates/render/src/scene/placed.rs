@@ -70,6 +70,23 @@ impl RenderScene {
         })
     }
 
+    /// The directions of a picture on a hit triangle, of length 1: toward those who see it
+    /// unmirrored, and upward in it along the surface. Returns `None` without coordinates of a
+    /// texture.
+    pub fn photograph_at(&self, hit: &Hit) -> Option<[Vec3; 2]> {
+        let surface = self.surface(hit);
+        surface.texture.as_ref()?;
+        let [a, b, c] = self.corners(hit.primitive, hit.place)?;
+        let local = hit.primitive.checked_sub(surface.first)? as usize;
+        let [ta, tb, tc] = *surface.coordinates.get(local)?;
+        let ((p, q), (s, t)) = ((b - a, c - a), (tb - ta, tc - ta));
+        let turn = s.perp_dot(t);
+        let outward = (turn.signum() * p.cross(q)).try_normalize()?;
+        // The point of the surface moves by this while the second coordinate grows.
+        let upward = (turn.signum() * (s.x * q - t.x * p)).try_normalize()?;
+        (turn != 0.0).then_some([outward, upward])
+    }
+
     /// The corners of a triangle of a prototype, placed in the scene.
     #[cold]
     #[inline(never)]
