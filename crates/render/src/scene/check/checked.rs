@@ -12,6 +12,7 @@ use ivcam_inventor::snapshot::SentEvent;
 use serde_json::{Value as Json, json};
 
 use super::classes::classes;
+use super::contents;
 use super::json;
 use super::missing::{Missing, missing};
 use crate::scene::{CompileOptions, RenderScene, Survey, precision_warning, snapshot};
@@ -259,6 +260,9 @@ impl Checked {
             None => writeln!(out, "  bounds     nothing to see")?,
         }
         writeln!(out, "  triangles  {}", survey.triangles)?;
+        for (heading, line) in contents::lines(document) {
+            writeln!(out, "  {heading:<10} {line}")?;
+        }
         for event in &self.sent {
             let SentEvent {
                 time,

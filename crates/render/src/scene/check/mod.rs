@@ -4,6 +4,7 @@
 
 mod checked;
 mod classes;
+mod contents;
 mod files;
 mod json;
 mod missing;
