@@ -4,6 +4,7 @@
 
 mod against;
 mod align;
+mod conversions;
 mod corpus;
 mod coverage;
 mod damage;
@@ -22,6 +23,7 @@ mod pupils;
 mod readall;
 mod resume;
 mod roundtrip;
+mod rover;
 mod scaling;
 mod shared;
 mod speed;
@@ -45,6 +47,11 @@ const TOOLS: &[Tool] = &[
         "align",
         "PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] [--rows]",
         align::run,
+    ),
+    (
+        "conversions",
+        "PROGRAM FOLDER [--only TEXT] [--keep FOLDER]",
+        conversions::run,
     ),
     (
         "corpus",
@@ -72,6 +79,7 @@ const TOOLS: &[Tool] = &[
         roundtrip::run,
     ),
     ("resume", "PROGRAM [--kills N]", resume::run),
+    ("rover", "-o FOLDER [--columns N]", rover::run),
     ("scaling", "", scaling::run),
     (
         "speed",
