@@ -304,8 +304,8 @@ impl Numbers<'_> {
         !line.trim_ascii().is_empty()
     }
 
-    /// Reads a list with the types of its length and its numbers, and keeps it. Returns `None` at the
-    /// end.
+    /// Reads a list by the types of its length and its numbers, and keeps it. Returns `None` at
+    /// the end.
     fn list(&mut self, [length, kind]: [Number; 2], kept: Option<&mut Vec<i32>>) -> Option<()> {
         let length = self
             .next(length)
