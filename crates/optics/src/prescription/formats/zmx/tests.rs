@@ -73,7 +73,8 @@ fn surfaces_glasses_and_units_are_read() {
 fn what_can_not_be_traced_is_refused_by_name_and_line() {
     for (lines, says, line) in [
         ("  TYPE COORDBRK\n  PARM 3 x\n", "`x` is not a number", 12),
-        ("  TYPE PARAXIAL\n", "an ideal lens", 11),
+        ("  TYPE PARAXIAL\n", "has no focal length", 10),
+        ("  TYPE PARAX_XY\n", "an ideal lens of two powers", 11),
         ("  TYPE DGRATING\n", "grating", 11),
         (
             "  TYPE STANDARD\n  GLAS N-BK77 0 0 1.5 40\n",
