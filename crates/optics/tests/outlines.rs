@@ -154,3 +154,16 @@ fn an_outline_scales_with_its_lens() {
     assert!(corners.contains(&DVec2::new(2.5, 2.0)), "{corners:?}");
     assert!(passes(&lens, 2.4, 1.9) && !passes(&lens, 2.6, 0.0));
 }
+
+#[test]
+fn an_outline_is_a_polygon_of_a_few_corners() {
+    for (count, says) in [(2, "no polygon"), (257, "has 257 corners")] {
+        let corners = vec!["[1, 0]"; count].join(",");
+        let text = format!(
+            "{{\"surfaces\": [{{\"R\": 9, \"t\": 1, \"n_d\": 1.5, \"outline\": [{corners}]}}, {{\"R\": 0, \"t\": 9}}]}}"
+        );
+        let source = Arc::new(Source::new("a.json", text.into_bytes()));
+        let error = read(&source, &mut Sink::new()).unwrap_err();
+        assert!(error.message.contains(says), "{error}");
+    }
+}

@@ -362,6 +362,9 @@ pub(crate) enum Column {
 /// The largest number of surfaces of a lens. The largest lenses that are made have about 60.
 pub(crate) const MAX_SURFACES: usize = 1000;
 
+/// The largest number of corners of an outline. Its hull takes work by the third power of them.
+const MAX_CORNERS: usize = 256;
+
 /// Refuses a lens of too many surfaces. Readers ask this before they compute anything of the lens.
 ///
 /// # Errors
@@ -551,6 +554,15 @@ fn check_form(
         let message = format!("the outline of surface {i} is no polygon");
         return Err(fail(place(i, Column::SemiDiameter), message)
             .with_help("it has at least three corners"));
+    }
+    let corners = surface.outline.as_deref().map_or(0, <[DVec2]>::len);
+    if corners > MAX_CORNERS {
+        let message = format!("the outline of surface {i} has {corners} corners");
+        return Err(
+            fail(place(i, Column::SemiDiameter), message).with_help(format!(
+                "it has at most {MAX_CORNERS}: leave every second one out"
+            )),
+        );
     }
     Ok(())
 }
