@@ -249,6 +249,7 @@ mod tests {
     use ivcam_inventor::traversal::state::LightKind;
 
     use super::*;
+    use crate::scene::options::ColorCoding;
 
     /// Returns a point light at the origin whose intensity is the number of its node.
     fn numbered(number: u32) -> LightElement {
@@ -272,7 +273,7 @@ mod tests {
     }
 
     fn compile(light: &LightElement) -> Light {
-        Light::new(light, DVec3::ZERO)
+        Light::new(light, DVec3::ZERO, ColorCoding::Linear)
     }
 
     /// Makes random lists, each from an earlier one and some lights more, and compares the sets
