@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use crate::lens::analysis::ideal_lenses::ObjectsOfIdealLenses;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
-use crate::lens::trace::thin_lens::ObjectsOfIdealLenses;
 
 /// The beam that arrives at a height of the film. Its rays are given by places in a plane across
 /// the chief ray, in millimeters.

@@ -5,6 +5,7 @@ pub(crate) mod beam;
 pub(crate) mod curves;
 pub mod diffraction;
 pub mod ghosts;
+pub(crate) mod ideal_lenses;
 mod irradiance;
 pub(crate) mod points;
 pub(crate) mod psf;

@@ -5,5 +5,5 @@ pub(crate) mod intersect;
 pub(super) mod profile;
 pub mod ray;
 pub(crate) mod refraction;
-pub(crate) mod thin_lens;
+mod thin_lens;
 pub(crate) mod tracer;

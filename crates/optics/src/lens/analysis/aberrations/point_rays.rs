@@ -8,9 +8,9 @@
 use glam::{DMat2, DVec2, DVec3};
 
 use crate::lens::analysis::curves::Conjugate;
+use crate::lens::analysis::ideal_lenses::ObjectsOfIdealLenses;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
-use crate::lens::trace::thin_lens::ObjectsOfIdealLenses;
 use crate::lens::trace::tracer::Tracer;
 
 /// The rays of one object point at one wavelength. Lengths are in millimeters.
