@@ -23,6 +23,9 @@ use crate::scene::SmallLight;
 const SHARE: f64 = 1.0 / 32.0;
 /// The least number of pairs.
 const LEAST: usize = 16;
+/// The largest number of samples of an exposure by light paths that is longer than half of the
+/// picture's samples.
+const LONG: f64 = 64.0;
 /// The number of pairs that a thread exposes at once.
 pub(super) const AT_ONCE: usize = 32;
 /// The area in pixels from which a light is not searched for.
@@ -52,9 +55,10 @@ struct PairAmount {
     /// makes it as precise as the picture. Samples are stratified, so a long exposure is worth more
     /// than several short ones.
     longest: f64,
-    /// The least number of samples of an exposure by light paths. Of two exposures of one sample,
-    /// both rarely meet light that few paths carry, and only then show that the picture misses it.
-    least_of_paths: u32,
+    /// The number of samples up to which exposures by light paths are longer than half of the
+    /// picture's samples. Of two exposures of one sample, both rarely meet light that few paths
+    /// carry, and only then show that the picture misses it.
+    of_paths: f64,
 }
 
 /// The first look at a film whose samples go on.
@@ -63,13 +67,13 @@ const GLANCE: PairAmount = PairAmount {
     fewest: 512.0,
     most_samples: 0.0,
     longest: 1.0,
-    least_of_paths: 1,
+    of_paths: 0.0,
 };
 /// The first look at a final film, of at most about a quarter of a second beside its usual share.
 const FIRST_LOOK: PairAmount = PairAmount {
     most_samples: 262_144.0,
     longest: 4.0,
-    least_of_paths: 64,
+    of_paths: 65_536.0,
     ..GLANCE
 };
 /// The look at a final film whose error few pixels carry, if the first look left it unknown. Its
@@ -79,7 +83,7 @@ const SECOND_LOOK: PairAmount = PairAmount {
     fewest: 4.0 * FIRST_LOOK.fewest,
     most_samples: 4.0 * FIRST_LOOK.most_samples,
     longest: 16.0,
-    least_of_paths: 64,
+    of_paths: 4.0 * FIRST_LOOK.of_paths,
 };
 
 /// A pixel that is drawn for a pair.
@@ -185,8 +189,8 @@ impl Render<'_> {
         let wanted = usual.max((look.most_samples / each).min(look.fewest)) as usize;
         let wanted = wanted.clamp(LEAST, pixels.max(look.fewest as usize));
         let least = match self.shader.follows_paths() {
-            true => look.least_of_paths,
-            false => 1,
+            true => (look.of_paths / (2 * wanted) as f64).min(LONG) as u32,
+            false => 0,
         };
         let step = 1.0 / wanted as f64;
         let key = self.sampler.seed ^ 0x7061_6972 ^ u64::from(look.first);
