@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use glam::Vec3;
+
 use crate::grammar::{clip_plane, environment, fog, local_fog, shadow_style};
 use crate::iv::NodeRef;
 use crate::traversal::state::{EnvironmentElement, FogKind, State};
@@ -18,9 +20,14 @@ pub(super) fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
             environment::FOG_TYPE_SMOKE => FogKind::Smoke,
             _ => FogKind::None,
         },
-        fog_color: node.acting_or_default(environment::FOG_COLOR),
+        fog_color: finite(node.acting_or_default(environment::FOG_COLOR)),
         visibility: node.acting_or_default(environment::FOG_VISIBILITY),
     };
+}
+
+/// Returns a color with 0 for each component that is NaN or infinite, of which the reader warns.
+fn finite(color: Vec3) -> Vec3 {
+    color.map(|level| if level.is_finite() { level } else { 0.0 })
 }
 
 /// Applies a `LocalFog` that is enabled.
@@ -41,7 +48,7 @@ pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement>
             "EXPONENTIAL" => FogKind::Exponential,
             _ => FogKind::Linear,
         },
-        fog_color: node.get(fog::COLOR),
+        fog_color: finite(node.get(fog::COLOR)),
         visibility,
         ..state.environment
     })
