@@ -29,9 +29,12 @@ fn texture(node: NodeRef<'_>) -> Option<String> {
         node.class_id(),
         Some(class::TEXTURE2 | class::TEXTURE3 | class::IMAGE | class::IMAGE_TEXTURE)
     );
-    let names = PICTURES.iter().flat_map(|field| field.names(node));
-    let mut names = names.filter(|name| !name.starts_with("data:") && !name.is_empty());
-    names.next().filter(|_| is_texture).map(str::to_owned)
+    if !is_texture {
+        return None;
+    }
+    let mut names = PICTURES.iter().flat_map(|field| field.names(node));
+    let name = names.find(|name| !name.starts_with("data:") && !name.is_empty());
+    name.map(str::to_owned)
 }
 
 /// Returns what selects the levels of a node: the area on the screen in pixels, or the distance.
