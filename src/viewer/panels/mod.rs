@@ -50,7 +50,7 @@ pub(crate) struct Kit {
     lens_search: String,
     dialog: Option<dialog::Dialog>,
     fold: fold::Fold,
-    outside: outside::Outside,
+    outside: outside::DesktopRequests,
     /// Whether the list of keys is shown.
     keys: bool,
     hovering: Hovering,
@@ -107,7 +107,7 @@ impl Window {
             lens_search: String::new(),
             dialog: None,
             fold: fold::Fold::default(),
-            outside: outside::Outside::default(),
+            outside: outside::DesktopRequests::default(),
             keys: false,
             hovering: Hovering::default(),
             wheel: 0.0,

@@ -9,12 +9,12 @@ const DESKTOP: Vec2 = vec2(0.0, 72.0);
 
 /// What was asked of the desktop so far.
 #[derive(Default)]
-pub(super) struct Outside {
+pub(super) struct DesktopRequests {
     title: String,
     fits: bool,
 }
 
-impl Outside {
+impl DesktopRequests {
     /// Sets the title when the scene changes, and once, as soon as the size of the screen is known,
     /// reduces a window that is larger.
     pub(super) fn ask(&mut self, ctx: &Context, model: &WindowModel) {
