@@ -21,6 +21,7 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::{CompileOptions, RenderScene};
 
 use super::shared::pictures::peak_kilobytes;
+use super::shared::words::value_of;
 
 /// The cost of a process.
 #[derive(Clone, Copy)]
@@ -37,7 +38,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     if arguments.first().is_some_and(|a| a == "--one") {
         return one(Path::new(&arguments[1]));
     }
-    let value = |name: &str| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let value = |name: &str| value_of(name, &arguments);
     let [folder, program, ..] = arguments.as_slice() else {
         eprintln!("against FOLDER PROGRAM [--least BYTES] [--rows]");
         return ExitCode::from(2);

@@ -29,6 +29,7 @@ use ivcam::photo::{Era, Optics, Plan, Session};
 use serde_json::Value;
 
 use super::shared::scenes;
+use super::shared::words::value_of;
 
 /// A picture with 16 bits for each channel.
 type Picture = ImageBuffer<Rgb<u16>, Vec<u16>>;
@@ -120,14 +121,14 @@ struct Conversions {
 
 /// The results by format, and the losses of the pairs that are explained.
 #[derive(Default)]
-struct Sums {
+struct ConversionCounts {
     counts: BTreeMap<(usize, usize), usize>,
     losses: BTreeMap<(usize, String), usize>,
     files: usize,
 }
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let value = |name: &str| words.iter().skip_while(|w| *w != name).nth(1);
+    let value = |name: &str| value_of(name, &words);
     let [program, scenes_folder, ..] = words.as_slice() else {
         eprintln!("usage: conversions PROGRAM FOLDER [--only TEXT] [--keep FOLDER]");
         return ExitCode::from(2);
@@ -141,7 +142,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         folder: value("--keep").map_or_else(of_process, PathBuf::from),
     };
     let only = value("--only").map_or("", String::as_str);
-    let mut sums = Sums::default();
+    let mut sums = ConversionCounts::default();
     for (number, file) in scenes::below(Path::new(scenes_folder)).iter().enumerate() {
         let name = file.display().to_string();
         if !name.ends_with(".env") && name.contains(only) {
@@ -162,7 +163,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
 
 impl Conversions {
     /// Compares the pictures of a file with those of its conversions.
-    fn file(&self, file: &Path, folder: &Path, sums: &mut Sums) {
+    fn file(&self, file: &Path, folder: &Path, sums: &mut ConversionCounts) {
         let mut plan = Plan::of_era(Era::Modern, file);
         plan.optics = Optics::Pinhole;
         // Files that cannot be read are not the subject here.
@@ -217,7 +218,7 @@ impl Conversions {
             Ok(picture) => picture,
             Err(message) => return (REFUSED, message),
         };
-        let difference = Difference::of(original, &again);
+        let difference = PairDifference::of(original, &again);
         if let Some(result) = difference.result() {
             return (result, String::new());
         }
@@ -228,7 +229,8 @@ impl Conversions {
         let (light, seen) = (of(OF_LIGHT), of(SEEN));
         let flat = |file: &Path| self.picture(file, folder, "f").ok();
         let pair = flat(file).zip(flat(output));
-        let is_flat_equal = pair.is_some_and(|(a, b)| Difference::of(&a, &b).result().is_some());
+        let is_flat_equal =
+            pair.is_some_and(|(a, b)| PairDifference::of(&a, &b).result().is_some());
         if !light.is_empty() && is_flat_equal {
             return (LIGHT, light);
         }
@@ -297,14 +299,14 @@ impl Conversions {
 
 /// How far two pictures of the same size differ.
 #[derive(Clone, Copy, Debug)]
-struct Difference {
+struct PairDifference {
     /// The largest difference of a channel, of 65535.
     most: u16,
     /// The share of pixels that are not among those around them in the other picture.
     beyond: f64,
 }
 
-impl std::fmt::Display for Difference {
+impl std::fmt::Display for PairDifference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (levels, share) = (f64::from(self.most) / f64::from(LEVEL), 100.0 * self.beyond);
         write!(
@@ -314,7 +316,7 @@ impl std::fmt::Display for Difference {
     }
 }
 
-impl Difference {
+impl PairDifference {
     fn of(a: &Picture, b: &Picture) -> Self {
         let pairs = a.as_raw().iter().zip(b.as_raw());
         let most = pairs.map(|(a, b)| a.abs_diff(*b)).max().unwrap_or(0);
@@ -357,7 +359,7 @@ fn is_among(pixel: &Rgb<u16>, picture: &Picture, (x, y): (u32, u32)) -> bool {
     })
 }
 
-impl Sums {
+impl ConversionCounts {
     fn count(&self, format: usize, result: usize) -> usize {
         self.counts.get(&(format, result)).copied().unwrap_or(0)
     }
@@ -392,7 +394,7 @@ mod tests {
     #[test]
     fn a_moved_edge_is_an_edge_and_a_darker_surface_is_not() {
         let step = |at: u32, light: u16| picture(move |x| if x < at { 0 } else { light });
-        let result = |a: &Picture, b: &Picture| Difference::of(a, b).result();
+        let result = |a: &Picture, b: &Picture| PairDifference::of(a, b).result();
         let original = step(20, 60_000);
         assert_eq!(result(&original, &original), Some(0));
         assert_eq!(result(&original, &step(20, 60_200)), Some(1));

@@ -24,6 +24,7 @@ use ivcam_render::scene::{CompileOptions, RenderScene};
 
 use super::shared::pictures::peak_kilobytes;
 use super::shared::scenes;
+use super::shared::words::value_of;
 
 /// A random number generator with a seed.
 struct Dice(u64);
@@ -37,7 +38,7 @@ impl Dice {
 }
 
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
-    let option = |name| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let option = |name: &str| value_of(name, &arguments);
     let number = |name, otherwise: f64| -> f64 {
         let value = option(name).and_then(|v| v.parse().ok());
         value.unwrap_or(otherwise)

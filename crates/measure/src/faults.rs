@@ -16,6 +16,8 @@ use ivcam::photo::checkpoint::Checkpoint;
 use ivcam_optics::picture::Raster;
 use ivcam_optics::sampling::{mix, unit};
 
+use super::shared::words::value_of;
+
 const SCENE: &str = "scenes/desk-lamp/desk-lamp.iv";
 
 /// A command that writes files, which is killed.
@@ -96,7 +98,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
 /// Returns the program to kill and how often, from `PROGRAM [--kills N]`.
 pub(crate) fn program_and_kills(words: &[String], default: u64) -> Option<(PathBuf, u64)> {
     let program = words.first().map(PathBuf::from)?;
-    let kills = words.iter().skip_while(|w| *w != "--kills").nth(1);
+    let kills = value_of("--kills", words);
     let kills = kills.and_then(|word| word.parse().ok()).unwrap_or(default);
     Some((program, kills))
 }

@@ -14,6 +14,7 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use super::shared::pictures::peak_kilobytes_of;
+use super::shared::words::value_of;
 
 /// The memory that a command may use, in kilobytes.
 const KILOBYTES: u64 = 2 << 20;
@@ -428,7 +429,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         return ExitCode::from(2);
     };
     let lists_all = words.iter().any(|word| word == "--all");
-    let only = words.iter().skip_while(|word| *word != "--only").nth(1);
+    let only = value_of("--only", &words);
     let folder = std::env::temp_dir().join(format!("ivcam-hostile-{}", std::process::id()));
     if let Err(error) = std::fs::create_dir_all(&folder) {
         eprintln!("{}: {error}", folder.display());

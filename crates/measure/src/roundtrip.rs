@@ -11,10 +11,11 @@ use std::sync::Arc;
 use ivcam_inventor::iv::{Document, FolderLoader, Format, Limits};
 
 use super::shared::scenes;
+use super::shared::words::value_of;
 
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     let folder = arguments.first().cloned().unwrap_or_else(|| ".".into());
-    let option = |name| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let option = |name: &str| value_of(name, &arguments);
     let (only, keep) = (option("--only"), option("--keep"));
     let mut files = scenes::below(Path::new(&folder));
     files.retain(|f| {

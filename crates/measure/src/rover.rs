@@ -21,6 +21,8 @@ use std::process::ExitCode;
 use glam::{DVec2, DVec3};
 use ivcam_optics::sampling::mix;
 
+use super::shared::words::value_of;
+
 /// The height of the camera above the ground in meters.
 const MAST: f64 = 1.5;
 /// The directions of the wedge, from the lowest row to the highest, below the horizon.
@@ -36,7 +38,7 @@ const SECTORS: usize = 97;
 const PATCH: usize = 24;
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let value = |name: &str| words.iter().skip_while(|w| *w != name).nth(1);
+    let value = |name: &str| value_of(name, &words);
     let columns = value("--columns").map_or(Some(1536), |n| n.parse().ok());
     let (Some(folder), Some(columns)) = (value("-o").map(PathBuf::from), columns) else {
         eprintln!("usage: rover -o FOLDER [--columns N]");

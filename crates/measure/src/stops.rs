@@ -16,6 +16,7 @@ use std::time::{Duration, Instant};
 use ivcam_optics::sampling::{mix, unit};
 
 use super::hostile::processor_seconds;
+use super::shared::words::value_of;
 
 /// The longest time in which moments are chosen.
 const SPAN: Duration = Duration::from_secs(10);
@@ -147,7 +148,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         eprintln!("stops PROGRAM [--moments N] [--only NAME]");
         return ExitCode::from(2);
     };
-    let value = |name: &str| words.iter().skip_while(|word| *word != name).nth(1);
+    let value = |name: &str| value_of(name, &words);
     let moments = value("--moments").and_then(|word| word.parse().ok());
     let folder = std::env::temp_dir().join(format!("ivcam-stops-{}", std::process::id()));
     println!(

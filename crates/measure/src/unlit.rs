@@ -20,6 +20,7 @@ use image::RgbImage;
 
 use super::shared::contact::ContactSheet;
 use super::shared::scenes;
+use super::shared::words::value_of;
 
 const SIZE: &str = "180x120";
 
@@ -82,7 +83,7 @@ fn luminance([red, green, blue]: [u8; 3]) -> f64 {
 }
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
-    let value = |name: &str| words.iter().skip_while(|w| *w != name).nth(1);
+    let value = |name: &str| value_of(name, &words);
     let ([program, folder, ..], Some(out)) = (words.as_slice(), value("-o").map(PathBuf::from))
     else {
         eprintln!("usage: unlit PROGRAM FOLDER -o FOLDER [--only TEXT]");

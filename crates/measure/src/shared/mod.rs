@@ -12,3 +12,4 @@ pub(super) mod scenes;
 pub(super) mod sheets;
 pub(super) mod slow;
 pub(super) mod variants;
+pub(super) mod words;

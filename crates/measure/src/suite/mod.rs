@@ -27,6 +27,7 @@ use rayon::prelude::*;
 use self::checks::Judge;
 use self::entries::SuiteEntry;
 use self::folder::Folder;
+use super::shared::words::value_of;
 
 /// What became of an entry.
 enum Verdict {
@@ -48,7 +49,7 @@ struct CategoryCounts {
 }
 
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
-    let value = |name: &str| arguments.iter().skip_while(|a| *a != name).nth(1);
+    let value = |name: &str| value_of(name, &arguments);
     let [program, suite, ..] = arguments.as_slice() else {
         eprintln!("suite PROGRAM FOLDER [--only TEXT] [--keep FOLDER]");
         return ExitCode::from(2);

@@ -22,6 +22,7 @@ use ivcam::compare::{self, Matching, Plate};
 
 use self::peers::{CorpusScene, PictureSource};
 use super::shared::contact::ContactSheet;
+use super::shared::words::value_of;
 
 /// The width and height of the pictures, those of the archived ones.
 const SIZE: (u32, u32) = (320, 240);
@@ -49,7 +50,7 @@ struct ViewersOptions {
 
 impl ViewersOptions {
     fn parse(words: &[String]) -> Option<Self> {
-        let value = |name: &str| words.iter().skip_while(|w| *w != name).nth(1);
+        let value = |name: &str| value_of(name, words);
         let path = |name: &str| value(name).map(PathBuf::from);
         let [ivcam, corpus, ..] = words else {
             return None;
