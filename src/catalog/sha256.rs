@@ -1,6 +1,7 @@
 //! The hash SHA-256, by which an archive states that a file is unchanged.
 
 use std::fs::File;
+use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
@@ -16,8 +17,16 @@ pub(super) fn digest(bytes: &[u8]) -> [u8; 32] {
 /// Returns an error if the file cannot be read.
 pub(super) fn of_file(path: &Path) -> std::io::Result<String> {
     let mut hash = Sha256::new();
-    std::io::copy(&mut File::open(path)?, &mut hash)?;
-    Ok(hex(&hash.finalize()))
+    let mut reader = BufReader::with_capacity(1 << 16, File::open(path)?);
+    loop {
+        let part = reader.fill_buf()?;
+        if part.is_empty() {
+            return Ok(hex(&hash.finalize()));
+        }
+        hash.update(part);
+        let length = part.len();
+        reader.consume(length);
+    }
 }
 
 /// Returns bytes as hexadecimal digits.

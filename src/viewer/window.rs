@@ -63,8 +63,8 @@ struct App {
 }
 
 impl eframe::App for App {
-    fn update(&mut self, ctx: &egui::Context, _: &mut eframe::Frame) {
-        self.window.show(ctx);
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        self.window.show(ui);
         if let Some(notice) = self.window.model.notice.take() {
             (self.print)(notice);
         }

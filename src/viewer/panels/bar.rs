@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use egui::{Ui, WidgetInfo, WidgetType};
+use egui::{Role, Ui, WidgetInfo};
 use ivcam_base::diag::counted;
 use ivcam_render::render::report::account::count;
 
@@ -87,7 +87,7 @@ fn scenes(ui: &mut Ui, model: &mut WindowModel) {
             }
             ui.weak("drop files here to open more");
         });
-    let info = || WidgetInfo::labeled(WidgetType::ComboBox, true, "Scenes");
+    let info = || WidgetInfo::labeled(Role::ComboBox, true, "Scenes");
     combo.response.widget_info(info);
     if let Some(scene) = chosen {
         model.open_scene(&scene);

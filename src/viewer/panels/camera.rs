@@ -1,6 +1,6 @@
 //! The camera menu with the lenses, and the film formats.
 
-use egui::{Response, Sense, Ui, WidgetInfo, WidgetType, vec2};
+use egui::{Response, Role, Sense, Ui, WidgetInfo, vec2};
 use ivcam_base::math::Mm;
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::FocusMethod;
@@ -53,7 +53,7 @@ pub(super) fn menu(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         .hint_text("search: wide, nikkor, 28 mm")
         .desired_width(f32::INFINITY);
     let field = ui.add(field);
-    field.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "Search for a lens"));
+    field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "Search for a lens"));
     let takes_first = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
     let entries = lenses.entries().iter();
     let found: Vec<_> = entries.filter(|e| e.matches(&kit.lens_search)).collect();
@@ -105,8 +105,7 @@ fn list(
 /// Shows one lens; a click chooses it.
 fn row(ui: &mut Ui, entry: &MenuEntry, chosen: bool) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), 46.0), Sense::click());
-    response
-        .widget_info(|| WidgetInfo::selected(WidgetType::RadioButton, true, chosen, entry.name));
+    response.widget_info(|| WidgetInfo::selected(Role::RadioButton, true, chosen, entry.name));
     if ui.is_rect_visible(rect) {
         let visuals = ui.style().interact_selectable(&response, chosen);
         if chosen || response.hovered() {

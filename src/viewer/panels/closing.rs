@@ -20,7 +20,7 @@ pub(super) fn show(ctx: &Context, model: &mut WindowModel) {
 }
 
 fn ask(ctx: &Context, model: &mut WindowModel) {
-    let modal = egui::Modal::new(egui::Id::new("closing")).show(ctx, |ui| {
+    let modal = egui::Modal::new(egui::Id::unique("closing")).show(ctx, |ui| {
         ui.heading("Close while a picture is made?");
         for saving in &model.saving {
             ui.label(format!("{} is not written yet.", saving.path.display()));

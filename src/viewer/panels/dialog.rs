@@ -33,21 +33,22 @@ impl Dialog {
             Purpose::Written => &model.written,
         };
         let typed = Path::new(typed.trim());
-        let folder = Some(folder_for(typed, &model.setup.plan.scene));
+        let folder = folder_for(typed, &model.setup.plan.scene);
         let files = match purpose {
-            Purpose::Open => FileDialog::open_file(folder)
+            Purpose::Open => FileDialog::open_file()
                 .title("Open a scene, camera, environment, lens or picture")
                 .open_button_text("Open file".into())
                 .show_new_folder(false),
-            Purpose::Picture => FileDialog::save_file(folder)
+            Purpose::Picture => FileDialog::save_file()
                 .title("Name of the picture")
                 .save_button_text("Use name".into()),
-            Purpose::Written => FileDialog::save_file(folder)
+            Purpose::Written => FileDialog::save_file()
                 .title("Name of the camera or environment")
                 .save_button_text("Use name".into()),
         };
         let name = typed.file_name().unwrap_or_default().to_string_lossy();
         let mut files = files
+            .initial_path(folder)
             .show_rename(false)
             .default_filename(name)
             .default_size([420.0, 320.0])

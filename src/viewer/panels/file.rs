@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use egui::{Context, Ui, WidgetInfo, WidgetType};
+use egui::{Context, Role, Ui, WidgetInfo};
 
 use super::dialog::{Dialog, Purpose};
 use super::{Kit, rule};
@@ -91,7 +91,7 @@ fn browse(ui: &mut Ui, model: &WindowModel, kit: &mut Kit, purpose: Purpose) {
         Purpose::Written => "choose the name of the camera or environment",
     };
     let button = ui.button("…").on_hover_text(help);
-    button.widget_info(|| WidgetInfo::labeled(WidgetType::Button, true, help));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, help));
     if button.clicked() {
         kit.dialog = Some(Dialog::open(purpose, model));
     }
@@ -103,7 +103,7 @@ fn read(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
             .hint_text("open: scene, camera, picture, …")
             .desired_width(236.0);
         let field = ui.add(field);
-        field.widget_info(|| WidgetInfo::labeled(WidgetType::TextEdit, true, "File to open"));
+        field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "File to open"));
         let enter = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
         if enter && !model.file.trim().is_empty() {
             let path = PathBuf::from(model.file.trim());
@@ -175,7 +175,7 @@ pub(super) fn confirm(ctx: &Context, model: &mut WindowModel) {
     };
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let mut answer = None;
-    let modal = egui::Modal::new(egui::Id::new("replace")).show(ctx, |ui| {
+    let modal = egui::Modal::new(egui::Id::unique("replace")).show(ctx, |ui| {
         ui.heading(format!("Replace {name}?"));
         ui.label(format!("{} exists.", path.display()));
         if *path == model.setup.plan.scene {

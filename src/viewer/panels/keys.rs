@@ -15,7 +15,7 @@ pub(super) const LIST: [(&str, &str); 17] = [
     ("wheel", "moves the camera forward and back"),
     ("Ctrl or Shift + wheel", "focuses"),
     (
-        "← →",
+        "Left, Right",
         "turn the focus wheel after a click on it; Shift: faster",
     ),
     ("W A S D Q E", "fly, with the tool Fly; Shift: faster"),
@@ -73,7 +73,7 @@ pub(super) fn handle(ctx: &Context, model: &mut WindowModel, kit: &mut Kit) {
     if pressed(Modifiers::NONE, Key::F1) {
         kit.keys = !kit.keys;
     }
-    if ctx.wants_keyboard_input() {
+    if ctx.egui_wants_keyboard_input() {
         return;
     }
     if pressed(Modifiers::SHIFT, Key::Questionmark) || pressed(Modifiers::NONE, Key::Questionmark) {

@@ -1,6 +1,6 @@
 //! The light panel: exposure with its histogram, the film, and the light of the scene.
 
-use egui::{Color32, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use egui::{Color32, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use ivcam_base::math::Meters;
 use ivcam_optics::film::{Metering, Response, WhiteBalance};
 use ivcam_render::shade::Shading;
@@ -84,7 +84,7 @@ fn shutter(ui: &mut Ui, plan: &mut Plan, model: &WindowModel) {
                         ui.selectable_value(&mut metering.shutter, seconds, name);
                     }
                 });
-            let info = || WidgetInfo::labeled(WidgetType::ComboBox, on, "Shutter time");
+            let info = || WidgetInfo::labeled(Role::ComboBox, on, "Shutter time");
             combo.response.widget_info(info);
             let name = ui.label("ISO");
             let field = egui::DragValue::new(&mut metering.iso).range(1.0..=1e6);
@@ -128,7 +128,7 @@ fn film(ui: &mut Ui, plan: &mut Plan) {
         });
         let help = "how the film turns exposure into levels; drop a film's table for another";
         let combo = combo.response.on_hover_text(help);
-        combo.widget_info(|| WidgetInfo::labeled(WidgetType::ComboBox, true, "Response"));
+        combo.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "Response"));
         if chosen != now
             && let Ok(response) = Response::open(&chosen)
         {

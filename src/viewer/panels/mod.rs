@@ -25,7 +25,7 @@ mod world;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use egui::{Context, TextureHandle};
+use egui::{Context, TextureHandle, Ui, vec2};
 use ivcam_base::diag::Sink;
 
 use super::engine::Engine;
@@ -54,6 +54,8 @@ pub(crate) struct Kit {
     /// Whether the list of keys is shown.
     keys: bool,
     hovering: Hovering,
+    /// Whether the window has its style.
+    compact: bool,
     wheel: f32,
     rays: rays::Section,
     /// A lens wide open, with its f-number.
@@ -110,6 +112,7 @@ impl Window {
             outside: outside::DesktopRequests::default(),
             keys: false,
             hovering: Hovering::default(),
+            compact: false,
             wheel: 0.0,
             rays: rays::Section::default(),
             widest: None,
@@ -118,7 +121,13 @@ impl Window {
     }
 
     /// Runs one frame: handles news, shows the panels, and sends orders.
-    pub(crate) fn show(&mut self, ctx: &Context) {
+    pub(crate) fn show(&mut self, ui: &mut Ui) {
+        let ctx = &ui.ctx().clone();
+        if !self.kit.compact {
+            self.kit.compact = true;
+            ctx.all_styles_mut(make_compact);
+            ui.set_style(ctx.global_style());
+        }
         let model = &mut self.model;
         for news in self.engine.news() {
             model.handle(news);
@@ -130,7 +139,7 @@ impl Window {
         dropped(ctx, model, &mut self.kit.hovering);
         keys::handle(ctx, model, &mut self.kit);
         self.kit.outside.ask(ctx, model);
-        self.panels(ctx);
+        self.panels(ui);
         let model = &mut self.model;
         let plays = model.continue_playing() | model.continue_pull();
         if model.continue_flight()
@@ -155,25 +164,26 @@ impl Window {
         }
     }
 
-    fn panels(&mut self, ctx: &Context) {
+    fn panels(&mut self, ui: &mut Ui) {
+        let ctx = &ui.ctx().clone();
         let (model, kit) = (&mut self.model, &mut self.kit);
         kit.fold.fit(ctx.content_rect().size());
-        egui::TopBottomPanel::top("bar").show(ctx, |ui| bar::top(ui, model, kit));
-        egui::TopBottomPanel::bottom("status").show(ctx, |ui| bar::status(ui, model));
+        egui::Panel::top("bar").show(ui, |ui| bar::top(ui, model, kit));
+        egui::Panel::bottom("status").show(ui, |ui| bar::status(ui, model));
         if !model.messages.is_empty() || model.refusal.is_some() {
-            egui::TopBottomPanel::bottom("messages")
+            egui::Panel::bottom("messages")
                 .resizable(true)
-                .max_height(260.0)
-                .show(ctx, |ui| messages::show(ui, model));
+                .max_size(260.0)
+                .show(ui, |ui| messages::show(ui, model));
         }
         if kit.fold.lenses {
-            egui::SidePanel::left("camera")
-                .exact_width(214.0)
-                .show(ctx, |ui| camera::menu(ui, model, kit));
+            egui::Panel::left("camera")
+                .exact_size(214.0)
+                .show(ui, |ui| camera::menu(ui, model, kit));
         }
         if kit.fold.settings {
-            let panel = egui::SidePanel::right("settings").exact_width(298.0);
-            panel.show(ctx, |ui| {
+            let panel = egui::Panel::right("settings").exact_size(298.0);
+            panel.show(ui, |ui| {
                 // A solid bar shows that there is more below.
                 ui.spacing_mut().scroll = egui::style::ScrollStyle::solid();
                 let heading = egui::FontId::proportional(15.0);
@@ -193,12 +203,12 @@ impl Window {
             });
         }
         if kit.fold.section {
-            let height = section_height(ctx, model);
-            egui::TopBottomPanel::bottom("lens")
-                .exact_height(height)
-                .show(ctx, |ui| rays::show(ui, model, &mut kit.rays));
+            let height = section_height(ui, model);
+            egui::Panel::bottom("lens")
+                .exact_size(height)
+                .show(ui, |ui| rays::show(ui, model, &mut kit.rays));
         }
-        egui::CentralPanel::default().show(ctx, |ui| picture::show(ui, model, kit));
+        egui::CentralPanel::default().show(ui, |ui| picture::show(ui, model, kit));
         file::confirm(ctx, model);
         keys::show(ctx, &mut kit.keys);
         if let Some(dialog) = &mut kit.dialog
@@ -209,23 +219,29 @@ impl Window {
     }
 }
 
+/// Makes rows and buttons so low that the settings fit into a window of the first size.
+fn make_compact(style: &mut egui::Style) {
+    style.spacing.button_padding = vec2(4.0, 1.0);
+    style.spacing.interact_size = vec2(40.0, 18.0);
+}
+
 /// Returns the height of the lens section: what the picture leaves of the room, within limits.
-fn section_height(ctx: &Context, model: &WindowModel) -> f32 {
-    let room = ctx.available_rect();
+fn section_height(ui: &Ui, model: &WindowModel) -> f32 {
+    let room = ui.available_rect_before_wrap();
     let film = model.setup.plan.film;
     let margin = 16.0;
     let picture = (room.width() - margin) * (film.height / film.width) as f32 + margin;
-    let least = (0.21 * ctx.content_rect().height()).clamp(120.0, 260.0);
+    let least = (0.21 * ui.ctx().content_rect().height()).clamp(120.0, 260.0);
     (room.height() - picture).floor().clamp(least, 260.0)
 }
 
 /// Returns whether the window is high enough to begin with all sections of the panel open.
-fn is_high(ui: &egui::Ui) -> bool {
+fn is_high(ui: &Ui) -> bool {
     ui.ctx().content_rect().height() >= 1000.0
 }
 
 /// Draws a line between two sections of a panel.
-fn rule(ui: &mut egui::Ui) {
+fn rule(ui: &mut Ui) {
     ui.add(egui::Separator::default().spacing(4.0));
 }
 
@@ -247,11 +263,11 @@ fn dropped(ctx: &Context, model: &mut WindowModel, hovering: &mut Hovering) {
         hovering.paths = paths;
     }
     if !hovering.paths.is_empty() {
-        egui::Modal::new(egui::Id::new("dropping")).show(ctx, |ui| ui.label(&hovering.text));
+        egui::Modal::new(egui::Id::unique("dropping")).show(ctx, |ui| ui.label(&hovering.text));
     }
     let files = ctx.input(|i| i.raw.dropped_files.clone());
-    for path in files.into_iter().filter_map(|f| f.path) {
-        model.take_file(&path);
+    for file in files {
+        model.take_file(file.path());
     }
 }
 

@@ -1,8 +1,8 @@
 //! The picture, the actions of the mouse on it, and the marks over it.
 
 use egui::{
-    Button, Color32, Context, Key, Label, PointerButton, Rect, Response, RichText, Sense,
-    TextureOptions, Ui, WidgetInfo, WidgetType, pos2, vec2,
+    Button, Color32, Context, Key, Label, PointerButton, Rect, Response, RichText, Role, Sense,
+    TextureOptions, Ui, WidgetInfo, pos2, vec2,
 };
 use glam::{DVec2, DVec3};
 use ivcam_optics::film::{Resolution, Response as FilmResponse};
@@ -33,7 +33,7 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     let (rect, size) = place(room, aspect, ui.ctx().pixels_per_point());
     model.view_size = Some(size);
     let response = ui.allocate_rect(rect, Sense::click_and_drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, "Picture"));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Picture"));
     refresh(ui.ctx(), model, kit);
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, Color32::BLACK);

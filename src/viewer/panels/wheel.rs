@@ -1,6 +1,6 @@
 //! The focus wheel, a thumb wheel as along the edges of SGI's viewers.
 
-use egui::{Color32, Response, Sense, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use egui::{Color32, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
 /// The radius of the wheel in points: the travel that turns it by a radian.
 const RADIUS: f32 = 60.0;
@@ -19,7 +19,7 @@ pub(crate) struct Turn {
 pub(crate) fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {
     let size = vec2(ui.available_width().min(260.0), 26.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
-    response.widget_info(|| WidgetInfo::labeled(WidgetType::Slider, true, name));
+    response.widget_info(|| WidgetInfo::labeled(Role::Slider, true, name));
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }

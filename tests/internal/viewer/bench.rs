@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use egui::accesskit::{Action, ActionData, ActionRequest, Role};
-use egui::{Event, Modifiers, PointerButton, Pos2, vec2};
+use egui::{Event, Modifiers, PointerButton, Pos2, UiBuilder, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use ivcam_optics::film::Resolution;
@@ -128,7 +128,7 @@ impl Bench {
             .with_size(size)
             .with_step_dt(0.05)
             .renderer(textures.clone())
-            .build_state(|ctx, window: &mut Window| window.show(ctx), window);
+            .build_ui_state(whole_window, window);
         Self {
             harness,
             textures,
@@ -175,6 +175,14 @@ impl Bench {
             .events
             .clear();
         self.harness.step();
+    }
+
+    /// Drops a file on the window.
+    pub(super) fn drop_file(&mut self, path: &Path) {
+        let dropped = Arc::new(Dropped(path.to_owned()));
+        self.harness.input_mut().dropped_files.push(dropped);
+        self.harness.step();
+        self.harness.input_mut().dropped_files.clear();
     }
 
     pub(super) fn click(&mut self, label: &str) {
@@ -246,11 +254,12 @@ impl Bench {
     /// Enters a number into a field or slider, as a screen reader does.
     pub(super) fn put(&mut self, role: Role, label: &str, value: f64) {
         let node = self.harness.get_by_role_and_label(role, label);
-        let target = node.accesskit_node().id();
+        let (target_node, target_tree) = node.accesskit_node().locate();
         self.harness
             .event(Event::AccessKitActionRequest(ActionRequest {
                 action: Action::SetValue,
-                target,
+                target_tree,
+                target_node,
                 data: Some(ActionData::NumericValue(value)),
             }));
         self.harness.run_steps(3);
@@ -264,6 +273,8 @@ impl Bench {
             Event::MouseWheel {
                 unit: egui::MouseWheelUnit::Point,
                 delta,
+                phase: egui::TouchPhase::Move,
+                source: egui::MouseWheelSource::Unknown,
                 modifiers,
             },
             modifiers,
@@ -274,6 +285,26 @@ impl Bench {
     pub(super) fn change(&mut self, change: impl FnOnce(&mut WindowModel)) {
         change(&mut self.harness.state_mut().model);
         self.harness.step();
+    }
+}
+
+/// Shows the window on the whole screen, without the margin of a harness.
+fn whole_window(ui: &mut egui::Ui, window: &mut Window) {
+    let whole = UiBuilder::new().max_rect(ui.ctx().content_rect());
+    window.show(&mut ui.new_child(whole));
+}
+
+/// A file that is dropped on the window.
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
     }
 }
 

@@ -102,14 +102,7 @@ fn a_scene_that_fails_leaves_the_old_one_with_its_messages() {
     let mut bench = Bench::open("bad");
     let bad = bench.scratch.path("bad.iv");
     std::fs::write(&bad, "solid ball\n").unwrap();
-    bench
-        .harness
-        .input_mut()
-        .dropped_files
-        .push(egui::DroppedFile {
-            path: Some(bad),
-            ..Default::default()
-        });
+    bench.drop_file(&bad);
     bench.until("the message", |m| !m.messages.is_empty());
     assert!(bench.model().open && bench.setup().plan.scene.ends_with("scene.iv"));
     bench.until("the window at rest", |m| !m.opening);
@@ -230,24 +223,18 @@ fn a_file_of_each_kind_that_is_dropped_does_what_the_window_says() {
         assert_eq!(DroppedKind::of(&path), kind, "{name}");
     }
     let drop = |bench: &mut Bench, name: &str| {
-        let path = Some(bench.scratch.path(name));
+        let path = bench.scratch.path(name);
         let hovered = HoveredFile {
-            path: path.clone(),
+            path: Some(path.clone()),
             ..Default::default()
         };
         bench.harness.input_mut().hovered_files.push(hovered);
         bench.harness.run_steps(2);
-        let kind = DroppedKind::of(path.as_deref().unwrap());
+        let kind = DroppedKind::of(&path);
         let told = format!("{name}: {}", kind.action());
         assert!(bench.harness.query_by_label(&told).is_some(), "{told}");
         bench.harness.input_mut().hovered_files.clear();
-        let dropped = egui::DroppedFile {
-            path,
-            ..Default::default()
-        };
-        bench.harness.input_mut().dropped_files.push(dropped);
-        bench.harness.step();
-        bench.harness.input_mut().dropped_files.clear();
+        bench.drop_file(&path);
         bench.harness.run_steps(2);
     };
     drop(&mut bench, "film.txt");

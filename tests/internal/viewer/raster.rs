@@ -15,9 +15,10 @@ type Texels = ([usize; 2], Vec<Color32>);
 pub(crate) struct Textures(Arc<Mutex<HashMap<TextureId, Texels>>>);
 
 impl egui_kittest::TestRenderer for Textures {
-    fn handle_delta(&mut self, delta: &TexturesDelta) {
+    fn handle_delta(&mut self, delta: &mut TexturesDelta) {
         let mut all = self.0.lock().unwrap();
-        for (id, part) in &delta.set {
+        let parts = |(id, parts)| std::iter::repeat(id).zip(parts);
+        for (id, part) in delta.set.iter().flat_map(parts) {
             let ImageData::Color(image) = &part.image;
             match part.pos {
                 None => {
@@ -37,6 +38,7 @@ impl egui_kittest::TestRenderer for Textures {
         for id in &delta.free {
             all.remove(id);
         }
+        delta.clear();
     }
 }
 

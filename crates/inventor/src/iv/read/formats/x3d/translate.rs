@@ -181,7 +181,7 @@ impl<'x> Translator<'x> {
     }
 
     /// Returns the offset in the XML of a part of it.
-    fn offset(&self, part: &[u8]) -> usize {
+    fn offset(&self, part: &str) -> usize {
         let offset = (part.as_ptr() as usize).wrapping_sub(self.xml.as_ptr() as usize);
         offset.min(self.xml.len())
     }
@@ -197,12 +197,11 @@ impl<'x> Translator<'x> {
                     break;
                 }
             };
-            let key = std::str::from_utf8(attribute.key.into_inner()).unwrap_or_default();
+            let key = attribute.key.into_inner();
             let Cow::Borrowed(raw) = attribute.value else {
                 continue;
             };
             let place = self.offset(raw);
-            let raw = std::str::from_utf8(raw).unwrap_or_default();
             let value = unescape(raw).unwrap_or_else(|error| {
                 self.warn(at, format!("an entity is not known: {error}"));
                 Cow::Borrowed(raw)
@@ -219,7 +218,7 @@ impl<'x> Translator<'x> {
             return;
         }
         let attributes = self.attributes(start, at);
-        let tag = std::str::from_utf8(start.name().into_inner()).unwrap_or_default();
+        let tag = start.name().into_inner();
         let get = |name: &str| attributes.get(name).unwrap_or_default();
         let element = match tag {
             "X3D" | "Scene" | "head" => match self.open.last() {
@@ -508,16 +507,16 @@ impl<'x> Translator<'x> {
     }
 
     /// States the program in the text of a `Script`.
-    fn script(&mut self, text: &[u8], at: usize) {
+    fn script(&mut self, text: &str, at: usize) {
         let Some(Element::Node(Some(class))) = self.open.last() else {
             return;
         };
         if class.name != "Script" {
             return;
         }
-        let text = String::from_utf8_lossy(text.trim_ascii());
+        let text = text.trim_ascii();
         self.put("url [ ", at);
-        put_string(&mut self.out.text, &text);
+        put_string(&mut self.out.text, text);
         self.put(" ]\n", at + text.len());
     }
 
