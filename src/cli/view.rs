@@ -57,6 +57,6 @@ pub(crate) fn run(matches: &ArgMatches, era: Era) -> Result<i32> {
 pub(crate) fn run(_: &ArgMatches, _: Era) -> Result<i32> {
     let error = "this ivcam was built without its window; `-batch` (or `ivcam render`) makes the picture without one";
     Err(ivcam_base::diag::Diagnostic::error(error).with_help(
-        "`cargo build --release --features viewer` builds it with the window; no system package is needed",
+        "`cargo build --release` builds it with the window, unless `--no-default-features` is said; no system package is needed",
     ))
 }

@@ -116,7 +116,13 @@ fn written_parts() -> BTreeMap<String, (String, String)> {
 
 /// Asks cargo for the part of the program and the license of each package.
 fn parts() -> BTreeMap<String, (String, String)> {
-    const PROGRAM: [&str; 4] = ["-p", "ivcam", "-e", "normal,no-proc-macro"];
+    const PROGRAM: [&str; 5] = [
+        "-p",
+        "ivcam",
+        "--no-default-features",
+        "-e",
+        "normal,no-proc-macro",
+    ];
     let features = |features: &str| [&PROGRAM[..], &["--features", features]].concat().join(" ");
     let questions = [
         ("program", PROGRAM.join(" ")),
