@@ -23,6 +23,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for message in session.sink.items() {
         eprintln!("{message}");
     }
+    for notice in session.notices() {
+        eprintln!("{notice}");
+    }
     let exposure = session.expose(&|_progress| {});
     if let Ok(error) = exposure.film.error() {
         println!(

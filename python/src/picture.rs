@@ -380,13 +380,12 @@ fn make(
         session.layers(&exposure, &picture, &surfaces)
     });
     let report = write_all(&session, outputs, &exposure, (&picture, layers.as_ref()))?;
-    let headlight = session.headlight_notice().map(str::to_owned);
     Ok(RenderOutput {
         depth: session.plan.depth,
         error: exposure.film.error().ok(),
         samples: exposure.samples,
         layers: layers.filter(|_| outputs.keeps_layers),
-        notices: headlight.into_iter().chain(session.view_notice()).collect(),
+        notices: session.notices(),
         picture,
         report,
         warnings,

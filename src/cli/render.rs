@@ -591,12 +591,9 @@ fn render_in_strips(
     Ok((report, counts))
 }
 
-/// Prints what was chosen for a scene that states no light or no camera.
+/// Prints the session's notices.
 pub(crate) fn print_notices(session: &Session, quiet: bool) {
-    let headlight = session.headlight_notice().map(str::to_owned);
-    let lines = headlight.into_iter().chain(session.view_notice());
-    let lines = lines.chain(session.cover_notice());
-    for line in lines.filter(|_| !quiet) {
+    for line in session.notices().into_iter().filter(|_| !quiet) {
         super::status!("{line}");
     }
 }

@@ -113,7 +113,8 @@ pub struct Session {
     pub(crate) team: Option<Arc<Team>>,
     /// The seconds that each step took.
     pub seconds: StageSeconds,
-    /// The diagnostics of reading, compiling and the lens.
+    /// The diagnostics of reading, compiling and the lens. [`Session::notices`] has what else the
+    /// program tells its user.
     pub sink: Sink,
     /// The plan's memory, from which the film and the scene have taken theirs.
     pub memory: MemoryBudget,
@@ -548,6 +549,17 @@ impl Session {
                 "headlight: a flash beside the lens, because the scene has no light; --headlight=off turns it off, --headlight=on puts it at the lens, --studio lights it softly"
             }
         })
+    }
+
+    /// Returns the lines for the user about what was chosen for a scene that states no light or no
+    /// camera, and about a lens that does not light the corners of the film.
+    pub fn notices(&self) -> Vec<String> {
+        let headlight = self.headlight_notice().map(str::to_owned);
+        let rest = [self.view_notice(), self.cover_notice()];
+        headlight
+            .into_iter()
+            .chain(rest.into_iter().flatten())
+            .collect()
     }
 
     /// Returns the distance from the middle of the film at which the light of the lens ends, in

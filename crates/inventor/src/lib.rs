@@ -10,3 +10,6 @@ pub mod iv;
 pub mod pose;
 pub mod snapshot;
 pub mod traversal;
+
+pub use glam;
+pub use ivcam_base::{diag, math};

@@ -12,3 +12,6 @@ pub mod picture;
 pub mod prescription;
 pub mod sampling;
 pub mod spectrum;
+
+pub use glam;
+pub use ivcam_base::{diag, math};

@@ -12,6 +12,9 @@ pub mod scene;
 pub mod shade;
 pub mod team;
 
+pub use glam;
+pub use ivcam_base::{diag, math};
+
 #[cfg(test)]
 #[path = "../../../tests/common/folder.rs"]
 mod folder;

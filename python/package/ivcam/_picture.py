@@ -86,7 +86,7 @@ class Picture:
 
     @property
     def notices(self) -> List[str]:
-        """What was chosen for a scene that states no light or no camera."""
+        """What was chosen for a scene without a light or a camera, and what the lens leaves dark."""
         return self._core.notices
 
     def levels(self, depth: int = 8) -> npt.NDArray[Any]:

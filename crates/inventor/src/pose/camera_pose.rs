@@ -1,6 +1,6 @@
 //! A camera's pose: from a camera node, or made to see a whole scene.
 
-use glam::{DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec3};
 
 use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
@@ -150,6 +150,27 @@ impl CameraPose {
         }
     }
 
+    /// Returns a camera at `eye` that looks at `target`, both in meters, and focuses there. `up`
+    /// points to the top of the picture; if it is parallel to the view, any direction does.
+    /// `height_angle` is the angle from the bottom to the top of the view, in radians. The eye and
+    /// the target may not be the same point.
+    pub fn looking_at(eye: DVec3, target: DVec3, up: DVec3, height_angle: f64) -> Self {
+        let back = (eye - target).normalize();
+        let right = up
+            .cross(back)
+            .try_normalize()
+            .unwrap_or_else(|| back.any_orthonormal_vector());
+        let axes = DMat3::from_cols(right, back.cross(right), back);
+        Self {
+            position: eye,
+            orientation: DQuat::from_mat3(&axes).normalize(),
+            projection: Projection::Perspective { height_angle },
+            focal_distance: eye.distance(target),
+            source: "a program".into(),
+            ..Self::default_viewpoint()
+        }
+    }
+
     /// Returns the view of a box that Inventor's `viewAll` makes: it looks down −z with a height
     /// angle of π/4, and the box's circumscribed sphere touches the frustum on the narrower side.
     pub fn view_all(bounds: (DVec3, DVec3), aspect: f64) -> Self {
@@ -275,6 +296,19 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn a_camera_looks_at_its_target_with_the_top_upward() {
+        let (eye, target) = (DVec3::new(1.0, 2.0, 3.0), DVec3::new(-2.0, 0.5, 4.0));
+        let pose = CameraPose::looking_at(eye, target, DVec3::Y, 0.6);
+        let wanted = (target - eye).normalize();
+        assert!((pose.direction() - wanted).length() < 1e-12);
+        let right = pose.orientation * DVec3::X;
+        assert!(right.y.abs() < 1e-12 && (pose.orientation * DVec3::Y).y > 0.0);
+        assert_eq!(pose.focal_distance, eye.distance(target));
+        let down = CameraPose::looking_at(DVec3::Y, DVec3::ZERO, DVec3::Y, 0.6);
+        assert!((down.direction() - DVec3::NEG_Y).length() < 1e-12);
     }
 
     #[test]

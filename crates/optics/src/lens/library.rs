@@ -18,7 +18,8 @@ mod shipped {
 }
 
 impl Lens {
-    /// Opens a lens by the name of a shipped one or by the path of a file.
+    /// Opens a lens by the name of a shipped one or by the path of a file. The reader's warnings
+    /// are lost; [`Lens::open_with`] keeps them.
     ///
     /// # Errors
     /// Returns the errors of [`open_prescription`].

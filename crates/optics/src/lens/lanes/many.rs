@@ -17,7 +17,8 @@ impl Lens {
     /// not have unit length.
     ///
     /// A ray without a direction or with a coordinate that is not finite misses the first surface
-    /// that it would meet. If the account of this thread is used up, so do all further rays.
+    /// that it would meet. There is no limit of work unless the program sets one for the thread
+    /// (`ivcam_base::work::Budget`); all rays after its end miss, too.
     pub fn trace_all(
         &self,
         rays: &[LensRay],
