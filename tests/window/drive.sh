@@ -4,7 +4,7 @@
 # wheel, stops down, orbits and saves. It compares the saved picture with the one in the window, and, byte for
 # byte, with the one that the batch command makes.
 #
-#   cargo build --release --features viewer
+#   cargo build --release
 #   tests/window/drive.sh target/release/ivcam FOLDER
 #
 # Needs Xvfb, xdotool, ImageMagick (import, convert, compare), strings and Mesa's software OpenGL.
