@@ -1,6 +1,6 @@
-//! Measures the latency of the window: from a change to its first frame, to the first one at the
-//! resolution of the view, and to an estimated error of 2%, through the engine that the window
-//! uses.
+//! Measures the latency of the window: from its start with a scene to the first frame; from a change
+//! to its first frame, to the first one at the resolution of the view, and to an estimated error of
+//! 2%; through the engine that the window uses.
 //!
 //! `cargo run --release -p measure -- latency -- SCENE...` prints a table.
 
@@ -99,12 +99,15 @@ impl Bench {
 
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     println!(
-        "| scene | triangles and others | focus, ms | camera, ms | another lens, ms | first size | full size, s | to 2%, s |"
+        "| scene | triangles and others | opening, ms | focus, ms | camera, ms | another lens, ms | first size | full size, s | to 2%, s |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     for path in arguments.into_iter().map(PathBuf::from) {
         if row(&path).is_none() {
-            println!("| {} | could not be measured | | | | | | |", path.display());
+            println!(
+                "| {} | could not be measured | | | | | | | |",
+                path.display()
+            );
         }
     }
     ExitCode::SUCCESS
@@ -115,11 +118,14 @@ fn row(path: &std::path::Path) -> Option<()> {
     if let ivcam::photo::Optics::Lens(lens) = &mut plan.optics {
         lens.efl = Some(Mm(20.0));
     }
+    let began = Instant::now();
     let engine = Engine::start(THREADS, Arc::new(|| ())).ok()?;
     let mut bench = Bench { engine, serial: 0 };
     let mut setup = bench.open(plan)?;
     let far = setup.focus().min(1e3);
     setup.set_focus(far);
+    bench.frame(&setup, |_| true)?;
+    let opening = began.elapsed().as_secs_f64() * 1e3;
     // The engine measures the speed of the scene first.
     bench.frame(&setup, |f| f.whole)?;
     let (focus, frame) = bench.first(&mut setup, |s, i| {
@@ -151,7 +157,7 @@ fn row(path: &std::path::Path) -> Option<()> {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     let size = frame.resolution;
     println!(
-        "| {name} | {} | {focus:.0} | {camera:.0} | {lens:.0} | {}x{} | {whole:.1} | {good} |",
+        "| {name} | {} | {opening:.0} | {focus:.0} | {camera:.0} | {lens:.0} | {}x{} | {whole:.1} | {good} |",
         triangles + quadrics + strokes,
         size.width,
         size.height
