@@ -107,6 +107,8 @@ fn render(document: Document, fonts: Arc<Fonts>, choice: Option<u8>) {
     plan.limits = limits();
     plan.fonts = fonts;
     plan.shading = Shading::ALL[choice % Shading::ALL.len()];
+    // Paths between white walls are long.
+    plan.max_depth = Some(16);
     match choice / Shading::ALL.len() % 8 {
         0 => {}
         1 | 2 => plan.optics = Optics::Ideal(IdealChoice::default()),

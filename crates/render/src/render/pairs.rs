@@ -26,6 +26,11 @@ const LEAST: usize = 16;
 /// The largest number of samples of an exposure by light paths that is longer than half of the
 /// picture's samples.
 const LONG: f64 = 64.0;
+/// The number of rays in the scene that the longer exposures of a look may take, without those
+/// toward lights: about a second. Paths between white walls have a hundred rays and more.
+const RAYS: f64 = (1 << 22) as f64;
+/// The number of paths by which the length of paths is estimated.
+const PROBES: usize = 128;
 /// The number of pairs that a thread exposes at once.
 pub(super) const AT_ONCE: usize = 32;
 /// The area in pixels from which a light is not searched for.
@@ -86,6 +91,18 @@ const SECOND_LOOK: PairAmount = PairAmount {
     of_paths: 4.0 * FIRST_LOOK.of_paths,
 };
 
+impl PairAmount {
+    /// Limits the samples of longer exposures to what [`RAYS`] are enough for.
+    fn within(self, rays_of_a_sample: f64) -> Self {
+        let samples = RAYS * self.of_paths / FIRST_LOOK.of_paths / rays_of_a_sample.max(1.0);
+        Self {
+            of_paths: self.of_paths.min(samples),
+            most_samples: self.most_samples.min(4.0 * samples),
+            ..self
+        }
+    }
+}
+
 /// A pixel that is drawn for a pair.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub(super) struct PairDraw {
@@ -115,8 +132,12 @@ impl Render<'_> {
         region: Region,
         is_final: bool,
     ) -> (Option<SquaredError>, Counts) {
+        let rays = match is_final && self.shader.follows_paths() {
+            true => self.rays_of_a_path(film, region),
+            false => 1.0,
+        };
         let first = match is_final {
-            true => FIRST_LOOK,
+            true => FIRST_LOOK.within(rays),
             false => GLANCE,
         };
         let fewest = film.pixels.iter().map(|p| p.count).min();
@@ -125,7 +146,7 @@ impl Render<'_> {
         let lamps = lights.images.pixels((film, region), self.filter);
         let (mut error, mut counts) = self.look((film, region), &lamps, first);
         if is_final && error.is_some_and(|e| few_pixels_hide(&e, film)) {
-            let (second, more) = self.look((film, region), &lamps, SECOND_LOOK);
+            let (second, more) = self.look((film, region), &lamps, SECOND_LOOK.within(rays));
             error = second;
             counts.add(&more);
         }
@@ -134,6 +155,22 @@ impl Render<'_> {
             error.cut_rays = self.shader.scene().cut_rays();
         }
         (error, counts)
+    }
+
+    /// Returns the mean number of rays in the scene of one path through the film.
+    fn rays_of_a_path(&self, film: &Film, region: Region) -> f64 {
+        let pixels = film.pixels.len();
+        let probes = (0..PROBES / 2).map(|i| PairDraw {
+            pixel: (i * pixels / (PROBES / 2)) as u32,
+            samples: 1,
+            ..PairDraw::default()
+        });
+        let look = PairAmount {
+            first: 1 << 25,
+            ..GLANCE
+        };
+        let (_, counts) = self.expose_draws(&numbered(probes.collect(), region, look));
+        counts.scene_rays as f64 / PROBES as f64
     }
 
     /// Estimates the squared error of a film by the pairs of one look.
