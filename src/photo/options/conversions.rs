@@ -76,6 +76,7 @@ impl Plan {
                 match option.takes {
                     _ if value.is_empty() => words.push(spelling.clone()),
                     Takes::Maybe(..) => words.push(format!("{spelling}={value}")),
+                    _ if reads_as_option(&value) => words.push(format!("{spelling}={value}")),
                     _ => words.extend([spelling.clone(), value]),
                 }
             }
@@ -195,4 +196,11 @@ pub fn command_line<W: AsRef<OsStr>>(words: &[W]) -> String {
         .chain(rest)
         .collect::<Vec<_>>()
         .join(" ")
+}
+
+/// Returns whether a word that follows an option would be read as another option: it begins with a
+/// hyphen and is no negative number.
+fn reads_as_option(value: &str) -> bool {
+    let rest = value.strip_prefix('-');
+    rest.is_some_and(|rest| !rest.starts_with(|c: char| c.is_ascii_digit() || c == '.'))
 }
