@@ -37,7 +37,7 @@ pub(super) fn notes(document: &Document) -> Vec<String> {
         }
     };
     if let Some(source) = document.sources.first().filter(|source| !source.binary) {
-        comments(&source.bytes).iter().for_each(|line| add(line));
+        comments(source.text()).iter().for_each(|line| add(line));
     }
     for index in 0..document.nodes.len() {
         let id = NodeId(index as u32);

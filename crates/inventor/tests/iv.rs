@@ -520,6 +520,28 @@ fn numbers_beyond_16_bits_are_reported_and_the_nearest_that_fits_counts() {
 }
 
 #[test]
+fn a_large_file_gives_the_nodes_and_messages_of_its_bytes() {
+    let mut text = String::from("#Inventor V2.1 ascii\nCoordinate3 { point [\n");
+    for i in 0..84_000 {
+        text += &format!("{i}, {} -.5e-1{:200}\n", i % 7, "");
+    }
+    text += "] }\nCone { hieght 2 }\nCoordinate3 { point [ 1 nan 3, 4 oops ] }\n";
+    assert!(text.len() > 16 << 20);
+    let path = std::env::temp_dir().join(format!("ivcam-large-{}.iv", std::process::id()));
+    std::fs::write(&path, &text).expect("a folder for temporary files");
+    let by_path = Document::open(&path).expect("the header is right");
+    let (bytes, name) = (text.into_bytes(), path.display().to_string());
+    let by_bytes = Document::read(&name, bytes, Arc::new(NoFiles), &Limits::default());
+    let by_bytes = by_bytes.expect("the header is right");
+    assert_eq!(by_path.difference(&by_bytes), None);
+    assert_eq!(messages(&by_path), messages(&by_bytes));
+    assert_eq!(messages(&by_path).len(), 3);
+    let first = by_path.roots().next().expect("three nodes");
+    assert_eq!(first.get(coordinate3::POINT).len(), 84_000);
+    std::fs::remove_file(&path).expect("it was written");
+}
+
+#[test]
 fn a_gzip_bomb_stops_at_the_limit() {
     use std::io::Write as _;
     let mut gz = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::best());

@@ -25,7 +25,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
         match Document::open_with(file, &[], &Limits::default()) {
             Ok(document) => {
                 read += 1;
-                bytes += document.sources[0].bytes.len();
+                bytes += document.sources[0].len();
                 nodes += document.nodes.len();
                 for item in document.sink.items() {
                     *kinds.entry(shape(&item.message)).or_default() += item.count;

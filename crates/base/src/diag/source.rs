@@ -67,20 +67,33 @@ impl Source {
         let file = std::fs::metadata(&self.name).ok();
         let is_on_disk = file.is_some_and(|file| file.is_file() && file.len() == len as u64);
         (self.binary || is_on_disk).then(|| Self {
-            name: self.name.clone(),
-            bytes: Vec::new(),
             binary: self.binary,
-            line_starts: OnceLock::new(),
-            released: Some(Released {
-                len,
-                again: OnceLock::new(),
-            }),
+            ..Self::on_disk(self.name.clone(), len)
         })
+    }
+
+    /// Creates the source of a file of `len` bytes as it is after its release.
+    pub fn on_disk(name: impl Into<String>, len: usize) -> Self {
+        let again = OnceLock::new();
+        Self {
+            released: Some(Released { len, again }),
+            ..Self::new(name, Vec::new())
+        }
+    }
+
+    /// Returns the number of bytes of the content.
+    pub fn len(&self) -> usize {
+        self.released.as_ref().map_or(self.bytes.len(), |r| r.len)
+    }
+
+    /// Returns whether the content has no bytes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
     }
 
     /// Returns the content, which is read again if it was released. It is empty if the file has
     /// changed since then.
-    fn text(&self) -> &[u8] {
+    pub fn text(&self) -> &[u8] {
         let Some(Released { len, again }) = &self.released else {
             return &self.bytes;
         };
@@ -152,7 +165,7 @@ impl Source {
 
 impl fmt::Debug for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "Source({:?}, {} bytes)", self.name, self.bytes.len())
+        write!(f, "Source({:?}, {} bytes)", self.name, self.len())
     }
 }
 

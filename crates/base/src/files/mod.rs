@@ -5,6 +5,8 @@
 mod claim;
 mod folder;
 mod inputs;
+#[cfg(target_os = "linux")]
+mod mapped;
 mod markup;
 #[cfg(feature = "mpi")]
 pub mod passed_on;
@@ -19,7 +21,8 @@ pub use claim::{Claims, Held, host_name};
 pub use folder::{folder_of, project_of};
 pub use inputs::{HASH_START, InputRecord, Inputs, hash};
 pub use markup::escaped;
-pub use read::{MAX_PICTURE, MAX_TEXT, read_file, read_file_named, read_stream};
+pub use read::{FileBytes, LARGE_FILE, MAX_PICTURE, MAX_TEXT, open_file};
+pub use read::{read_file, read_file_named, read_stream};
 pub use space::{SizeEstimate, check_space};
 pub use standard_output::is_output_closed;
 pub use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};

@@ -2,9 +2,12 @@
 
 use std::fs::File;
 use std::io::Read;
+use std::ops::Deref;
 use std::path::Path;
 
 use super::inputs::record;
+#[cfg(target_os = "linux")]
+use super::mapped::MappedFile;
 #[cfg(feature = "mpi")]
 use super::passed_on;
 #[cfg(unix)]
@@ -19,6 +22,72 @@ pub const MAX_TEXT: usize = 64 << 20;
 pub const MAX_PICTURE: usize = 2 << 30;
 /// The most that is read from a pipe or a device, whose size is not known beforehand, in bytes.
 const MAX_STREAM: usize = 256 << 20;
+
+/// The size from which [`open_file`] maps a file, in bytes.
+pub const LARGE_FILE: usize = 16 << 20;
+
+/// The bytes of a file.
+#[derive(Debug)]
+pub enum FileBytes {
+    /// Bytes that were read.
+    Read(Vec<u8>),
+    /// A large file, which the system reads when its bytes are looked at.
+    #[cfg(target_os = "linux")]
+    Mapped(MappedFile),
+}
+
+impl FileBytes {
+    /// Says that the bytes before an offset will hardly be looked at again, so that the memory of a
+    /// mapped file can be used for something else.
+    pub fn release_before(&self, offset: usize) {
+        match self {
+            Self::Read(_) => {}
+            #[cfg(target_os = "linux")]
+            Self::Mapped(file) => file.release_before(offset),
+        }
+    }
+}
+
+impl Deref for FileBytes {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::Read(bytes) => bytes,
+            #[cfg(target_os = "linux")]
+            Self::Mapped(file) => file,
+        }
+    }
+}
+
+/// Opens a file as [`read_file`] does. One of at least [`LARGE_FILE`] bytes is not copied: the
+/// system reads it when its bytes are looked at. If another program shortens it before they are
+/// dropped, this one may end.
+///
+/// # Errors
+/// Returns the errors of [`read_file`].
+pub fn open_file(path: &Path, limit: usize) -> Result<FileBytes> {
+    #[cfg(target_os = "linux")]
+    if let Some(file) = mapped(path, limit) {
+        record(&path.to_string_lossy(), &file);
+        return Ok(FileBytes::Mapped(file));
+    }
+    read_file(path, limit).map(FileBytes::Read)
+}
+
+/// Maps a large regular file. The first process of a team, which passes on what it reads, reads it.
+#[cfg(target_os = "linux")]
+fn mapped(path: &Path, limit: usize) -> Option<MappedFile> {
+    let is_large = |about: &std::fs::Metadata| {
+        about.is_file() && (LARGE_FILE as u64..=limit as u64).contains(&about.len())
+    };
+    if cfg!(feature = "mpi") || !path.metadata().is_ok_and(|about| is_large(&about)) {
+        return None;
+    }
+    let file = File::open(path).ok()?;
+    let about = file.metadata().ok().filter(is_large)?;
+    MappedFile::new(&file, about.len() as usize).ok()
+}
 
 /// Reads a file, a pipe or a device of at most `limit` bytes. The size of a regular file is known
 /// before it is read.
@@ -84,6 +153,29 @@ fn too_large(name: &str, limit: usize) -> Box<Diagnostic> {
 mod tests {
     use super::*;
     use crate::diag::ErrorKind;
+
+    #[test]
+    fn a_large_file_has_the_same_bytes_after_its_memory_is_given_back() {
+        let name = format!("ivcam-files-{}-large", std::process::id());
+        let path = std::env::temp_dir().join(name);
+        let bytes: Vec<u8> = (0..LARGE_FILE + 5).map(|i| (i % 251) as u8).collect();
+        std::fs::write(&path, &bytes).unwrap();
+        let large = open_file(&path, usize::MAX).unwrap();
+        if cfg!(all(target_os = "linux", not(feature = "mpi"))) {
+            assert!(!matches!(large, FileBytes::Read(_)));
+        }
+        assert!(large[..] == bytes);
+        for offset in [0, 1, 5000, bytes.len(), usize::MAX] {
+            large.release_before(offset);
+            assert!(large[..] == bytes, "{offset}");
+        }
+        let error = open_file(&path, LARGE_FILE).unwrap_err();
+        assert_eq!(error.kind, ErrorKind::Limit);
+        std::fs::write(&path, &bytes[..9]).unwrap();
+        let small = open_file(&path, usize::MAX).unwrap();
+        assert!(matches!(small, FileBytes::Read(_)) && small[..] == bytes[..9]);
+        std::fs::remove_file(&path).unwrap();
+    }
 
     #[test]
     fn a_file_above_the_limit_and_an_endless_device_are_refused() {

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
+use ivcam_base::files::LARGE_FILE;
 
 use super::data_uri;
 use super::declarations::{Extension, Protos, Route};
@@ -82,7 +83,7 @@ impl Node {
 
 /// The size in bytes from which the content of a file is released. Below it messages quote the text
 /// as it was read, whatever becomes of the file.
-const LARGE_TEXT: usize = 16 << 20;
+const LARGE_TEXT: usize = LARGE_FILE;
 
 /// The content of a scene file and of the files that it includes.
 #[derive(Clone, Debug, Default)]

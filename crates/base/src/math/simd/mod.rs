@@ -3,7 +3,8 @@
 //! This is the program's place for `unsafe` code, which is denied elsewhere. Outside of it stand
 //! only the stack of the tree's traversal (`bvh/stack.rs`), whose entries are not initialized, two
 //! calls of functions that are compiled for a width that [`Width::detect`] has found
-//! (`bvh/walk.rs`), and one of the C library (`memory/free_blocks.rs`).
+//! (`bvh/walk.rs`), one of the C library (`memory/free_blocks.rs`), the mapping of large files
+//! (`files/mapped.rs`), and a look at standard output (`files/standard_output.rs`).
 //!
 //! A function for AVX or AVX-512 has the attribute `target_feature`. The compiler lets only
 //! functions with the same attribute call it without `unsafe`, or a value of a type of [`Vectors`]

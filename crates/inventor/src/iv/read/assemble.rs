@@ -5,6 +5,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Span, nearest};
+use ivcam_base::files::FileBytes;
 use ivcam_base::work;
 
 use super::enum_names::EnumNames;
@@ -50,6 +51,9 @@ pub(super) const MAX_FIELDS: usize = 5_000;
 /// before the scene is compiled.
 const NODE_STEPS: u64 = 100;
 
+/// The number of bytes after which the memory of what has been read is given back.
+const RELEASED: usize = 4 << 20;
+
 /// The top-level nodes and classes that a file adds to a document.
 pub(super) struct FileRead {
     /// The top-level nodes of the file.
@@ -61,7 +65,7 @@ pub(super) struct FileRead {
 /// The type of `file::read_into`. It is passed as a pointer because an `EXTERNPROTO` needs another
 /// file while the file that refers to it is being read.
 pub(super) type ReadFile =
-    fn(&mut Document, &str, Vec<u8>, &Limits, Option<Header>) -> Result<FileRead>;
+    fn(&mut Document, &str, FileBytes, &Limits, Option<Header>) -> Result<FileRead>;
 
 /// The names of the fields and events of a proto.
 pub(super) type InterfaceNames = HashSet<Box<str>>;
@@ -96,6 +100,8 @@ pub(super) struct Assembler<'d> {
     pub is_translated: bool,
     /// The values of fields that later versions do not have, for [`upgrade`].
     pub old: Vec<(NodeId, &'static upgrade::OldField, Value)>,
+    /// The file, if its memory can be given back while it is read.
+    pub file: Option<&'d FileBytes>,
 }
 
 impl<'d> Assembler<'d> {
@@ -123,6 +129,18 @@ impl<'d> Assembler<'d> {
             in_protos: 0,
             is_translated: false,
             old: Vec::new(),
+            file: None,
+        }
+    }
+
+    /// Makes a function that gives back the memory of a file of `len` bytes up to those that are
+    /// left to be read.
+    pub(super) fn releases(&self, len: usize) -> impl Fn(usize) + use<'d> {
+        let file = self.file;
+        move |left| {
+            if let Some(file) = file {
+                file.release_before(len - left);
+            }
         }
     }
 
@@ -202,6 +220,11 @@ impl<'d> Assembler<'d> {
     /// # Errors
     /// Returns the errors of [`Self::spend`].
     pub(super) fn spend_read(&self, bytes: usize, at: usize) -> Result<()> {
+        if let Some(file) = self.file
+            && at / RELEASED > at.saturating_sub(bytes) / RELEASED
+        {
+            file.release_before(at);
+        }
         self.spend(bytes as u64 / 4 + 2, Span::at(at))
     }
 
@@ -430,7 +453,7 @@ impl<'d> Assembler<'d> {
         if self.is_translated {
             return None;
         }
-        let bytes = &self.document.sources[usize::from(self.source)].bytes;
+        let bytes = self.document.sources[usize::from(self.source)].text();
         let text = bytes.get(value.start as usize..value.end as usize)?;
         let ends = |b: &u8| b.is_ascii_whitespace() || b",[]{}".contains(b);
         let mut start = value.start as usize;

@@ -518,7 +518,9 @@ impl<'s> BinaryReader<'_, '_, 's> {
 
     /// Reads a value that contains no nodes, and reports names that the enumeration does not have.
     fn value(&mut self, node: NodeId, slot: FieldSlot) -> BinaryStep<Value> {
+        let left = self.asm.releases(self.bytes.len());
         let mut context = Context {
+            left: &left,
             names: self.asm.names_of(node, slot),
             wide_pixels: self.asm.header.version < (2, 1),
             mistakes: Vec::new(),

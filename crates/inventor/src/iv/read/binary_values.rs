@@ -12,14 +12,20 @@ use nom::multi::{count, fill, many_till};
 use nom::number::complete::be_u32;
 use nom::sequence::pair;
 
+use super::blocks::OnProgress;
 use super::enum_names::EnumNames;
 use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
+/// The number of values of a list after which its progress is reported.
+const PART: usize = 1 << 18;
+
 /// The parameters of the parser of a value, in addition to its type.
-pub(super) struct Context<'a> {
+pub(super) struct Context<'a, 'r> {
+    /// Is called within long lists.
+    pub left: OnProgress<'r>,
     /// The names of an enumeration's values.
     pub names: EnumNames,
     /// Whether images have one word per pixel, as before V2.1, and not one byte per component.
@@ -33,10 +39,10 @@ pub(super) struct Context<'a> {
 pub(super) fn value<'a>(
     input: &'a [u8],
     kind: FieldType,
-    context: &mut Context<'a>,
+    context: &mut Context<'a, '_>,
 ) -> Parsed<'a, Value> {
     use FieldType as F;
-    let wide = context.wide_pixels;
+    let (wide, left) = (context.wide_pixels, context.left);
     let mut named = |input: &'a [u8]| enumeration(input, context);
     match kind {
         F::SFBool => read(word(input), |n| Value::Bool(n != 0)),
@@ -62,22 +68,22 @@ pub(super) fn value<'a>(
         F::SFNode | F::SFPath | F::SFEngine => Ok((input, Value::Node(None))),
         F::MFNode => Ok((input, Value::Nodes(Vec::new()))),
         F::SFTrigger => Ok((input, Value::Trigger)),
-        F::MFBool => read(tuples(input, |[n]| n != 0), Value::Bools),
-        F::MFInt32 | F::MFShort => read(tuples(input, |[n]| n as i32), Value::Ints),
+        F::MFBool => read(tuples(input, left, |[n]| n != 0), Value::Bools),
+        F::MFInt32 | F::MFShort => read(tuples(input, left, |[n]| n as i32), Value::Ints),
         F::MFEnum => read(list(input, named), Value::Ints),
-        F::MFUInt32 | F::MFUShort => read(tuples(input, |[n]| n), Value::UInts),
-        F::MFFloat => read(tuples(input, |[n]| f32::from_bits(n)), Value::Floats),
+        F::MFUInt32 | F::MFUShort => read(tuples(input, left, |[n]| n), Value::UInts),
+        F::MFFloat => read(tuples(input, left, |[n]| f32::from_bits(n)), Value::Floats),
         F::MFDouble | F::MFTime => read(
-            tuples(input, |[a, b]| double_from_words(a, b)),
+            tuples(input, left, |[a, b]| double_from_words(a, b)),
             Value::Doubles,
         ),
         F::MFString | F::MFName => read(list(input, string), Value::Strings),
-        F::MFVec2f => read(float_tuples(input, Vec2::from_array), Value::Vec2s),
-        F::MFVec3f | F::MFColor => read(float_tuples(input, Vec3::from_array), Value::Vec3s),
-        F::MFVec4f => read(float_tuples(input, Vec4::from_array), Value::Vec4s),
-        F::MFVec2i32 => read(int_tuples::<2>(input), Value::Ints),
-        F::MFVec3i32 => read(int_tuples::<3>(input), Value::Ints),
-        F::MFVec4i32 => read(int_tuples::<4>(input), Value::Ints),
+        F::MFVec2f => read(float_tuples(input, left, Vec2::from_array), Value::Vec2s),
+        F::MFVec3f | F::MFColor => read(float_tuples(input, left, Vec3::from_array), Value::Vec3s),
+        F::MFVec4f => read(float_tuples(input, left, Vec4::from_array), Value::Vec4s),
+        F::MFVec2i32 => read(int_tuples::<2>(input, left), Value::Ints),
+        F::MFVec3i32 => read(int_tuples::<3>(input, left), Value::Ints),
+        F::MFVec4i32 => read(int_tuples::<4>(input, left), Value::Ints),
         F::MFVec3d => {
             let vector = |[a, b, c, d, e, f]: [u32; 6]| {
                 [
@@ -86,13 +92,13 @@ pub(super) fn value<'a>(
                     double_from_words(e, f),
                 ]
             };
-            read(tuples(input, vector), |v| {
+            read(tuples(input, left, vector), |v| {
                 Value::Doubles(v.into_flattened())
             })
         }
-        F::MFRotation => read(float_tuples(input, rotation), Value::Rotations),
-        F::MFMatrix => read(float_tuples(input, matrix), Value::Matrices),
-        F::MFPlane => read(float_tuples(input, plane), Value::Planes),
+        F::MFRotation => read(float_tuples(input, left, rotation), Value::Rotations),
+        F::MFMatrix => read(float_tuples(input, left, matrix), Value::Matrices),
+        F::MFPlane => read(float_tuples(input, left, plane), Value::Planes),
     }
 }
 
@@ -164,25 +170,39 @@ pub(super) fn list<'a, T>(
 
 /// Parses a count and that many values of `N` words each. It checks the length only once for all
 /// values, which is faster than a parser per value.
-fn tuples<const N: usize, T>(input: &[u8], one: impl Fn([u32; N]) -> T) -> Parsed<'_, Vec<T>> {
+fn tuples<'a, const N: usize, T>(
+    input: &'a [u8],
+    left: OnProgress<'_>,
+    one: impl Fn([u32; N]) -> T,
+) -> Parsed<'a, Vec<T>> {
     let (rest, length) = checked_count(input, 4 * N)?;
     let (rest, bytes) = take(4 * N * length)(rest)?;
     let tuple = |bytes: &[u8]| {
         let word = |i: usize| u32::from_be_bytes(std::array::from_fn(|k| bytes[4 * i + k]));
         one(std::array::from_fn(word))
     };
-    Ok((rest, bytes.chunks_exact(4 * N).map(tuple).collect()))
+    let mut values = Vec::with_capacity(length);
+    for part in bytes.chunks(4 * N * PART) {
+        values.extend(part.chunks_exact(4 * N).map(&tuple));
+        left(rest.len() + 4 * N * (length - values.len()));
+    }
+    Ok((rest, values))
 }
 
-fn float_tuples<const N: usize, T>(
-    input: &[u8],
+fn float_tuples<'a, const N: usize, T>(
+    input: &'a [u8],
+    left: OnProgress<'_>,
     one: impl Fn([f32; N]) -> T,
-) -> Parsed<'_, Vec<T>> {
-    tuples(input, |words: [u32; N]| one(words.map(f32::from_bits)))
+) -> Parsed<'a, Vec<T>> {
+    tuples(
+        input,
+        left,
+        |words: [u32; N]| one(words.map(f32::from_bits)),
+    )
 }
 
-fn int_tuples<const N: usize>(input: &[u8]) -> Parsed<'_, Vec<i32>> {
-    let (rest, tuples) = tuples(input, |words: [u32; N]| words.map(u32::cast_signed))?;
+fn int_tuples<'a, const N: usize>(input: &'a [u8], left: OnProgress<'_>) -> Parsed<'a, Vec<i32>> {
+    let (rest, tuples) = tuples(input, left, |words: [u32; N]| words.map(u32::cast_signed))?;
     Ok((rest, tuples.into_flattened()))
 }
 
@@ -212,7 +232,7 @@ fn matrix(columns: [f32; 16]) -> Mat4 {
 
 /// Parses the name of an enumeration's value, or the value as text. An unknown name is added to the
 /// mistakes, and reading continues.
-fn enumeration<'a>(input: &'a [u8], context: &mut Context<'a>) -> Parsed<'a, i32> {
+fn enumeration<'a>(input: &'a [u8], context: &mut Context<'a, '_>) -> Parsed<'a, i32> {
     let (rest, name) = string(input)?;
     let value = context.names.value(&name).or_else(|| name.parse().ok());
     if value.is_none() {

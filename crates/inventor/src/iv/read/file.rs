@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Source};
+use ivcam_base::files::FileBytes;
 
 use super::assemble::{Assembler, FileRead};
 use super::header::{self, Encoding, Header};
@@ -19,7 +20,7 @@ use crate::iv::limits::Limits;
 pub(super) fn read_into(
     document: &mut Document,
     name: &str,
-    bytes: Vec<u8>,
+    bytes: FileBytes,
     limits: &Limits,
     otherwise: Option<Header>,
 ) -> Result<FileRead> {
@@ -32,8 +33,14 @@ pub(super) fn read_into(
     if document.sources.is_empty() {
         document.format = header.words.clone();
     }
-    let mut source = Source::new(name, bytes);
-    if header.encoding.is_binary(&source.bytes) {
+    let is_binary = header.encoding.is_binary(&bytes);
+    // A large file is not kept: its text is read again if a message quotes it.
+    let (mut source, file) = match bytes {
+        FileBytes::Read(bytes) => (Source::new(name, bytes), None),
+        #[cfg(target_os = "linux")]
+        FileBytes::Mapped(_) => (Source::on_disk(name, bytes.len()), Some(bytes)),
+    };
+    if is_binary {
         source = source.into_binary();
     }
     let source = Arc::new(source);
@@ -49,15 +56,17 @@ pub(super) fn read_into(
             .insert(document.sources.len() as u16 - 1);
     }
     let encoding = header.encoding;
+    let bytes = file.as_deref().unwrap_or(&source.bytes);
     let mut assembler = Assembler::new(document, header, limits, read_into);
+    assembler.file = file.as_ref();
     let roots = match encoding {
-        Encoding::Text => ascii::read(&mut assembler, &source.bytes),
-        Encoding::Binary => binary::read(&mut assembler, &source.bytes),
-        Encoding::Xml => formats::x3d::read(&mut assembler, &source.bytes),
-        Encoding::Obj => formats::obj::read(&mut assembler, &source.bytes),
-        Encoding::Ply => formats::ply::read(&mut assembler, &source.bytes),
-        Encoding::Stl => formats::stl::read(&mut assembler, &source.bytes),
-        Encoding::Gltf => formats::gltf::read(&mut assembler, &source.bytes),
+        Encoding::Text => ascii::read(&mut assembler, bytes),
+        Encoding::Binary => binary::read(&mut assembler, bytes),
+        Encoding::Xml => formats::x3d::read(&mut assembler, bytes),
+        Encoding::Obj => formats::obj::read(&mut assembler, bytes),
+        Encoding::Ply => formats::ply::read(&mut assembler, bytes),
+        Encoding::Stl => formats::stl::read(&mut assembler, bytes),
+        Encoding::Gltf => formats::gltf::read(&mut assembler, bytes),
     };
     let old = std::mem::take(&mut assembler.old);
     let header = assembler.header.clone();

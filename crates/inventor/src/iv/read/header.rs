@@ -5,6 +5,7 @@
 use std::io::Read;
 
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
+use ivcam_base::files::FileBytes;
 use nom::Parser;
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take_till, take_till1, take_while, take_while_m_n, take_while1};
@@ -371,10 +372,10 @@ fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
 /// # Errors
 /// Returns an error if the result is larger than the limit, or if nothing can be decompressed.
 pub(super) fn unpack(
-    bytes: Vec<u8>,
+    bytes: FileBytes,
     name: &str,
     limits: &Limits,
-) -> Result<(Vec<u8>, Option<Box<Diagnostic>>)> {
+) -> Result<(FileBytes, Option<Box<Diagnostic>>)> {
     let too_big = |n: usize| {
         Diagnostic::beyond_limit(format!("`{name}` is larger than {n} bytes"))
             .in_file(name)
@@ -388,22 +389,23 @@ pub(super) fn unpack(
         };
     }
     let mut out = Vec::new();
-    let read = flate2::read::MultiGzDecoder::new(bytes.as_slice())
+    let read = flate2::read::MultiGzDecoder::new(&bytes[..])
         .take(limits.bytes as u64 + 1)
         .read_to_end(&mut out);
+    drop(bytes);
     match read {
         Ok(_) if out.len() > limits.bytes => Err(too_big(limits.bytes)),
-        Ok(_) => Ok((out, None)),
+        Ok(_) => Ok((FileBytes::Read(out), None)),
         // Bytes after a complete archive are ignored, as by `gunzip`.
         Err(error) if !out.is_empty() && error.to_string() == "invalid gzip header" => {
-            Ok((out, None))
+            Ok((FileBytes::Read(out), None))
         }
         Err(error) if !out.is_empty() => {
             let message = format!("the gzip archive is damaged: {error}");
             let help = format!("{} bytes could be unpacked, and are read", out.len());
             let warning = Diagnostic::warning(message).in_file(name);
             let warning = warning.of_kind(ErrorKind::Damaged).with_help(help);
-            Ok((out, Some(warning)))
+            Ok((FileBytes::Read(out), Some(warning)))
         }
         Err(error) => Err(
             Diagnostic::error(format!("`{name}` cannot be unpacked: {error}"))

@@ -4,6 +4,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 
 use ivcam_base::diag::Severity;
+use ivcam_base::files::FileBytes;
 
 use super::file::read_into;
 use crate::grammar::value::{NodeId, Value};
@@ -107,7 +108,7 @@ impl Inclusion<'_> {
             return;
         }
         let total = |own: usize| {
-            let sources = self.document.sources.iter().map(|s| s.bytes.len());
+            let sources = self.document.sources.iter().map(|s| s.len());
             sources.fold(own, usize::saturating_add)
         };
         if known.is_none() && total(bytes.len()) > self.limits.bytes {
@@ -126,7 +127,13 @@ impl Inclusion<'_> {
     /// read has no roots.
     fn read(&mut self, name: String, bytes: Vec<u8>, depth: usize) -> (u16, Vec<NodeId>) {
         let target = self.document.sources.len() as u16;
-        let roots = match read_into(self.document, &name, bytes, self.limits, None) {
+        let roots = match read_into(
+            self.document,
+            &name,
+            FileBytes::Read(bytes),
+            self.limits,
+            None,
+        ) {
             Ok(file) => file.roots,
             Err(error) => {
                 self.document.sink.add(*error.at_most(Severity::Warning));

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{read_file, read_stream};
+use ivcam_base::files::{FileBytes, open_file, read_stream};
 
 use super::file::read_into;
 use super::header::Header;
@@ -69,13 +69,17 @@ impl Document {
         }
         let (name, place, bytes) = if path.as_os_str() == "-" {
             let bytes = standard_input(limits.bytes)?;
-            (STANDARD_INPUT.to_owned(), Path::new("."), bytes)
+            (
+                STANDARD_INPUT.to_owned(),
+                Path::new("."),
+                FileBytes::Read(bytes),
+            )
         } else {
-            let bytes = read_file(path, limits.bytes)?;
+            let bytes = open_file(path, limits.bytes)?;
             (path.display().to_string(), path, bytes)
         };
         let loader = FolderLoader::within(place, search, contain, limits.bytes);
-        Self::read(&name, bytes, Arc::new(loader), limits)
+        Self::read_as(&name, bytes, Arc::new(loader), limits, None)
     }
 
     /// Reads a document from bytes. `name` is the file name for messages and for `loader`.
@@ -88,7 +92,7 @@ impl Document {
         loader: Arc<dyn Loader>,
         limits: &Limits,
     ) -> Result<Self> {
-        Self::read_as(name, bytes, loader, limits, None)
+        Self::read_as(name, FileBytes::Read(bytes), loader, limits, None)
     }
 
     /// Reads a document that may have no header, such as the files of `-camread` and `-e`. It is
@@ -98,6 +102,7 @@ impl Document {
     /// Returns an error if the bytes exceed a limit.
     pub fn read_headerless(name: &str, bytes: Vec<u8>) -> Result<Self> {
         let header = Some(Header::ascii_2_1());
+        let bytes = FileBytes::Read(bytes);
         Self::read_as(name, bytes, Arc::new(NoFiles), &Limits::default(), header)
     }
 
@@ -108,7 +113,14 @@ impl Document {
     /// Returns an error if the bytes exceed a limit.
     pub fn read_more(&mut self, name: &str, bytes: Vec<u8>) -> Result<Vec<NodeId>> {
         let header = Some(Header::ascii_2_1());
-        let roots = read_into(self, name, bytes, &Limits::default(), header)?.roots;
+        let roots = read_into(
+            self,
+            name,
+            FileBytes::Read(bytes),
+            &Limits::default(),
+            header,
+        )?
+        .roots;
         cycles::cut_cycles(self);
         Ok(roots)
     }
@@ -128,7 +140,13 @@ impl Document {
         let first = self.nodes.len();
         let routes = std::mem::take(&mut self.routes);
         let stated = std::mem::take(&mut self.stated_routes);
-        let read = read_into(self, name, bytes, limits, Some(Header::vrml97()));
+        let read = read_into(
+            self,
+            name,
+            FileBytes::Read(bytes),
+            limits,
+            Some(Header::vrml97()),
+        );
         if read.is_ok() {
             inline::include(self, limits, first);
             expand::resolve_routes(self);
@@ -153,7 +171,7 @@ impl Document {
     /// Reads a document from bytes. `otherwise` is used if they have no header.
     fn read_as(
         name: &str,
-        bytes: Vec<u8>,
+        bytes: FileBytes,
         loader: Arc<dyn Loader>,
         limits: &Limits,
         otherwise: Option<Header>,

@@ -10,6 +10,7 @@ use nom::multi::{fold_many0, many_till};
 use nom::sequence::preceded;
 use nom::{Err as NomErr, Parser};
 
+use super::blocks::{OnProgress, OneValue, read_blocks};
 use super::enum_names::EnumNames;
 use super::numbers::{double, float, int32, uint32};
 use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
@@ -27,11 +28,12 @@ pub(super) struct Read<'a> {
 }
 
 /// Parses a value of any type. For a field of nodes it returns an empty value and reads nothing,
-/// because the reader of nodes handles them.
+/// because the reader of nodes handles them. `left` is called within long lists.
 pub(super) fn value<'a>(
     input: &'a [u8],
     kind: FieldType,
     names: EnumNames,
+    left: OnProgress<'_>,
 ) -> Parsed<'a, Read<'a>> {
     use FieldType as F;
     let choice = |input| enumeration(input, names);
@@ -59,23 +61,23 @@ pub(super) fn value<'a>(
         F::SFNode | F::SFPath | F::SFEngine => single(input, nothing, |()| Value::Node(None)),
         F::MFNode => single(input, nothing, |()| Value::Nodes(Vec::new())),
         F::SFTrigger => single(input, nothing, |()| Value::Trigger),
-        F::MFBool => list(input, boolean, Value::Bools),
-        F::MFInt32 | F::MFShort => list(input, int32, Value::Ints),
-        F::MFEnum => list(input, choice, Value::Ints),
-        F::MFUInt32 | F::MFUShort => list(input, uint32, Value::UInts),
-        F::MFFloat => list(input, float, Value::Floats),
-        F::MFDouble | F::MFTime => list(input, double, Value::Doubles),
-        F::MFString | F::MFName => list(input, string, Value::Strings),
-        F::MFVec2f => list(input, vec2, Value::Vec2s),
-        F::MFVec3f | F::MFColor => list(input, vec3, Value::Vec3s),
-        F::MFVec4f => list(input, vec4, Value::Vec4s),
-        F::MFVec2i32 => list(input, ints::<2>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec3i32 => list(input, ints::<3>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec4i32 => list(input, ints::<4>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec3d => list(input, vec3d, |n| Value::Doubles(n.into_flattened())),
-        F::MFRotation => list(input, rotation, Value::Rotations),
-        F::MFMatrix => list(input, matrix, Value::Matrices),
-        F::MFPlane => list(input, plane, Value::Planes),
+        F::MFBool => list(input, left, boolean, Value::Bools),
+        F::MFInt32 | F::MFShort => list(input, left, int32, Value::Ints),
+        F::MFEnum => list(input, left, choice, Value::Ints),
+        F::MFUInt32 | F::MFUShort => list(input, left, uint32, Value::UInts),
+        F::MFFloat => list(input, left, float, Value::Floats),
+        F::MFDouble | F::MFTime => list(input, left, double, Value::Doubles),
+        F::MFString | F::MFName => list(input, left, string, Value::Strings),
+        F::MFVec2f => list(input, left, vec2, Value::Vec2s),
+        F::MFVec3f | F::MFColor => list(input, left, vec3, Value::Vec3s),
+        F::MFVec4f => list(input, left, vec4, Value::Vec4s),
+        F::MFVec2i32 => list(input, left, ints::<2>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec3i32 => list(input, left, ints::<3>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec4i32 => list(input, left, ints::<4>, |n| Value::Ints(n.into_flattened())),
+        F::MFVec3d => list(input, left, vec3d, |n| Value::Doubles(n.into_flattened())),
+        F::MFRotation => list(input, left, rotation, Value::Rotations),
+        F::MFMatrix => list(input, left, matrix, Value::Matrices),
+        F::MFPlane => list(input, left, plane, Value::Planes),
     }
 }
 
@@ -93,16 +95,17 @@ fn single<'a, T>(
     one.map(read).parse(input)
 }
 
-/// The number of values after which a list looks whether reading has to end. The reader says so
-/// after the list.
+/// The number of values after which a list looks whether reading has to end, which the reader says
+/// after the list, and after which it is long enough for several threads.
 const TURN: usize = 1 << 16;
 
 /// Parses the value of a multiple-value field: `[ a, b c, ]`, or one value without brackets.
 /// Several numbers without brackets are accepted too.
 #[inline]
-fn list<'a, T>(
+fn list<'a, T: Send>(
     input: &'a [u8],
-    mut one: impl Parser<&'a [u8], Output = T, Error = SyntaxError<'a>>,
+    left: OnProgress<'_>,
+    one: impl OneValue<'a, T>,
     make: impl Fn(Vec<T>) -> Value,
 ) -> Parsed<'a, Read<'a>> {
     let read = |values, mistake| Read {
@@ -115,9 +118,15 @@ fn list<'a, T>(
     };
     let (mut rest, mut values) = (rest, Vec::new());
     loop {
+        if values.len() == TURN {
+            rest = read_blocks(rest, left, one, &mut values);
+        }
+        let is_cut = values.len() % TURN == TURN - 1 && {
+            left(rest.len());
+            work::is_cut()
+        };
         let next = skip(rest);
-        let is_cut = values.len() % TURN == TURN - 1 && work::is_cut();
-        match one.parse(next) {
+        match one(next) {
             Ok((after, value)) if !is_cut && after.len() < next.len() => {
                 values.push(value);
                 rest = after;

@@ -203,7 +203,9 @@ impl<'s> AsciiReader<'_, '_, 's> {
     ) -> Result<()> {
         let at = self.rest;
         let kind = self.asm.written_as(node, slot);
-        match values::value(at, kind, self.asm.names_of(node, slot)) {
+        let names = self.asm.names_of(node, slot);
+        let left = self.asm.releases(self.text.len());
+        match values::value(at, kind, names, &left) {
             Ok((rest, read)) => {
                 self.rest = rest;
                 let span = Span {
@@ -279,7 +281,8 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let FieldSlot::Old(old) = slot else {
             return Ok(());
         };
-        match values::value(self.rest, slot.kind(), self.asm.names_of(node, slot)) {
+        let names = self.asm.names_of(node, slot);
+        match values::value(self.rest, slot.kind(), names, &|_| {}) {
             Ok((rest, read)) => {
                 self.rest = rest;
                 self.asm.old.push((node, old, read.value));

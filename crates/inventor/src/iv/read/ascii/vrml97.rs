@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result, Span};
+use ivcam_base::files::FileBytes;
 use ivcam_base::work::{self, Budget};
 
 use super::reader::{AsciiLevel, AsciiReader, Scope};
@@ -258,7 +259,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         if self.asm.document.protos.list[proto].external {
             self.rest = skip(self.rest);
             let start = self.rest;
-            let urls = values::value(self.rest, FieldType::MFString, EnumNames::NONE);
+            let urls = values::value(self.rest, FieldType::MFString, EnumNames::NONE, &|_| {});
             if let Ok((rest, read)) = urls {
                 if let Value::Strings(urls) = read.value {
                     self.asm.document.protos.list[proto].urls = urls;
@@ -405,7 +406,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         };
         let routes = std::mem::take(&mut document.routes);
         let first = document.nodes.len() as u32;
-        let read = read_file(document, &name, bytes, &limits, None);
+        let read = read_file(document, &name, FileBytes::Read(bytes), &limits, None);
         document.routes = routes;
         document.protos.templates.retain(|r| r.start < first);
         if self.asm.in_protos == 0 {

@@ -1,0 +1,188 @@
+//! Reads the values of a long list by several threads, a block of text each.
+//!
+//! A line ending ends every token but a string, comments included, so a block that ends with one and
+//! contains whole values is read as it is within the whole text. If the values of a block do not end
+//! with it (a value on two lines, the end of the list, a mistake), the blocks after it do not count,
+//! and one thread reads on from the last whole value. The values, and the places of mistakes, are
+//! the same for any number of threads.
+
+use std::thread;
+
+use ivcam_base::work;
+
+use super::syntax_error::Parsed;
+use super::tokens::skip;
+
+/// The size of a block in bytes. A round of them takes about a millisecond, which is long beside
+/// the start of threads.
+const BLOCK: usize = 1 << 20;
+/// The longest line in which a block may end, in bytes.
+const LINE: usize = 4096;
+/// The most threads for a list.
+const MOST_THREADS: usize = 8;
+
+/// Is told from time to time how many bytes are left to be read.
+pub(super) type OnProgress<'r> = &'r dyn Fn(usize);
+
+/// A parser of one value of a list.
+pub(super) trait OneValue<'a, T>: Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send {}
+impl<'a, T, F: Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send> OneValue<'a, T> for F {}
+
+/// Reads values at the start of `text` as long as whole blocks of them follow, and returns the text
+/// after them. What it returns may begin with further values.
+pub(super) fn read_blocks<'a, T: Send>(
+    text: &'a [u8],
+    left: OnProgress<'_>,
+    one: impl OneValue<'a, T>,
+    values: &mut Vec<T>,
+) -> &'a [u8] {
+    let threads = thread::available_parallelism().map_or(1, |n| n.get().min(MOST_THREADS));
+    if threads < 2 {
+        return text;
+    }
+    read_blocks_of(text, left, one, values, (threads, BLOCK))
+}
+
+/// Reads values as [`read_blocks`] does, by so many threads and in blocks of so many bytes.
+fn read_blocks_of<'a, T: Send>(
+    text: &'a [u8],
+    left: OnProgress<'_>,
+    one: impl OneValue<'a, T>,
+    values: &mut Vec<T>,
+    (threads, size): (usize, usize),
+) -> &'a [u8] {
+    let mut rest = text;
+    // Lists that are used again in each round, so that their memory is.
+    let mut lists: Vec<Vec<T>> = (0..threads).map(|_| Vec::new()).collect();
+    while !work::is_cut() {
+        let Some(blocks) = split(rest, threads, size) else {
+            break;
+        };
+        let ends = read_round(&blocks, one, &mut lists);
+        for ((block, end), list) in blocks.iter().zip(ends).zip(&mut lists) {
+            values.append(list);
+            rest = &rest[block.len() - end.len()..];
+            if !end.is_empty() {
+                return rest;
+            }
+        }
+        left(rest.len());
+    }
+    rest
+}
+
+/// Returns blocks at the start of a text, or `None` if it is too short or its lines are too long.
+fn split(text: &[u8], count: usize, size: usize) -> Option<Vec<&[u8]>> {
+    let (mut blocks, mut rest) = (Vec::with_capacity(count), text);
+    for _ in 0..count {
+        let line = rest.get(size..size + LINE)?;
+        let end = size + 1 + line.iter().position(|&b| b == b'\n')?;
+        let (block, after) = rest.split_at(end);
+        blocks.push(block);
+        rest = after;
+    }
+    Some(blocks)
+}
+
+/// Reads each block by a thread, and returns what is left of each: nothing if it contains whole
+/// values alone.
+fn read_round<'a, T: Send>(
+    blocks: &[&'a [u8]],
+    one: impl OneValue<'a, T>,
+    lists: &mut [Vec<T>],
+) -> Vec<&'a [u8]> {
+    let mut ends = blocks.to_vec();
+    thread::scope(|scope| {
+        let mut work = ends.iter_mut().zip(lists);
+        let own = work.next();
+        for (end, list) in work {
+            let read = move || *end = read_block(end, one, list);
+            // A block without a thread is left as it is.
+            let _ = thread::Builder::new().spawn_scoped(scope, read);
+        }
+        if let Some((end, list)) = own {
+            *end = read_block(end, one, list);
+        }
+    });
+    ends
+}
+
+/// Reads the values of a block, and returns the text after the last one, without the white space at
+/// its end.
+fn read_block<'a, T>(block: &'a [u8], one: impl OneValue<'a, T>, values: &mut Vec<T>) -> &'a [u8] {
+    let mut rest = block;
+    loop {
+        let next = skip(rest);
+        if next.is_empty() {
+            return next;
+        }
+        match one(next) {
+            Ok((after, value)) if after.len() < next.len() => {
+                values.push(value);
+                rest = after;
+            }
+            _ => return rest,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::fmt::Debug;
+
+    use super::*;
+    use crate::iv::read::numbers::{float, int32};
+    use crate::iv::read::tokens::string;
+
+    /// Reads a list with blocks of several sizes and without, and returns how many bytes the blocks
+    /// of the least size have read.
+    fn compare<T: Send + Debug + PartialEq>(
+        text: &str,
+        one: impl for<'a> Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send,
+    ) -> usize {
+        let text = text.as_bytes();
+        let (mut expected, mut by_blocks) = (Vec::new(), 0);
+        let end = skip(read_block(text, one, &mut expected)).len();
+        for (threads, size) in [(3, 97), (2, 1000), (5, 4000)] {
+            let (mut values, left) = (Vec::new(), Cell::new(text.len()));
+            let told = |bytes: usize| assert!(left.replace(bytes) > bytes);
+            let rest = read_blocks_of(text, &told, one, &mut values, (threads, size));
+            by_blocks = by_blocks.max(text.len() - rest.len());
+            let last = skip(read_block(rest, one, &mut values)).len();
+            assert_eq!(values, expected, "{threads} {size}");
+            assert_eq!(last, end, "{threads} {size}");
+        }
+        by_blocks
+    }
+
+    fn pair(input: &[u8]) -> Parsed<'_, (f32, f32)> {
+        let (rest, x) = float(input)?;
+        let (rest, y) = float(skip(rest))?;
+        Ok((rest, (x, y)))
+    }
+
+    #[test]
+    fn a_list_is_read_in_blocks_as_in_one_piece() {
+        let lines = |line: &str| line.repeat(30_000 / line.len());
+        let most = |read: usize| assert!(read > 25_000 - 4096, "{read}");
+        let little = |read: usize| assert!(read < 5000, "{read}");
+        most(compare(&lines("1 2.5, -3e2 4,\n"), pair));
+        most(compare(&lines("12, 7, -1,\r\n"), int32));
+        most(compare(&lines("1 2 # 3 ] { \" 4\n"), pair));
+        most(compare(&lines("\"a ] 1\\\" \" b,\n"), string));
+        compare(&lines("\"a\nb\"\n"), string);
+        // Pairs that lie on two lines, and no line endings at all.
+        little(compare(&lines("1 2 3\n"), pair));
+        little(compare(&lines("1 2 3 4 "), int32));
+        little(compare(&lines("1 2\r"), int32));
+        // The list ends, or has a mistake, within a block; what follows looks like more of it.
+        for stop in ["] }", "oops", "1.5.", "\"", "-", "1 # 2"] {
+            let text = lines("1 2\n") + stop + "\n" + &lines("3 4\n");
+            assert!(compare(&text, pair) > 20_000);
+            compare(&text, int32);
+        }
+        compare("", int32);
+        compare("1", int32);
+    }
+}
