@@ -264,6 +264,11 @@ fn obj_becomes_shapes_of_one_material_each() {
         "Some(Strings([\"a picture.png\"]))"
     );
     assert_eq!(texture.source().expect("a file").name, "a.mtl");
+    // The texture multiplies `Kd`: that of an `Appearance` would replace it.
+    let of_material = material.get_node(vrml97_material::DIFFUSE_TEXTURE);
+    assert_eq!(of_material.map(|node| node.id), Some(texture.id));
+    let appearance = nodes(&document, "Appearance")[0];
+    assert!(appearance.get_node(appearance::TEXTURE).is_none());
     assert_eq!(nodes(&document, "IndexedLineSet").len(), 1);
     assert_eq!(nodes(&document, "PointSet").len(), 1);
     assert_eq!(
@@ -274,6 +279,21 @@ fn obj_becomes_shapes_of_one_material_each() {
             .collect::<Vec<_>>(),
         ["square", "rest"]
     );
+}
+
+#[test]
+fn a_texture_of_mtl_without_kd_has_its_own_colors() {
+    let color_of = |library: &str| {
+        let files = Files(BTreeMap::from([("a.mtl", library.as_bytes().to_vec())]));
+        let bytes = OBJ.as_bytes().to_vec();
+        let read = Document::read("a.obj", bytes, Arc::new(files), &Limits::default());
+        let document = read.expect("reads");
+        nodes(&document, "Material")[0].get(vrml97_material::DIFFUSE_COLOR)
+    };
+    assert_eq!(color_of("newmtl red paint\nmap_Kd a.png\n"), Vec3::ONE);
+    assert_eq!(color_of("newmtl red paint\n"), Vec3::splat(0.8));
+    let black = "newmtl red paint\nmap_Kd a.png\nKd 0 0 0\n";
+    assert_eq!(color_of(black), Vec3::ZERO);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Reads MTL, the libraries of materials of OBJ files.
 //!
 //! A material becomes a `Material` with the ambient color as a fraction of the diffuse one, and
-//! `map_Kd` a texture. What a library states beyond that is reported.
+//! `map_Kd` a texture that multiplies it. What a library states beyond that is reported.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ use crate::iv::limits::cut_at;
 struct MtlMaterial {
     name: String,
     ambient: Option<Vec3>,
-    diffuse: Vec3,
+    diffuse: Option<Vec3>,
     specular: Vec3,
     emissive: Vec3,
     exponent: f32,
@@ -177,7 +177,7 @@ impl MtlMaterial {
         Self {
             name,
             ambient: None,
-            diffuse: Vec3::splat(0.8),
+            diffuse: None,
             specular: Vec3::ZERO,
             emissive: Vec3::ZERO,
             exponent: 0.0,
@@ -196,7 +196,7 @@ impl MtlMaterial {
         let missing = || format!("`{word}` needs a number");
         match word {
             "Ka" => self.ambient = Some(mtl_color(line)?),
-            "Kd" => self.diffuse = mtl_color(line)?,
+            "Kd" => self.diffuse = Some(mtl_color(line)?),
             "Ks" => self.specular = mtl_color(line)?,
             "Ke" => self.emissive = mtl_color(line)?,
             "Ns" => self.exponent = number().ok_or_else(missing)?,
@@ -227,6 +227,12 @@ impl MtlMaterial {
                     .map(|t| &t.file)
     }
 
+    /// Returns the diffuse color. A texture without one has its own colors.
+    fn diffuse(&self) -> Vec3 {
+        let usual = if self.texture.is_some() { 1.0 } else { 0.8 };
+        self.diffuse.unwrap_or(Vec3::splat(usual))
+    }
+
     /// Adds the `Appearance`.
     fn add(&self, builder: &mut Builder<'_, '_>, is_face: bool) -> Result<NodeId> {
         let span = self.span;
@@ -252,7 +258,12 @@ impl MtlMaterial {
             builder.set(node, image_texture::REPEAT_S, Value::Bool(false));
             builder.set(node, image_texture::REPEAT_T, Value::Bool(false));
         }
-        builder.set(appearance, appearance::TEXTURE, Value::Node(Some(node)));
+        // It multiplies the color, while the texture of an `Appearance` would replace it.
+        let field = match self.is_unlit {
+            true => unlit_material::EMISSIVE_TEXTURE,
+            false => material97::DIFFUSE_TEXTURE,
+        };
+        builder.set(material, field, Value::Node(Some(node)));
         if (texture.scale, texture.offset) != (Vec2::ONE, Vec2::ZERO) {
             // A `TextureTransform` moves before it scales.
             let offset = texture.offset / texture.scale;
@@ -270,7 +281,7 @@ impl MtlMaterial {
 
     /// Adds a material without lighting. Its color is linear, as all of X3D's physical materials.
     fn unlit(&self, builder: &mut Builder<'_, '_>) -> Result<NodeId> {
-        let linear = Value::Vec3(self.diffuse.map(linear_of_display));
+        let linear = Value::Vec3(self.diffuse().map(linear_of_display));
         let node = builder.with(
             class::UNLIT_MATERIAL,
             unlit_material::EMISSIVE_COLOR,
@@ -285,11 +296,15 @@ impl MtlMaterial {
     fn lit(&self, builder: &mut Builder<'_, '_>, is_face: bool) -> Result<NodeId> {
         let mean = |color: Vec3| color.element_sum() / 3.0;
         let ambient = match self.ambient.map(mean) {
-            Some(ambient) if mean(self.diffuse) > 0.0 => ambient / mean(self.diffuse),
+            Some(ambient) if mean(self.diffuse()) > 0.0 => ambient / mean(self.diffuse()),
             _ => 0.2,
         };
         // Lines and points show the emissive color only.
-        let emissive = if is_face { self.emissive } else { self.diffuse };
+        let emissive = if is_face {
+            self.emissive
+        } else {
+            self.diffuse()
+        };
         let node = builder.node(class::VRML97_MATERIAL, self.span)?;
         let shininess = (self.exponent / 128.0).clamp(0.0, 1.0);
         builder.set(
@@ -297,7 +312,7 @@ impl MtlMaterial {
             material97::AMBIENT_INTENSITY,
             Value::Float(ambient.clamp(0.0, 1.0)),
         );
-        builder.set(node, material97::DIFFUSE_COLOR, Value::Vec3(self.diffuse));
+        builder.set(node, material97::DIFFUSE_COLOR, Value::Vec3(self.diffuse()));
         builder.set(node, material97::SPECULAR_COLOR, Value::Vec3(self.specular));
         builder.set(node, material97::EMISSIVE_COLOR, Value::Vec3(emissive));
         builder.set(node, material97::SHININESS, Value::Float(shininess));
