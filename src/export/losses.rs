@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
-use ivcam_render::scene::model::{Feature, Model, Occurrence, Place, Primitives};
+use ivcam_render::scene::model::{Feature, Material, Mesh, Model, Occurrence, Place, Primitives};
 use serde::Serialize;
 
 use super::appearance::is_approximate;
@@ -49,6 +49,30 @@ struct Report<'a> {
     output: &'a str,
     count: u64,
     losses: Vec<LossEntry<'a>>,
+}
+
+/// Whether a color of a mesh is above 1.
+fn is_bright(mesh: &Mesh, material: &Material) -> bool {
+    let above = |color: &[f32; 4]| color[..3].iter().any(|&c| c > 1.0);
+    match mesh.colors.is_empty() {
+        true => material.diffuse.max_element() > 1.0,
+        false => mesh.colors.iter().any(above),
+    }
+}
+
+/// Whether the faces of a mesh are seen from one side only, and their backs would be seen
+/// otherwise: where the mesh is open, and through transparent faces.
+fn shows_lost_backs(mesh: &Mesh, material: &Material) -> bool {
+    let is_transparent =
+        || material.transparency > 0.0 || mesh.colors.iter().any(|&[.., alpha]| alpha < 1.0);
+    !material.double_sided
+        && !mesh.triangles().is_empty()
+        && (is_transparent() || mesh.shows_backs())
+}
+
+/// Whether ambient light changes a material by half a level of 255 or more.
+fn reflects_ambient_light(material: &Material) -> bool {
+    !material.unlit && material.ambient_part().max_element() >= 0.5 / 255.0
 }
 
 impl Losses {
@@ -112,6 +136,7 @@ impl Losses {
                 (texture.is_some(), Feature::Texture),
                 (!mesh.colors.is_empty(), Feature::VertexColors),
                 (is_shaded, Feature::Shading),
+                (is_bright(mesh, material), Feature::ColorRange),
                 (
                     !matches!(mesh.primitives, Primitives::Triangles(_)),
                     Feature::LinesAndPoints,
@@ -120,6 +145,12 @@ impl Losses {
             for (_, feature) in uses.into_iter().filter(|(used, f)| *used && lost(f)) {
                 self.feature(feature, &node.place, 1);
             }
+            if lost(&Feature::OneSided) && shows_lost_backs(mesh, material) {
+                self.feature(Feature::OneSided, &node.place, 1);
+            }
+        }
+        if lost(&Feature::AmbientLight) && model.materials.iter().any(reflects_ambient_light) {
+            self.feature(Feature::AmbientLight, &Place::default(), 1);
         }
         let grouped = model.nodes.iter().skip(1);
         if lost(&Feature::Hierarchy) && grouped.clone().any(|n| n.parts.is_empty()) {

@@ -113,12 +113,26 @@ impl Target {
             Feature::Light | Feature::Camera | Feature::Hierarchy | Feature::Offset
         );
         match self {
-            Self::Glb | Self::Gltf | Self::Usda => surfaces || scenes || feature == Feature::Motion,
-            Self::Obj => surfaces || feature == Feature::AmbientColor,
+            Self::Glb | Self::Gltf => {
+                surfaces || scenes || matches!(feature, Feature::Motion | Feature::OneSided)
+            }
+            Self::Usda => {
+                let others = matches!(
+                    feature,
+                    Feature::Motion | Feature::OneSided | Feature::ColorRange
+                );
+                surfaces || scenes || others
+            }
+            Self::Obj => surfaces || matches!(feature, Feature::AmbientColor | Feature::ColorRange),
             Self::Ply => feature == Feature::VertexColors,
             Self::X3d | Self::Vrml97 | Self::Inventor => {
-                let is_lighting = matches!(feature, Feature::LightFalloff | Feature::AmbientColor);
-                surfaces || scenes || is_lighting
+                let is_lighting = matches!(
+                    feature,
+                    Feature::LightFalloff | Feature::AmbientColor | Feature::AmbientLight
+                );
+                // The writer of X3D reports the colors that it limits.
+                let keeps_colors = feature == Feature::ColorRange && self != Self::Vrml97;
+                surfaces || scenes || is_lighting || keeps_colors || feature == Feature::OneSided
             }
         }
     }

@@ -116,7 +116,7 @@ fn a_scene_far_from_the_origin_is_moved_and_says_by_how_much() {
     };
     let model = Model::at(&document(&scene), 0.0, &options);
     assert_eq!(model.bounds().expect("two").1.x, 5_000_001.0);
-    assert_eq!(losses(&scene, Target::Ply), ["offset"]);
+    assert_eq!(losses(&scene, Target::Ply), ["ambient-light", "offset"]);
 }
 
 #[test]
@@ -202,6 +202,84 @@ fn the_front_of_a_face_is_where_its_normal_points() {
     // A mirroring matrix exchanges the sides in Inventor, and not in glTF.
     let mirrored = known.replace("ShapeHints", "Scale { scaleFactor -1 1 1 } ShapeHints");
     assert_eq!(front(&mirrored), -1.0);
+}
+
+#[test]
+fn the_other_sides_of_faces_are_a_loss_where_they_would_be_seen() {
+    let scene = |faces: &str| {
+        let text = "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }
+                    Environment { ambientIntensity 0 }
+                    Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0, 0 0 1 ] }";
+        format!("#Inventor V2.1 ascii\n{text} IndexedFaceSet {{ coordIndex [ {faces} ] }}")
+    };
+    let closed = "0 2 1 -1 0 1 3 -1 0 3 2 -1 1 2 3 -1";
+    let open = "0 2 1 -1 0 1 3 -1 0 3 2 -1";
+    let inward = "0 1 2 -1 0 3 1 -1 0 2 3 -1 1 3 2 -1";
+    for (faces, target, expected) in [
+        (closed, Target::Obj, false),
+        (open, Target::Obj, true),
+        (inward, Target::Obj, true),
+        (open, Target::Ply, true),
+        (open, Target::Glb, false),
+        (open, Target::Vrml97, false),
+    ] {
+        let found = losses(&scene(faces), target);
+        assert_eq!(
+            found.contains(&"one-sided".to_owned()),
+            expected,
+            "{found:?}"
+        );
+    }
+    let glass = format!(
+        "#Inventor V2.1 ascii\nMaterial {{ transparency .5 }} {}",
+        &scene(closed)[20..]
+    );
+    assert!(losses(&glass, Target::Obj).contains(&"one-sided".to_owned()));
+    let both = scene(open).replace("SOLID", "UNKNOWN_SHAPE_TYPE");
+    assert!(!losses(&both, Target::Obj).contains(&"one-sided".to_owned()));
+}
+
+#[test]
+fn bright_colors_and_ambient_light_are_lost_where_the_format_has_none() {
+    let has = |text: &str, target: Target, code: &str| {
+        let scene = format!("#Inventor V2.1 ascii\n{text} Cube {{ }}");
+        losses(&scene, target).iter().any(|found| found == code)
+    };
+    let bright = "Material { diffuseColor 1.5 1 1 }";
+    for (target, is_lost) in [
+        (Target::Glb, true),
+        (Target::Vrml97, true),
+        (Target::X3d, true),
+        (Target::Ply, true),
+        (Target::Obj, false),
+        (Target::Usda, false),
+        (Target::Inventor, false),
+    ] {
+        assert_eq!(has(bright, target, "color-range"), is_lost, "{target:?}");
+        assert!(!has("", target, "color-range"));
+    }
+    // Inventor's defaults have 0.2 of 0.2, which are ten levels of 255.
+    for (target, is_lost) in [
+        (Target::Glb, true),
+        (Target::Usda, true),
+        (Target::Obj, true),
+        (Target::Ply, true),
+        (Target::X3d, false),
+        (Target::Vrml97, false),
+        (Target::Inventor, false),
+    ] {
+        assert_eq!(has("", target, "ambient-light"), is_lost, "{target:?}");
+        assert!(!has(
+            "Environment { ambientIntensity 0 }",
+            target,
+            "ambient-light"
+        ));
+        assert!(!has(
+            "LightModel { model BASE_COLOR }",
+            target,
+            "ambient-light"
+        ));
+    }
 }
 
 #[test]

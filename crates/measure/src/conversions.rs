@@ -73,6 +73,7 @@ const NOTHING: &str = "nothing to draw was found";
 /// Losses of light: model `flat` does not show them.
 const OF_LIGHT: &[&str] = &[
     "ambient-color",
+    "ambient-light",
     "headlight",
     "light",
     "light-ambient",
@@ -98,6 +99,7 @@ const SEEN: &[&str] = &[
     "line-width",
     "lines-and-points",
     "on-top",
+    "one-sided",
     "point-size",
     "polygon-offset",
     "screen-aligned",

@@ -90,6 +90,13 @@ features! {
     Background, "background", "the background is left out";
     /// The ambient color of a material.
     AmbientColor, "ambient-color", "the ambient color is left out";
+    /// Ambient light of the scene.
+    AmbientLight, "ambient-light",
+        "the ambient light is left out; add a weak light from all sides where it is shown";
+    /// Diffuse colors above 1.
+    ColorRange, "color-range", "colors are limited to the range from 0 to 1";
+    /// Faces that are seen from one side only, although their backs could be seen.
+    OneSided, "one-sided", "both sides of the faces are seen; leave out backs where it is shown";
     /// Lines wider than a pixel.
     LineWidth, "line-width", "the width of lines is left out";
     /// Dashed lines.

@@ -38,6 +38,27 @@ impl Mesh {
         }
     }
 
+    /// Whether the backs of triangles can be seen from outside: some edge has no triangle on its
+    /// other side, or the mesh is inside out.
+    pub fn shows_backs(&self) -> bool {
+        // The difference of the sums of edges in both directions, by hashes of their ends. Of an
+        // open mesh it is 0 by chance once in 2⁶⁴.
+        let mut open = 0_u64;
+        let mut volume = 0.0;
+        for triangle in self.triangles() {
+            let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
+            for (from, to) in [(a, b), (b, c), (c, a)] {
+                let (from, to) = (hash_of(from), hash_of(to));
+                open = open
+                    .wrapping_add(mixed(from, to))
+                    .wrapping_sub(mixed(to, from));
+            }
+            let [a, b, c] = [a, b, c].map(Vec3::as_dvec3);
+            volume += a.dot(b.cross(c));
+        }
+        open != 0 || volume < 0.0
+    }
+
     /// The smallest and the largest corner of the bounding box after a matrix, or `None` without
     /// vertices.
     pub fn bounds(&self, matrix: &DAffine3) -> Option<(DVec3, DVec3)> {
@@ -46,4 +67,21 @@ impl Mesh {
         let first = placed.next()?;
         Some(placed.fold((first, first), |(a, b), p| (a.min(p), b.max(p))))
     }
+}
+/// Returns a hash of a position. The two zeros are one.
+fn hash_of(position: Vec3) -> u64 {
+    let numbers = (position + Vec3::ZERO)
+        .to_array()
+        .map(|v| u64::from(v.to_bits()));
+    numbers.into_iter().fold(0, mixed)
+}
+
+/// Mixes a number into a hash, by the finalizer of SplitMix64 (Steele, Lea and Flood, 2014).
+fn mixed(hash: u64, number: u64) -> u64 {
+    let z = (hash ^ number)
+        .wrapping_add(hash.rotate_left(32))
+        .wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }
