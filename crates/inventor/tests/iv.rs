@@ -481,6 +481,29 @@ fn a_binary_file_with_a_count_beyond_its_end_is_reported() {
     );
 }
 
+/// A file that is read past a missing byte would show something else without a word.
+#[test]
+fn a_byte_that_is_missing_anywhere_in_a_binary_file_is_damage() {
+    let scene = read(
+        "#Inventor V2.1 ascii\nSeparator { Material { diffuseColor [ 1 0 0, 0 1 0 ] }
+         DEF box Cube { width 3 } Coordinate3 { point [ 1 2 3, 4 5 6 ] } Info { string \"a\" } }",
+    );
+    let bytes = scene.write(ivcam_inventor::iv::Format::Binary);
+    let header = bytes
+        .iter()
+        .position(|&b| b == b'\n')
+        .expect("a first line")
+        + 1;
+    for missing in header..bytes.len() {
+        let mut cut = bytes.clone();
+        cut.remove(missing);
+        let document =
+            Document::read("b.iv", cut, Arc::new(NoFiles), &Limits::default()).expect("reads");
+        let found = document.sink.items().iter().any(|d| d.class() == "damaged");
+        assert!(found, "byte {missing}: {:?}", messages(&document));
+    }
+}
+
 #[test]
 fn nan_and_infinity_are_reported_by_field_and_kept() {
     let document = read(

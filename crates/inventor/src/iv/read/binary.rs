@@ -6,7 +6,7 @@
 //! Reading cannot continue after a mistake, so it ends at the first one. The nodes before it are
 //! kept.
 
-use ivcam_base::diag::{ErrorKind, Result, Span};
+use ivcam_base::diag::{Result, Span};
 use nom::Parser;
 
 use super::assemble::{Assembler, FieldSlot};
@@ -73,25 +73,14 @@ struct BinaryStop {
     /// The offset of the mistake.
     at: usize,
     message: String,
-    kind: ErrorKind,
 }
 
 impl BinaryStop {
-    /// Creates a mistake for a file that is damaged at an offset.
-    fn damaged(at: usize, message: impl Into<String>) -> Self {
+    /// Creates a mistake at an offset. The rest of the file cannot be read.
+    fn new(at: usize, message: impl Into<String>) -> Self {
         Self {
             at,
             message: message.into(),
-            kind: ErrorKind::Damaged,
-        }
-    }
-
-    /// Creates a mistake for an undeclared class or field, whose length is unknown.
-    fn unknown(at: usize, message: String) -> Self {
-        Self {
-            at,
-            message,
-            kind: ErrorKind::Unsupported,
         }
     }
 }
@@ -151,9 +140,8 @@ impl<'s> BinaryReader<'_, '_, 's> {
     /// read form a tree.
     fn stop(&mut self, stop: BinaryStop) {
         let sink = &mut self.asm.document.sink;
-        let warning = sink.warn(Span::at(stop.at), stop.message);
-        warning.help("a binary file cannot be read past a mistake; the nodes before it are kept");
-        warning.kind = stop.kind;
+        let damage = sink.damage(Span::at(stop.at), stop.message);
+        damage.help("a binary file cannot be read past a mistake; the nodes before it are kept");
         while let Some(level) = self.stack.pop() {
             match level {
                 BinaryLevel::Fields { node, target, .. }
@@ -182,7 +170,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             }
             Err(error) => {
                 let error = SyntaxError::from(error);
-                Err(BinaryStop::damaged(
+                Err(BinaryStop::new(
                     self.bytes.len() - error.at.len(),
                     error.message(),
                 ))
@@ -312,7 +300,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
         let known = self.asm.class_named(name);
         // Bytes that are read at a wrong offset mostly are no word.
         if known.is_none() && !is_word(name.as_bytes()) {
-            return Err(BinaryStop::damaged(start, "expected a node here"));
+            return Err(BinaryStop::new(start, "expected a node here"));
         }
         let class = known.unwrap_or_else(|| self.asm.unknown(name));
         let node = match self.asm.add(class, None, Span::at(start)) {
@@ -357,7 +345,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             self.word()?
         };
         if fields & !(DESCRIBED | 0x3fff) != 0 {
-            return Err(BinaryStop::damaged(
+            return Err(BinaryStop::new(
                 self.at() - 4,
                 format!("`{name}` cannot have {fields} fields"),
             ));
@@ -367,7 +355,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             self.asm.data(node).class = blank;
             self.descriptions(node, fields & 0x3fff)?;
         } else if known.is_none() && fields & 0x3fff != 0 {
-            return Err(BinaryStop::unknown(
+            return Err(BinaryStop::new(
                 start,
                 format!("`{name}` is not a known node class, so the end of the node is unknown"),
             ));
@@ -393,7 +381,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
         }
         let start = self.at();
         if self.string()? != "type" {
-            return Err(BinaryStop::damaged(
+            return Err(BinaryStop::new(
                 start,
                 format!("a `{}` should begin with its type", id.get().name),
             ));
@@ -427,7 +415,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
     fn end_of_children(&mut self) -> BinaryStep<()> {
         if self.asm.header.version < (2, 0) && self.word()? != u32::MAX {
             let message = "the word -1 is missing after the children of a group";
-            return Err(BinaryStop::damaged(self.at() - 4, message.to_owned()));
+            return Err(BinaryStop::new(self.at() - 4, message.to_owned()));
         }
         Ok(())
     }
@@ -435,7 +423,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
     /// Ends reading with the error for an exceeded limit.
     fn limit<T>(&mut self, error: Box<ivcam_base::diag::Diagnostic>) -> BinaryStep<T> {
         self.limit = Some(error);
-        Err(BinaryStop::damaged(self.at(), String::new()))
+        Err(BinaryStop::new(self.at(), String::new()))
     }
 
     /// Reads the types and names of the fields of a class that the file declares.
@@ -447,12 +435,12 @@ impl<'s> BinaryReader<'_, '_, 's> {
                 Some(_) if name == "isA" => {}
                 Some(_) if !is_word(name.as_bytes()) => {
                     let message = format!("a field cannot be named `{name}`");
-                    return Err(BinaryStop::damaged(self.at(), message));
+                    return Err(BinaryStop::new(self.at(), message));
                 }
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
                     let message = format!("`{kind}` is not a field type");
-                    return Err(BinaryStop::damaged(self.at(), message));
+                    return Err(BinaryStop::new(self.at(), message));
                 }
             }
         }
@@ -479,7 +467,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             let class = self.asm.document.node(node).class_name();
             let message =
                 format!("`{class}` has no field `{name}`, so the end of the field is unknown");
-            return Err(BinaryStop::unknown(start, message));
+            return Err(BinaryStop::new(start, message));
         };
         let span = Span::at(start);
         let FieldSlot::Field { index, kind } = slot else {
@@ -554,7 +542,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             return Ok(());
         }
         if flags & !7 != 0 {
-            return Err(BinaryStop::damaged(
+            return Err(BinaryStop::new(
                 self.at() - 4,
                 format!("a field's flags cannot be {flags:#x}"),
             ));
@@ -604,7 +592,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
                 let output = self.string()?;
                 if !is_word(output.as_bytes()) {
                     let message = format!("an output cannot be named `{output}`");
-                    return Err(BinaryStop::damaged(self.at(), message));
+                    return Err(BinaryStop::new(self.at(), message));
                 }
                 let here = Span::at(self.at());
                 self.asm.check_connection(node, &output, here);
