@@ -505,6 +505,33 @@ fn a_byte_that_is_missing_anywhere_in_a_binary_file_is_damage() {
 }
 
 #[test]
+fn a_message_quotes_the_beginning_of_a_name_that_a_damaged_file_makes_long() {
+    let mut bytes = b"#Inventor V2.1 binary  \n".to_vec();
+    packed(&mut bytes, "Cone");
+    bytes.extend([0, 0, 0, 0, 0, 0, 0, 1]);
+    packed(&mut bytes, &format!("height\u{1}{}", "x".repeat(2000)));
+    let document =
+        Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
+    let name = format!("height\u{fffd}{}…", "x".repeat(33));
+    let message = format!("`Cone` has no field `{name}`, so the end of the field is unknown");
+    assert!(
+        messages(&document)[0].ends_with(&message),
+        "{:?}",
+        messages(&document)
+    );
+    let long = "Y".repeat(3000);
+    let text = read(&format!(
+        "#Inventor V2.1 ascii\n{long} {{ a 1 }} Cube {{ {long} 2 }} USE {long}"
+    ));
+    assert_eq!(messages(&text).len(), 3);
+    assert!(
+        messages(&text).iter().all(|said| said.len() < 150),
+        "{:?}",
+        messages(&text)
+    );
+}
+
+#[test]
 fn nan_and_infinity_are_reported_by_field_and_kept() {
     let document = read(
         "#Inventor V2.1 ascii\nCone { height nan }\nCoordinate3 { point [ 0 0 0, 1 -inf 2 ] }",

@@ -1,4 +1,7 @@
-//! Finds the known name that is nearest to a misspelt one.
+//! Names in messages: the known name that is nearest to a misspelt one, and the beginnings of long
+//! ones.
+
+use std::borrow::Cow;
 
 /// Returns the candidate with the smallest edit distance from `word`, for "did you mean".
 ///
@@ -31,6 +34,35 @@ fn edit_distance(a: &str, b: &str) -> usize {
     row[b.len()]
 }
 
+/// The longest name of a file that a message quotes, in characters.
+const LONGEST_NAME: usize = 40;
+/// The longest path of a file that a message quotes, in characters.
+const LONGEST_PATH: usize = 255;
+
+/// Returns a name from a file for a message: its first 40 characters. A damaged file can have
+/// kilobytes where a name should be.
+pub fn excerpt(name: &str) -> Cow<'_, str> {
+    excerpt_to(name, LONGEST_NAME)
+}
+
+/// Returns the path or address of a file that another file names, for a message: its first 255
+/// characters, as many as a name on most disks can have.
+pub fn excerpt_path(path: &str) -> Cow<'_, str> {
+    excerpt_to(path, LONGEST_PATH)
+}
+
+/// Returns at most `longest` characters of a text, with `…` in place of the rest, and U+FFFD in
+/// place of control characters.
+fn excerpt_to(text: &str, longest: usize) -> Cow<'_, str> {
+    let end = text.char_indices().nth(longest).map(|(end, _)| end);
+    let start = &text[..end.unwrap_or(text.len())];
+    if end.is_none() && !start.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let more = if end.is_some() { "…" } else { "" };
+    Cow::Owned(start.replace(char::is_control, "\u{fffd}") + more)
+}
+
 /// Returns a number with a noun: `1 node`, `2 nodes`.
 pub fn counted(n: usize, what: &str) -> String {
     format!("{n} {what}{}", if n == 1 { "" } else { "s" })
@@ -47,5 +79,17 @@ mod tests {
             Some("height")
         );
         assert_eq!(nearest("colour", ["shininess"]), None);
+    }
+
+    #[test]
+    fn a_long_name_is_cut_and_control_characters_are_replaced() {
+        assert!(matches!(
+            excerpt("bottomRadius"),
+            Cow::Borrowed("bottomRadius")
+        ));
+        let long = "é".repeat(2000);
+        assert_eq!(excerpt(&long), format!("{}…", "é".repeat(40)));
+        assert_eq!(excerpt("a\u{0}b\n"), "a\u{fffd}b\u{fffd}");
+        assert_eq!(excerpt_to("abc", 2), "ab…");
     }
 }

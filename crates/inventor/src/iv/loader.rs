@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
-use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, excerpt_path};
 use ivcam_base::files::read_file_named;
 use ivcam_base::files::{folder_of, project_of};
 use ivcam_base::platform::real_path;
@@ -143,7 +143,8 @@ impl FolderLoader {
             true => "the folder of `--contain`",
             false => "the scene's project folder",
         };
-        let message = format!("`{reference}` is outside {outside} and is not opened");
+        let name = excerpt_path(reference);
+        let message = format!("`{name}` is outside {outside} and is not opened");
         let folder = folder_of(file);
         let allows = format!(
             "`--search {}` allows the files below that folder",
@@ -186,8 +187,8 @@ impl Loader for FolderLoader {
         let plain = reference.strip_prefix("file:").unwrap_or(reference);
         let plain = plain.strip_prefix("//").unwrap_or(plain);
         if plain.contains("://") || plain.starts_with("urn:") {
-            let message =
-                format!("`{reference}` is a network address, and files are not downloaded");
+            let name = excerpt_path(reference);
+            let message = format!("`{name}` is a network address, and files are not downloaded");
             return Err(Diagnostic::error(message));
         }
         let plain = plain.replace('\\', "/");
@@ -211,9 +212,12 @@ impl Loader for FolderLoader {
         }
         Err(match refused {
             Some(file) => self.refusal(reference, &file),
-            None => Diagnostic::not_found(format!("`{reference}` was not found")).with_help(
-                format!("the folder of `{from}` and the search paths were searched"),
-            ),
+            None => {
+                let name = excerpt_path(reference);
+                Diagnostic::not_found(format!("`{name}` was not found")).with_help(format!(
+                    "the folder of `{from}` and the search paths were searched"
+                ))
+            }
         })
     }
     fn opened_files(&self) -> Vec<PathBuf> {

@@ -6,7 +6,7 @@
 //! Reading cannot continue after a mistake, so it ends at the first one. The nodes before it are
 //! kept.
 
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 use nom::Parser;
 
 use super::assemble::{Assembler, FieldSlot};
@@ -273,7 +273,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
                 return match self.asm.used(token.as_bytes()) {
                     Some(node) => self.deliver(target, node),
                     None => {
-                        let message = format!("no earlier node is named `{token}`");
+                        let message = format!("no earlier node is named `{}`", excerpt(&token));
                         self.asm.document.sink.warn(Span::at(start), message);
                         self.deliver_nothing(target)
                     }
@@ -347,7 +347,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
         if fields & !(DESCRIBED | 0x3fff) != 0 {
             return Err(BinaryStop::new(
                 self.at() - 4,
-                format!("`{name}` cannot have {fields} fields"),
+                format!("`{}` cannot have {fields} fields", excerpt(name)),
             ));
         }
         if fields & DESCRIBED != 0 {
@@ -357,7 +357,10 @@ impl<'s> BinaryReader<'_, '_, 's> {
         } else if known.is_none() && fields & 0x3fff != 0 {
             return Err(BinaryStop::new(
                 start,
-                format!("`{name}` is not a known node class, so the end of the node is unknown"),
+                format!(
+                    "`{}` is not a known node class, so the end of the node is unknown",
+                    excerpt(name)
+                ),
             ));
         }
         self.stack.push(BinaryLevel::Fields {
@@ -434,12 +437,12 @@ impl<'s> BinaryReader<'_, '_, 's> {
             match FieldType::named(&kind) {
                 Some(_) if name == "isA" => {}
                 Some(_) if !is_word(name.as_bytes()) => {
-                    let message = format!("a field cannot be named `{name}`");
+                    let message = format!("a field cannot be named `{}`", excerpt(&name));
                     return Err(BinaryStop::new(self.at(), message));
                 }
                 Some(kind) => fields.push((name.into(), kind)),
                 None => {
-                    let message = format!("`{kind}` is not a field type");
+                    let message = format!("`{}` is not a field type", excerpt(&kind));
                     return Err(BinaryStop::new(self.at(), message));
                 }
             }
@@ -465,8 +468,11 @@ impl<'s> BinaryReader<'_, '_, 's> {
         }
         let Some(slot) = slot else {
             let class = self.asm.document.node(node).class_name();
-            let message =
-                format!("`{class}` has no field `{name}`, so the end of the field is unknown");
+            let message = format!(
+                "`{}` has no field `{}`, so the end of the field is unknown",
+                excerpt(class),
+                excerpt(&name)
+            );
             return Err(BinaryStop::new(start, message));
         };
         let span = Span::at(start);
@@ -591,7 +597,7 @@ impl<'s> BinaryReader<'_, '_, 's> {
             BinaryTarget::Source(holder, entry) => {
                 let output = self.string()?;
                 if !is_word(output.as_bytes()) {
-                    let message = format!("an output cannot be named `{output}`");
+                    let message = format!("an output cannot be named `{}`", excerpt(&output));
                     return Err(BinaryStop::new(self.at(), message));
                 }
                 let here = Span::at(self.at());

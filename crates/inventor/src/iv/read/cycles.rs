@@ -1,5 +1,7 @@
 //! Removes cycles from a document, so that no node contains itself.
 
+use ivcam_base::diag::excerpt;
+
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{self, Treatment};
 use crate::iv::document::{ClassRef, Document};
@@ -104,7 +106,7 @@ pub(super) fn cut_cycles(document: &mut Document) {
 /// Removes an edge and warns about it.
 fn cut(document: &mut Document, id: NodeId, edge: CycleEdge, target: NodeId) {
     let data = &document.nodes[target.0 as usize];
-    let name = data.name.as_deref().unwrap_or("a node").to_owned();
+    let name = excerpt(data.name.as_deref().unwrap_or("a node")).into_owned();
     let span = document.nodes[id.0 as usize].span;
     document
         .sink

@@ -1,5 +1,7 @@
 //! The names of the values of an enumeration or a bit mask.
 
+use ivcam_base::diag::{excerpt, nearest};
+
 /// The names of an enumeration's values, in the current and in older versions of the format.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct EnumNames {
@@ -40,7 +42,9 @@ impl EnumNames {
     /// Returns the message for an unknown name.
     pub(super) fn unknown(self, name: &str) -> String {
         let all: Vec<&str> = self.names.iter().map(|(n, _)| *n).collect();
-        match ivcam_base::diag::nearest(name, all.iter().copied()) {
+        let near = nearest(name, all.iter().copied());
+        let name = excerpt(name);
+        match near {
             Some(near) => format!("`{name}` is not one of its values; did you mean `{near}`?"),
             None => format!(
                 "`{name}` is not one of its values, which are {}",

@@ -6,7 +6,7 @@
 
 use std::collections::HashMap;
 
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 use ivcam_base::work::{self, Budget};
 
 use super::stated::StatedPlaces;
@@ -222,9 +222,9 @@ fn fill(
         let span = document.nodes[node.0 as usize].span;
         let message = format!(
             "`{}` is a {} and cannot be `{}`, which is a {}",
-            link.name,
+            excerpt(&link.name),
             inner_kind.name(),
-            link.interface,
+            excerpt(&link.interface),
             kind.name()
         );
         document.sink.warn(span, message);

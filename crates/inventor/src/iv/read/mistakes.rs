@@ -1,7 +1,7 @@
 //! Mistakes that can be read, and change what a node means: wrong connections, wrong children, and
 //! sizes that are out of their range. They are reported here because no later step meets them.
 
-use ivcam_base::diag::{Span, nearest};
+use ivcam_base::diag::{Span, excerpt, nearest};
 
 use super::assemble::Assembler;
 use crate::grammar::value::{NodeId, Value};
@@ -31,8 +31,9 @@ impl Assembler<'_> {
         }
         let near = nearest(output, names).map(str::to_owned);
         let message = format!(
-            "`{}` has no field or output `{output}` to connect",
-            class.name
+            "`{}` has no field or output `{}` to connect",
+            class.name,
+            excerpt(output)
         );
         let warning = self.document.sink.warn(span, message);
         if let Some(near) = near {
@@ -50,7 +51,7 @@ impl Assembler<'_> {
         if from == to {
             return;
         }
-        let (output, input) = (&route.output, &route.input);
+        let (output, input) = (excerpt(&route.output), excerpt(&route.input));
         let (from, to) = (from.name(), to.name());
         let message =
             format!("this `ROUTE` leads from `{output}`, which is a {from}, to `{input}`, a {to}");

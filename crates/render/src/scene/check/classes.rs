@@ -1,8 +1,10 @@
 //! Counts nodes by class and by how they are treated.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 
 use indexmap::IndexMap;
+use ivcam_base::diag::excerpt;
 use ivcam_inventor::grammar::{Treatment, collision};
 use ivcam_inventor::iv::{Document, NodeId};
 use ivcam_inventor::traversal::each_child;
@@ -10,7 +12,7 @@ use ivcam_inventor::traversal::each_child;
 /// Returns the number of nodes of each class, by how they are treated. The most frequent class of
 /// each group is first.
 pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4] {
-    let mut counts: IndexMap<(&str, usize), usize> = IndexMap::new();
+    let mut counts: IndexMap<(Cow<'_, str>, usize), usize> = IndexMap::new();
     let unseen = proxies(document);
     for id in 0..document.nodes.len() {
         let id = NodeId(id as u32);
@@ -25,7 +27,9 @@ pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4]
             Some(Treatment::Kept | Treatment::Abstract) => 2,
             None => 3,
         };
-        *counts.entry((node.class_name(), column)).or_default() += 1;
+        *counts
+            .entry((excerpt(node.class_name()), column))
+            .or_default() += 1;
     }
     counts.sort_by(|a, n, b, m| m.cmp(n).then(a.cmp(b)));
     ["drawn", "structure", "kept", "unknown"].map(|heading| {
@@ -36,8 +40,7 @@ pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4]
         let of = counts.iter().filter(|((_, c), _)| *c == column);
         (
             heading,
-            of.map(|((class, _), n)| ((*class).to_owned(), *n))
-                .collect(),
+            of.map(|((class, _), n)| (class.to_string(), *n)).collect(),
         )
     })
 }

@@ -1,6 +1,6 @@
 //! Finds files that a scene names and that cannot be read.
 
-use ivcam_base::diag::{Diagnostic, ErrorKind, Severity};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Severity, excerpt, excerpt_path};
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::grammar::{class, inline, www_inline};
 use ivcam_inventor::iv::NodeId;
@@ -26,14 +26,13 @@ const INCLUDED: [FileField; 2] = [
     FileField::Several(inline::URL),
 ];
 
-/// Returns a name, of which only the beginning if it is a URI with the bytes of a file.
+/// Returns the name of a file, of which only the beginning if it is a URI with the bytes of a file
+/// or longer than a name can be.
 fn shortened(name: &str) -> String {
-    match name
-        .get(..5)
-        .is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:"))
-    {
-        true => name.chars().take(40).chain(['…']).collect(),
-        false => name.to_owned(),
+    let scheme = name.get(..5);
+    match scheme.is_some_and(|scheme| scheme.eq_ignore_ascii_case("data:")) {
+        true => excerpt(name).into_owned(),
+        false => excerpt_path(name).into_owned(),
     }
 }
 
@@ -63,7 +62,7 @@ pub(super) fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<
                     missing.extend(names.filter_map(|name| {
                         let error = document.load_beside(id, name).err()?;
                         Some(Missing {
-                            name: name.to_owned(),
+                            name: shortened(name),
                             diagnostic: None,
                             outside: error.kind == ErrorKind::OutsideFolder,
                         })

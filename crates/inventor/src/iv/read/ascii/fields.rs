@@ -1,5 +1,5 @@
 //! Reads the body of a node: its fields, connections, and the fields that it declares.
-use ivcam_base::diag::{Result, Span, nearest};
+use ivcam_base::diag::{Result, Span, excerpt, nearest};
 
 use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
 use crate::grammar::value::{NodeId, Value};
@@ -104,7 +104,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
 
     /// Warns about an unknown field and skips its value.
     pub(super) fn no_field(&mut self, node: NodeId, name: &str, span: Span) -> Result<()> {
-        let class = self.asm.document.node(node).class_name().to_owned();
+        let class = excerpt(self.asm.document.node(node).class_name()).into_owned();
         let hint = self.asm.may_hint();
         let fields = self.asm.field_names(node);
         let near = nearest(name, fields.iter().copied().filter(|_| hint));
@@ -114,7 +114,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             None if fields.len() > 100 => format!("a `{class}` has {} fields", fields.len()),
             None => format!("a `{class}` has {}", fields.join(", ")),
         };
-        self.warn(span, format!("`{class}` has no field `{name}`"))
+        self.warn(span, format!("`{class}` has no field `{}`", excerpt(name)))
             .help(help);
         if self.value_is_node(node) {
             return self.statement(AsciiTarget::Discarded);
@@ -264,12 +264,9 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// Warns about a value that cannot be parsed.
     pub(super) fn bad_value(&mut self, node: NodeId, index: u16, error: &SyntaxError<'_>) {
         let fields = self.asm.field_names(node);
-        let name = fields
-            .get(usize::from(index))
-            .copied()
-            .unwrap_or_default()
-            .to_owned();
-        let class = self.asm.document.node(node).class_name().to_owned();
+        let name = fields.get(usize::from(index)).copied().unwrap_or_default();
+        let name = excerpt(name).into_owned();
+        let class = excerpt(self.asm.document.node(node).class_name()).into_owned();
         let end = def_name(error.at).map_or(error.at, |(rest, _)| rest);
         let span = self.span(error.at, end);
         self.warn(span, format!("`{class}.{name}`: {}", error.message()))
@@ -382,7 +379,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 Some(kind) => fields.push((pair[1].0.as_str().into(), kind)),
                 None => {
                     let span = self.span(at, &at[kind.len().min(at.len())..]);
-                    self.warn(span, format!("`{kind}` is not a field type"));
+                    self.warn(span, format!("`{}` is not a field type", excerpt(kind)));
                 }
             }
         }

@@ -1,5 +1,5 @@
 //! Reads statements: nodes, `DEF` and `USE`. Stores each node where it belongs.
-use ivcam_base::diag::{Result, Span, nearest};
+use ivcam_base::diag::{Result, Span, excerpt, nearest};
 
 use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
 use crate::grammar;
@@ -82,7 +82,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         };
         self.rest = rest;
         if self.peek() != Some(b'{') {
-            let message = format!("expected `{{` after `{}`", text(token));
+            let message = format!("expected `{{` after `{}`", excerpt(&text(token)));
             let span = self.span(at, rest);
             self.damage(span, message);
             return self.deliver_nothing(target);
@@ -131,8 +131,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
             _ => false,
         });
         if is_inside_itself {
-            let message =
-                format!("the prototype `{name}` contains itself; the inner one is left out");
+            let message = format!(
+                "the prototype `{}` contains itself; the inner one is left out",
+                excerpt(name)
+            );
             self.warn(span, message);
             return self.skip_body();
         }
@@ -152,7 +154,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             Some(b'}') => "it does nothing",
             _ => "its contents are skipped",
         };
-        let message = format!("`{name}` is not a known node class; {result}");
+        let message = format!("`{}` is not a known node class; {result}", excerpt(name));
         self.warn(span, message).help(help);
         self.skip_body();
     }
@@ -195,9 +197,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
             let name = text(token);
             let near = self.asm.nearest_name(&name);
             let span = self.span(at, rest);
-            let warning = self.warn(span, format!("no earlier node is named `{name}`"));
+            let message = format!("no earlier node is named `{}`", excerpt(&name));
+            let warning = self.warn(span, message);
             if let Some(near) = near {
-                warning.help(format!("did you mean `{near}`?"));
+                warning.help(format!("did you mean `{}`?", excerpt(&near)));
             }
             return self.deliver_nothing(target);
         };

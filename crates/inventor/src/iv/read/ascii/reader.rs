@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use ivcam_base::diag::{Diagnostic, Result, Span};
+use ivcam_base::diag::{Diagnostic, Result, Span, excerpt};
 
 use crate::grammar::value::NodeId;
 use crate::iv::declarations::Route;
@@ -206,11 +206,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 AsciiLevel::Body { node, start, .. } => Some((*node, *start)),
                 _ => None,
             });
-            let class = open
-                .map_or("a node", |(node, _)| {
-                    self.asm.document.node(node).class_name()
-                })
-                .to_owned();
+            let class = open.map_or("a node", |(node, _)| {
+                self.asm.document.node(node).class_name()
+            });
+            let class = excerpt(class).into_owned();
             let line = open.map_or(1, |(_, start)| self.line_of(start));
             let span = Span::at(self.text.len());
             self.damage(

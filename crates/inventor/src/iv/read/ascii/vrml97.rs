@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use ivcam_base::diag::{Diagnostic, Result, Span};
+use ivcam_base::diag::{Diagnostic, Result, Span, excerpt};
 use ivcam_base::files::FileBytes;
 use ivcam_base::work::{self, Budget};
 
@@ -114,7 +114,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let kind_text = text(kind_name);
         let Some(kind) = FieldType::named(&kind_text) else {
             let span = self.span(at, &at[kind_name.len()..]);
-            self.warn(span, format!("`{kind_text}` is not a field type"));
+            self.warn(
+                span,
+                format!("`{}` is not a field type", excerpt(&kind_text)),
+            );
             return None;
         };
         Some(Interface {
@@ -147,7 +150,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
             let span = self.span(at, rest);
             self.warn(
                 span,
-                format!("`{interface}` is not in the proto's interface"),
+                format!("`{}` is not in the proto's interface", excerpt(&interface)),
             )
             .help(help);
             return Ok(());
@@ -226,9 +229,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
         self.rest = rest;
         let Some(access) = Access::named(token) else {
             let span = self.span(start, rest);
-            let token = text(token);
-            let message =
-                format!("expected field, exposedField, eventIn or eventOut, not `{token}`");
+            let message = format!(
+                "expected field, exposedField, eventIn or eventOut, not `{}`",
+                excerpt(&text(token))
+            );
             self.warn(span, message);
             return Ok(());
         };
@@ -275,7 +279,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
             let span = self.here();
             self.warn(
                 span,
-                format!("expected `{{` after the interface of `{}`", scope.name),
+                format!(
+                    "expected `{{` after the interface of `{}`",
+                    excerpt(&scope.name)
+                ),
             );
         }
         self.stack.push(AsciiLevel::Proto { proto, scope });
@@ -347,7 +354,10 @@ impl<'s> AsciiReader<'_, '_, 's> {
         if before.is_some() {
             self.asm.declare_class(name.clone(), before);
         }
-        let message = format!("the definition of `{name}` was not found; {instead}");
+        let message = format!(
+            "the definition of `{}` was not found; {instead}",
+            excerpt(&name)
+        );
         let warning = self.warn(span, message);
         if let Some(error) = reason {
             warning.help(error.message.clone());
@@ -467,9 +477,9 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let (rest_after, event) = word(skip(self.rest)).ok()?;
         self.rest = rest_after;
         let Some(node) = self.asm.used(name) else {
-            let name = text(name);
+            let message = format!("no earlier node is named `{}`", excerpt(&text(name)));
             let span = self.span(at, rest);
-            self.warn(span, format!("no earlier node is named `{name}`"));
+            self.warn(span, message);
             return None;
         };
         Some((node, self.asm.event_name(node, &text(event))))

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
-use ivcam_base::diag::{Diagnostic, Result, Source, Span};
+use ivcam_base::diag::{Diagnostic, Result, Source, Span, excerpt};
 use ivcam_base::work;
 
 use super::builder::{Builder, color};
@@ -135,7 +135,7 @@ impl Library {
         let Some(material) = self.materials.last_mut() else {
             builder.damage(
                 line.span(),
-                format!("`{word}` is before the first material"),
+                format!("`{}` is before the first material", excerpt(word)),
             );
             return;
         };
@@ -212,7 +212,10 @@ impl MtlMaterial {
             "map_Kd" => self.texture = MtlTexture::of(&line.after_first()),
             "map_d" if self.texture_is(line) => {}
             "Ni" | "Tf" | "sharpness" | "map_aat" | "Km" => {}
-            _ => return Err(format!("the statement `{word}` of a material is not read")),
+            _ => {
+                let word = excerpt(word);
+                return Err(format!("the statement `{word}` of a material is not read"));
+            }
         }
         Ok(())
     }

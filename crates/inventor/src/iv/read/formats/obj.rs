@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use glam::{Vec2, Vec3};
 use indexmap::IndexMap;
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::builder::Builder;
 use super::mtl::Library;
@@ -131,6 +131,7 @@ impl ObjReader<'_, '_> {
                 let name = line.after_first();
                 self.material = self.library.named(&name);
                 if self.material.is_none() {
+                    let name = excerpt(&name);
                     let message = format!("no material library has the material `{name}`");
                     self.builder
                         .warn(line.span(), message)
@@ -142,7 +143,7 @@ impl ObjReader<'_, '_> {
             "lod" | "bevel" | "c_interp" | "d_interp" | "shadow_obj" | "trace_obj" | "usemap"
             | "maplib" | "mg" => {}
             word => {
-                let message = format!("the statement `{word}` is not read");
+                let message = format!("the statement `{}` is not read", excerpt(word));
                 let help =
                     "of OBJ, polygons, lines and points are read; curves and surfaces are not";
                 self.builder.warn(line.span(), message).help(help);
@@ -202,7 +203,7 @@ impl ObjReader<'_, '_> {
             .take_while(|word| !word.starts_with('#'))
         {
             let Some(corner) = corner(word, counts) else {
-                let message = format!("`{word}` is no corner; its face is left out");
+                let message = format!("`{}` is no corner; its face is left out", excerpt(word));
                 self.builder
                     .damage(line.span(), message)
                     .help("a corner is a number, or numbers with `/` between them, not 0");

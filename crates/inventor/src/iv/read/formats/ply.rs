@@ -5,7 +5,7 @@
 //! edges and points become shapes of their own kinds. Colors are those of a screen, as in VRML97.
 
 use glam::{Vec2, Vec3, Vec4};
-use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Span};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Span, excerpt};
 
 use super::builder::Builder;
 use crate::grammar::value::{NodeId, Value};
@@ -131,7 +131,7 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
     let mut mesh = PlyMesh::default();
     for element in &header.elements {
         if !mesh.element(&mut builder, element, &mut numbers)? {
-            let message = format!("the file ends in the element `{}`", element.name);
+            let message = format!("the file ends in the element `{}`", excerpt(&element.name));
             let help = "the entries before are kept";
             builder.damage(Span::at(numbers.at), message).help(help);
             break;
@@ -171,14 +171,20 @@ fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
                     "ascii" => Form::Text,
                     "binary_little_endian" => Form::LittleEndian,
                     "binary_big_endian" => Form::BigEndian,
-                    _ => return Err(damaged(builder, span, format!("`{form}` is not a format"))),
+                    _ => {
+                        let message = format!("`{}` is not a format", excerpt(form));
+                        return Err(damaged(builder, span, message));
+                    }
                 }
             }
             ["element", name, count] => header.elements.push(PlyElement {
                 name: name.into(),
                 count: match count.parse() {
                     Ok(count) => count,
-                    Err(_) => return Err(damaged(builder, span, format!("`{count}` is no count"))),
+                    Err(_) => {
+                        let message = format!("`{}` is no count", excerpt(count));
+                        return Err(damaged(builder, span, message));
+                    }
                 },
                 properties: Vec::new(),
             }),
@@ -186,7 +192,10 @@ fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
                 let property = property(rest);
                 match (property, header.elements.last_mut()) {
                     (Some(property), Some(element)) => element.properties.push(property),
-                    _ => return Err(damaged(builder, span, format!("`{line}` is no property"))),
+                    _ => {
+                        let message = format!("`{}` is no property", excerpt(&line));
+                        return Err(damaged(builder, span, message));
+                    }
                 }
             }
             ["comment", "TextureFile", ..] => {
@@ -337,7 +346,7 @@ impl Numbers<'_> {
 /// Says what of an element is not drawn.
 fn warn_about(builder: &mut Builder<'_, '_>, element: &PlyElement) {
     if !matches!(&*element.name, "vertex" | "face" | "tristrips" | "edge") {
-        let message = format!("the element `{}` is not drawn", element.name);
+        let message = format!("the element `{}` is not drawn", excerpt(&element.name));
         builder.warn(Span::at(0), message);
     }
     let is_by_corner = |p: &Property| p.name == "texcoord" && p.length.is_some();
@@ -390,7 +399,7 @@ impl PlyMesh {
             if numbers.end_line() {
                 let message = format!(
                     "a `{}` has more numbers than the header states",
-                    element.name
+                    excerpt(&element.name)
                 );
                 let found = builder.damage(Span::new(end, numbers.at), message);
                 found.help("the rest of its line is skipped");

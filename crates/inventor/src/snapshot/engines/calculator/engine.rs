@@ -1,9 +1,10 @@
 //! The engine, which runs its statements for each value of its inputs.
 
 use glam::DVec3;
+use ivcam_base::diag::excerpt;
 use ivcam_base::work::{self, Budget};
 
-use super::parse::{parse, short};
+use super::parse::parse;
 use super::program::{Bank, OperandKind};
 use crate::grammar::calculator;
 use crate::grammar::value::Value;
@@ -33,7 +34,7 @@ pub(crate) fn outputs(node: NodeRef<'_>) -> Result<Outputs, String> {
     let points = points.map(|f| node.get(f));
     let mut program = Vec::new();
     for line in node.get(c::EXPRESSION) {
-        program.extend(parse(line).map_err(|e| format!("expression `{}`: {e}", short(line)))?);
+        program.extend(parse(line).map_err(|e| format!("expression `{}`: {e}", excerpt(line)))?);
     }
     let lengths = scalars
         .iter()

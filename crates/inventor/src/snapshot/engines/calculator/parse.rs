@@ -1,5 +1,7 @@
 //! Parses statements by recursive descent, to a bounded depth and length.
 
+use ivcam_base::diag::excerpt;
+
 use super::functions::{FUNCTIONS, RANDOM, constant};
 use super::program::{Expr, Op, OperandKind, Statement, Variable};
 
@@ -69,7 +71,7 @@ impl<'a> Parser<'a> {
         } else {
             Err(format!(
                 "`{token}` is missing before `{}`",
-                short(self.rest)
+                excerpt(self.rest)
             ))
         }
     }
@@ -78,7 +80,7 @@ impl<'a> Parser<'a> {
         if self.rest.is_empty() {
             "something is missing at the end".to_owned()
         } else {
-            format!("`{}` is not understood", short(self.rest))
+            format!("`{}` is not understood", excerpt(self.rest))
         }
     }
 
@@ -211,7 +213,7 @@ impl<'a> Parser<'a> {
         let variable = Variable::named(name);
         variable
             .map(Expr::Variable)
-            .ok_or_else(|| format!("there is no variable `{}`", short(name)))
+            .ok_or_else(|| format!("there is no variable `{}`", excerpt(name)))
     }
 
     fn number(&mut self) -> Result<Expr, String> {
@@ -236,7 +238,7 @@ impl<'a> Parser<'a> {
         let function = std::iter::once(&RANDOM)
             .chain(FUNCTIONS)
             .find(|f| f.name == name)
-            .ok_or_else(|| format!("there is no function `{}`", short(name)))?;
+            .ok_or_else(|| format!("there is no function `{}`", excerpt(name)))?;
         let mut arguments = vec![self.expression()?];
         while self.take(",") {
             arguments.push(self.expression()?);
@@ -248,9 +250,4 @@ impl<'a> Parser<'a> {
         }
         Ok(Expr::Call(function, arguments))
     }
-}
-
-/// Returns the first 60 characters of a line, for messages.
-pub(super) fn short(line: &str) -> String {
-    line.chars().take(60).collect()
 }

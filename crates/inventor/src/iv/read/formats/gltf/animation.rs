@@ -5,7 +5,7 @@
 use std::collections::HashSet;
 
 use glam::{Quat, Vec3, Vec4};
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::reader::{GltfReader, rotation_of};
 use super::schema::{Animation, AnimationSampler, Channel};
@@ -76,7 +76,7 @@ impl GltfReader<'_, '_, '_> {
         if !matches!(path, "translation" | "rotation" | "scale") {
             let message = match path {
                 "weights" => "animations of the weights of a mesh are not played".to_owned(),
-                path => format!("animations of `{path}` are not played"),
+                path => format!("animations of `{}` are not played", excerpt(path)),
             };
             self.builder.warn(Span::at(0), message);
             return None;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 use ivcam_base::work;
 
 use super::schema::{Accessor, Root};
@@ -236,7 +236,10 @@ fn width(accessor: &Accessor) -> std::result::Result<usize, Wrong> {
         "VEC3" => 3,
         "VEC4" => 4,
         "MAT4" => 16,
-        kind => return Err(format!("accessors of the type `{kind}` are not read")),
+        kind => {
+            let kind = excerpt(kind);
+            return Err(format!("accessors of the type `{kind}` are not read"));
+        }
     })
 }
 

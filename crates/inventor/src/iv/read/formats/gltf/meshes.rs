@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::materials::TexturePlace;
 use super::reader::GltfReader;
@@ -72,7 +72,7 @@ impl GltfReader<'_, '_, '_> {
                 Err(message) => {
                     let name = match mesh.name.is_empty() {
                         true => index.to_string(),
-                        false => format!("`{}`", mesh.name),
+                        false => format!("`{}`", excerpt(&mesh.name)),
                     };
                     let message = format!("primitive {number} of mesh {name}: {message}");
                     let help = "it is left out";

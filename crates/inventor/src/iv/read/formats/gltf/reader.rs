@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
-use ivcam_base::diag::{Result, Span};
+use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::buffers::Buffers;
 use super::container::container;
@@ -97,7 +97,7 @@ impl GltfReader<'_, '_, '_> {
             if READ.contains(&&**name) {
                 continue;
             }
-            let message = format!("the extension `{name}` is not read");
+            let message = format!("the extension `{}` is not read", excerpt(name));
             let help = match required.contains(name) {
                 true => "the file says that it cannot be drawn correctly without it",
                 false => "the scene is drawn as by a program without it",

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
-use ivcam_base::diag::Span;
+use ivcam_base::diag::{Span, excerpt};
 use quick_xml::escape::unescape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
@@ -226,6 +226,7 @@ impl<'x> Translator<'x> {
                 _ => Element::Nothing,
             },
             _ if !self.belongs(tag) => {
+                let tag = excerpt(tag);
                 self.warn(at, format!("`{tag}` is not expected here, and is left out"));
                 Element::Nothing
             }
@@ -413,6 +414,7 @@ impl<'x> Translator<'x> {
             .get("containerField")
             .filter(|field| !field.is_empty());
         if !self.place(field.unwrap_or(usual), usual, at) {
+            let tag = excerpt(tag);
             self.warn(at, format!("`{tag}` is not expected here, and is left out"));
             return Element::Nothing;
         }
