@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use ivcam_base::diag::{Diagnostic, Source, Span};
+use ivcam_base::diag::{Diagnostic, Severity, Source, Span};
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
     Class, appearance, class, vrml97_indexed_face_set as faces97, vrml97_shape,
@@ -36,8 +36,9 @@ pub(crate) struct Reports {
 }
 
 impl Reports {
-    /// Adds a diagnostic.
-    pub(crate) fn add(&mut self, diagnostic: Diagnostic) {
+    /// Adds a diagnostic. Drawing goes on without what it is about, so an error becomes a warning.
+    pub(crate) fn add(&mut self, mut diagnostic: Diagnostic) {
+        diagnostic.severity = diagnostic.severity.min(Severity::Warning);
         self.diagnostics.push(diagnostic);
     }
 
