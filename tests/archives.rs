@@ -556,6 +556,40 @@ fn the_report_of_a_conversion_does_not_replace_a_texture() {
     assert_eq!(archive.read("in/a.png"), before);
 }
 
+#[test]
+fn the_folder_that_a_user_names_is_the_project_of_its_scenes() {
+    let scene = "#Inventor V2.1 ascii\nTexture2 { filename \"../../maps/wood.png\" } Cube { }\n";
+    let archive = Archive::new("project", &[("scenes/deep/a.iv", scene)]);
+    let wood = image::RgbImage::from_pixel(4, 4, image::Rgb([200, 9, 9]));
+    archive.picture("in/maps/wood.png", &wood);
+    let refused = "outside the scene's project folder";
+    let (_, said) = archive.run("check in/scenes/deep/a.iv");
+    assert!(
+        said.contains(refused),
+        "alone, its project is in/scenes: {said}"
+    );
+    let (_, said) = archive.run("check in/scenes --full");
+    assert!(said.contains(refused), "{said}");
+    let (_, said) = archive.output("check in");
+    assert!(
+        said.contains("0 problems") && !said.contains("outside"),
+        "{said}"
+    );
+    for line in [
+        &format!("render in -o pictures {SMALL}"),
+        "convert in -o glb --to glb",
+        "catalog in -o catalog --size 12x9",
+    ] {
+        let (code, said) = archive.run(line);
+        assert!(code == Some(0) && !said.contains("outside"), "{said}");
+    }
+    // The metadata of the picture have the command that makes it alone.
+    let picture = archive.read("pictures/scenes/deep/a.png");
+    assert!(picture.windows(12).any(|part| part == b"--contain=in"));
+    let entry = &archive.json("catalog/catalog.json")["scenes"][0];
+    assert_eq!(entry["needs"][0]["state"], "found", "{entry:#}");
+}
+
 /// Returns a picture of boxes that depend on `seed`, with its levels raised to a power.
 fn boxes(seed: u64, gamma: f32) -> image::RgbImage {
     let mut state = seed;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{folder_of, write_whole};
+use ivcam_base::files::{folder_of, named_project, write_whole};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::Budget;
 use ivcam_inventor::iv::{Document, Format};
@@ -51,10 +51,12 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
         memory: options.allowance.memory,
         ..CompileOptions::default()
     };
+    let contain = options.contain.clone();
+    let contain = contain.or_else(|| named_project(&job.input, &options.folder));
     let checked = Checked::read(
         &job.input,
         &search,
-        options.contain.as_deref(),
+        contain.as_deref(),
         &options.limits,
         &snapshot_options(0.0),
         &compile,
@@ -79,7 +81,10 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
             .collect();
         if survey.bounds.is_some() {
             let bounds = survey.inventor_bounds.or(survey.bounds);
-            let plan = plan(options, &job.input);
+            let plan = Plan {
+                contain,
+                ..plan(options, &job.input)
+            };
             let made = Session::with_document(plan, document)
                 .and_then(|session| photograph(session, bounds, options.denoiser.as_ref()))
                 .and_then(|large| save_both(&large, &mut entry, out));
@@ -207,7 +212,6 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     };
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
-    plan.contain = options.contain.clone();
     plan.fonts = options.fonts.clone();
     plan.limits = options.limits.clone();
     plan.memory = MemoryLimit::Bytes(options.allowance.memory);

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Result, Sink, counted};
+use ivcam_base::files::named_project;
 use ivcam_inventor::events::SnapshotOptions;
 use ivcam_optics::film::Resolution;
 use ivcam_render::scene::CompileOptions;
@@ -101,6 +102,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let bar = progress(files.len(), several);
     let mut total = Total::default();
     for file in &files {
+        let named = named
+            .iter()
+            .find(|path| path.is_dir() && file.starts_with(path));
+        let project = named.and_then(|folder| named_project(file, folder));
+        let contain = contain.or(project.as_deref());
         let checked =
             allowance.during(|| Checked::read(file, &search, contain, &limits, &at, &options));
         total.add(&checked);

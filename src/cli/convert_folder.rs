@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity};
-use ivcam_base::files::{folder_of, write_whole};
+use ivcam_base::files::{folder_of, named_project, write_whole};
 use ivcam_base::platform::real_path;
 use ivcam_inventor::iv::{Document, Limits};
 use serde_json::{Value as Json, json};
@@ -37,6 +37,7 @@ const OPTIONS: [&str; 12] = [
 
 /// What the conversion of each scene needs.
 struct FolderBatch<'m> {
+    folder: &'m Path,
     output: ConvertedFile,
     options: ExportOptions,
     search: Vec<&'m Path>,
@@ -88,6 +89,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     };
     let (search, contain) = super::readable_folders(m);
     let mut batch = FolderBatch {
+        folder,
         output,
         options: convert::options(m, None)?,
         search,
@@ -141,8 +143,9 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
 impl FolderBatch<'_> {
     /// Converts a scene and writes its files. A scene with nothing to draw is not written.
     fn convert(&self, job: &Job) -> Result<FolderResult> {
-        let document =
-            Document::open_or_stdin(&job.input, &self.search, self.contain, &self.limits)?;
+        let project = named_project(&job.input, self.folder);
+        let contain = self.contain.or(project.as_deref());
+        let document = Document::open_or_stdin(&job.input, &self.search, contain, &self.limits)?;
         let output = self.output.of(&document);
         let endings = convert::endings(output, &document);
         convert::check_ending(&job.output, &endings)?;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::write_whole;
+use ivcam_base::files::{named_project, write_whole};
 use ivcam_inventor::pose::ViewDirection;
 use serde_json::{Value as Json, json};
 
@@ -111,9 +111,11 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     let work = |job: &Job| {
         let plan = Plan {
             scene: job.input.clone(),
+        let project = named_project(&job.input, folder).filter(|_| plan.contain.is_none());
+        let command = command_for(words, m, job, project.as_deref());
             ..plan.clone()
         };
-        let command = command_for(words, m, job);
+            contain: project.or_else(|| plan.contain.clone()),
         make_picture(plan, &job.output, &command, denoiser.as_ref())
     };
     let mut done = |job: &Job, result: Result<MadePicture>| {
@@ -245,8 +247,9 @@ pub(crate) fn files_named(m: &ArgMatches) -> Vec<PathBuf> {
         .collect()
 }
 
-/// Returns the command line that makes one of the pictures.
-fn command_for(words: &[OsString], m: &ArgMatches, job: &Job) -> String {
+/// Returns the command line that makes one of the pictures. `project` is the folder below which
+/// files of its scene are opened, if it is not the scene's project.
+fn command_for(words: &[OsString], m: &ArgMatches, job: &Job, project: Option<&Path>) -> String {
     let value = |id: &str| m.get_raw(id).and_then(|mut words| words.next());
     let (scene, output) = (value("scene"), value("output"));
     let of_folder = ["--search", "--contain", "--fonts"].map(OsStr::new);
@@ -280,5 +283,6 @@ fn is_output(word: &OsStr) -> bool {
 fn joined(start: &str, end: &OsStr) -> OsString {
     let mut word = OsString::from(start);
     word.push(end);
+    line.extend(project.map(|folder| joined("--contain=", folder.as_os_str())));
     word
 }

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::named_project;
 
 use super::files::{PictureFile, RENDERED};
 use super::options::FolderOptions;
@@ -37,8 +38,11 @@ pub(super) fn photograph(
     let at_once = options.threads.min(waiting.len()).max(1);
     progress.begin(waiting.len());
     let work = |file: &&PictureFile| {
+        let scene = file.scene.clone().unwrap_or_default();
+        let contain = photographs.plan.contain.clone();
         let plan = Plan {
-            scene: file.scene.clone().unwrap_or_default(),
+            contain: contain.or_else(|| named_project(&scene, &options.new)),
+            scene,
             memory: photographs.plan.memory.for_each_of(at_once),
             ..photographs.plan.clone()
         };

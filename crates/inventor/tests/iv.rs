@@ -885,7 +885,7 @@ fn a_marker_widens_and_contain_narrows_what_is_opened() {
     assert!(!opened("beside.iv", Some("project/models/parts")));
     assert!(opened(secret, Some("")), "the user chose the folder above");
     let [message, _] = project.opened(map, &[], models).unwrap_err();
-    let what = "is outside the folder of `--contain` and is not opened";
+    let what = "is outside the folder that may be read and is not opened";
     assert_eq!(message, format!("`{map}` {what}"));
     assert_eq!(project.opened(map, &["project/maps"], models), Ok(()));
     std::fs::write(project.top.join(".ivcam-project"), "").expect("written");

@@ -28,27 +28,49 @@ pub fn folder_of(file: &Path) -> PathBuf {
 /// at the root, the home of a user, or the folder for temporary files; where the rule leads there,
 /// it is the given folder itself.
 pub fn project_of(folder: &Path) -> PathBuf {
+    project_without(folder, &personal_folders())
+}
+
+/// Returns `folder` if its files are one project because a user named it, and the scene at `scene`
+/// was found below it: then the project of the scene alone is a part of it. Returns `None` if the
+/// scene's project is not smaller, or if the folder can never be a project (see [`project_of`]).
+pub fn named_project(scene: &Path, folder: &Path) -> Option<PathBuf> {
+    let (own, real) = (real_path(&folder_of(scene)).ok()?, real_path(folder).ok()?);
+    named_without(&own, &real, &personal_folders()).then(|| folder.to_path_buf())
+}
+
+/// Returns whether a named folder is a project that is larger than that of a folder inside it.
+/// Both are canonical paths.
+fn named_without(own: &Path, named: &Path, personal: &[PathBuf]) -> bool {
+    let project = project_without(own, personal);
+    project != named && project.starts_with(named) && may_be_project(named, own, personal)
+}
+
+/// Returns the canonical paths of the home of the user and of the folder for temporary files.
+fn personal_folders() -> Vec<PathBuf> {
     let named = ["HOME", "USERPROFILE"].map(std::env::var_os);
     let mut personal: Vec<PathBuf> = named.into_iter().flatten().map(Into::into).collect();
     personal.extend(temporary_folder());
-    let personal: Vec<PathBuf> = personal.iter().filter_map(|p| real_path(p).ok()).collect();
-    project_without(folder, &personal)
+    personal.iter().filter_map(|p| real_path(p).ok()).collect()
+}
+
+/// Returns whether a folder above another one belongs to one person and one disk.
+fn may_be_project(candidate: &Path, folder: &Path, personal: &[PathBuf]) -> bool {
+    let depth = candidate
+        .components()
+        .filter(|c| matches!(c, std::path::Component::Normal(_)));
+    let is_one = |list: &[&str], path: &Path| list.iter().any(|s| path == Path::new(s));
+    let parent = candidate.parent();
+    depth.count() > 1
+        && !personal.iter().any(|p| p.starts_with(candidate))
+        && !is_one(&TEMPORARY, candidate)
+        && !parent.is_some_and(|parent| is_one(&OWNERS, parent))
+        && is_on_the_same_disk(candidate, folder)
 }
 
 /// Returns the folder of a project that is not one of some folders and not above one of them.
 fn project_without(folder: &Path, personal: &[PathBuf]) -> PathBuf {
-    let is_private = |candidate: &&Path| {
-        let depth = candidate
-            .components()
-            .filter(|c| matches!(c, std::path::Component::Normal(_)));
-        let is_one = |list: &[&str], path: &Path| list.iter().any(|s| path == Path::new(s));
-        let parent = candidate.parent();
-        depth.count() > 1
-            && !personal.iter().any(|p| p.starts_with(candidate))
-            && !is_one(&TEMPORARY, candidate)
-            && !parent.is_some_and(|parent| is_one(&OWNERS, parent))
-            && is_on_the_same_disk(candidate, folder)
-    };
+    let is_private = |candidate: &&Path| may_be_project(candidate, folder, personal);
     let is_marked = |folder: &&Path| {
         let marker = |name: &&str| folder.join(name).symlink_metadata().is_ok();
         MARKERS.iter().any(marker)
@@ -96,6 +118,29 @@ mod tests {
         assert_eq!(found(&["a"]), Path::new("a/b"), "a home with a marker");
         std::fs::write(folder.join(".ivcam-project"), "").unwrap();
         assert_eq!(found(&["a"]), Path::new("a/b/c"));
+        std::fs::remove_dir_all(&top).unwrap();
+    }
+
+    #[test]
+    fn a_named_folder_is_the_project_of_what_is_below_unless_it_belongs_to_others() {
+        let name = format!("ivcam-named-{}", std::process::id());
+        let top = std::env::temp_dir().canonicalize().unwrap().join(name);
+        let folder = top.join("a/b/c");
+        std::fs::create_dir_all(&folder).unwrap();
+        let widens = |named: &str, personal: &str| {
+            let personal = [top.join(personal)];
+            named_without(&folder, &top.join(named), &personal)
+        };
+        assert!(widens("a", "none"));
+        assert!(
+            !widens("a/b", "none") && !widens("a/b/c", "none"),
+            "not larger"
+        );
+        assert!(
+            !widens("a", "a") && !widens("a", "a/d"),
+            "a home, and above one"
+        );
+        assert!(!named_without(&folder, Path::new("/"), &[]));
         std::fs::remove_dir_all(&top).unwrap();
     }
 

@@ -18,7 +18,7 @@ mod standard_output;
 mod whole;
 
 pub use claim::{Claims, Held, host_name};
-pub use folder::{folder_of, project_of};
+pub use folder::{folder_of, named_project, project_of};
 pub use inputs::{HASH_START, InputRecord, Inputs, hash};
 pub use markup::escaped;
 pub use read::{FileBytes, LARGE_FILE, MAX_PICTURE, MAX_TEXT, open_file};

@@ -140,7 +140,7 @@ impl FolderLoader {
     /// Returns the error for a file outside the folders that may be read.
     fn refusal(&self, reference: &str, file: &Path) -> Box<Diagnostic> {
         let outside = match self.is_contained {
-            true => "the folder of `--contain`",
+            true => "the folder that may be read",
             false => "the scene's project folder",
         };
         let name = excerpt_path(reference);
