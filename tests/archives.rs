@@ -557,6 +557,47 @@ fn the_report_of_a_conversion_does_not_replace_a_texture() {
 }
 
 #[test]
+fn a_line_names_its_scene_once_and_a_place_in_a_binary_file_is_a_byte() {
+    let empty = "#Inventor V2.1 ascii\nSeparator { Frob { } }\n";
+    let two = "#Inventor V2.1 ascii\nCube { } Sphere { radius 2 }\n";
+    let archive = Archive::new("places", &[("a.iv", two), ("b/empty.iv", empty)]);
+    archive.run("convert in/a.iv -o in/binary.iv --to binary");
+    let bytes = archive.read("in/binary.iv");
+    std::fs::write(archive.0.join("in/binary.iv"), &bytes[..bytes.len() - 3]).unwrap();
+    std::fs::remove_file(archive.0.join("in/a.iv")).unwrap();
+    let place = format!("byte {}", bytes.len() - 4);
+    let damage = format!("{place}: damaged: the file ends in the middle of a value");
+    let nothing =
+        "b/empty.iv: nothing to draw; 1 problem, such as line 2, column 13: warning: `Frob`";
+    for line in [
+        &format!("render in -o out {}", SMALL.replace(" --quiet", "")),
+        "convert in -o glb --to glb --report r.json",
+    ] {
+        let (_, said) = archive.run(line);
+        let of_damage = format!("binary.iv: 1 problem, such as {damage}");
+        assert!(
+            said.contains(&of_damage) && said.contains(nothing),
+            "{said}"
+        );
+    }
+    let (_, said) = archive.output("check in");
+    assert!(said.contains(&format!("1 problem: {damage}")), "{said}");
+    let (_, said) = archive.output("check in/binary.iv --json");
+    let checked: serde_json::Value = serde_json::from_str(&said).unwrap();
+    archive.run("catalog in -o catalog --size 12x9");
+    let [listed, reported] = [
+        &archive.json("catalog/catalog.json")["scenes"][1]["messages"][0],
+        &archive.json("r.json")["files"][1]["diagnostics"][0],
+    ];
+    for said in [listed, reported, &checked["diagnostics"][0]] {
+        assert_eq!(said["byte"], bytes.len() - 4, "{said:#}");
+        assert!(said["line"].is_null() && said["column"].is_null());
+    }
+    let page = String::from_utf8(archive.read("catalog/scenes/binary.iv.html")).unwrap();
+    assert!(page.contains(&format!("{place}: ")), "{page}");
+}
+
+#[test]
 fn the_folder_that_a_user_names_is_the_project_of_its_scenes() {
     let scene = "#Inventor V2.1 ascii\nTexture2 { filename \"../../maps/wood.png\" } Cube { }\n";
     let archive = Archive::new("project", &[("scenes/deep/a.iv", scene)]);

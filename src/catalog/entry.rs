@@ -124,6 +124,9 @@ pub(crate) struct Message {
     pub line: Option<u32>,
     /// The column, counted from 1.
     pub column: Option<u32>,
+    /// The offset in bytes in a binary file, which has no lines.
+    #[serde(default)]
+    pub byte: Option<u32>,
     /// The file that the problem is in, if it is not the scene itself.
     pub file: Option<String>,
     /// The text of the problem.

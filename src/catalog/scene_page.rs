@@ -275,9 +275,16 @@ mod tests {
             severity: "warning".to_owned(),
             line: Some(3),
             column: Some(7),
+            byte: None,
             file: Some(text()),
             text: text(),
             count: 2,
+        };
+        let at_byte = Message {
+            line: None,
+            column: None,
+            byte: Some(0),
+            ..message.clone()
         };
         let need = Need {
             file: text(),
@@ -290,7 +297,7 @@ mod tests {
             format: Some(text()),
             producer: Some(text()),
             notes: vec![text()],
-            problems: 5,
+            problems: 7,
             needs: vec![need],
             typefaces: vec![NamedTypeface {
                 name: text(),
@@ -312,7 +319,7 @@ mod tests {
         let detail = SceneDetail {
             nodes: vec![node(0), node(1), node(2), node(0)],
             nodes_left_out: 4,
-            problems: vec![message],
+            problems: vec![at_byte, message],
             ..SceneDetail::default()
         };
         let heading = CatalogHeading {
@@ -326,6 +333,7 @@ mod tests {
         assert!(!page.contains("<script"));
         for part in [
             "line 3, column 7",
+            "byte 0: ",
             "and 3 more",
             "and 4 more nodes",
             "href=\"../../../index.html\"",

@@ -174,6 +174,7 @@ fn message(d: &Diagnostic, checked: &Checked) -> Message {
         severity: d.class().to_owned(),
         line: place.map(|(line, _)| line),
         column: place.map(|(_, column)| column),
+        byte: d.byte(),
         file: name.map(|name| name.to_string_lossy().into_owned()),
         text: own_words(&d.message, checked),
         count: d.count,

@@ -12,7 +12,7 @@ use serde_json::{Value as Json, json};
 
 use super::convert::{self, ConvertedFile};
 use super::folder_mode::{
-    FileProgress, create_folder, keep_files_of_others, output_folder, problem_line,
+    FileProgress, create_folder, failure_line, keep_files_of_others, output_folder, problem_text,
 };
 use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
@@ -192,27 +192,27 @@ impl ConversionSum {
             Err(error) => {
                 self.failed += 1;
                 self.list(job, "failed", Some(error.to_string()), Json::Null);
-                let help = error.help.iter().map(|help| format!("; {help}"));
-                return Some(format!("{}: {error}{}", job.name, help.collect::<String>()));
+                return Some(failure_line(job, &error));
             }
         };
-        let line = problem_line(&job.name, &converted.problems);
+        let problems = problem_text(job, &converted.problems);
         let is_missing =
             |d: &Diagnostic| matches!(d.kind, ErrorKind::NotFound | ErrorKind::OutsideFolder);
         self.with_missing += usize::from(converted.problems.iter().any(is_missing));
         if converted.conversion.is_empty {
             self.empty += 1;
-            self.list(job, "nothing to draw", line.clone(), Json::Null);
-            let more = line.map(|line| format!("; {line}")).unwrap_or_default();
-            return Some(format!("{}: nothing to draw{more}", job.name));
+            let more = problems.iter().map(|problems| format!("; {problems}"));
+            let line = format!("{}: nothing to draw{}", job.name, more.collect::<String>());
+            self.list(job, "nothing to draw", problems, Json::Null);
+            return Some(line);
         }
         let losses = &converted.conversion.losses;
         self.converted += 1;
         self.with_losses += usize::from(!losses.is_empty());
         let path = job.output.display().to_string();
         let report = losses.json(&job.name, output.name(), &path);
-        self.list(job, "converted", line.clone(), report);
-        line
+        self.list(job, "converted", problems.clone(), report);
+        problems.map(|problems| format!("{}: {problems}", job.name))
     }
 
     fn list(&mut self, job: &Job, result: &str, message: Option<String>, losses: Json) {

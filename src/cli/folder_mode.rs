@@ -8,7 +8,7 @@ use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::picture::PictureFormat;
 
-use crate::archive::{Jobs, Record, RecordState};
+use crate::archive::{Job, Jobs, Record, RecordState};
 use crate::export::Target;
 
 /// Returns the output folder that `-o` names. It need not exist.
@@ -120,8 +120,9 @@ impl FileProgress {
     }
 }
 
-/// Returns one line about the problems of a file: their number, and the first of the worst.
-pub(crate) fn problem_line(name: &str, problems: &[Diagnostic]) -> Option<String> {
+/// Returns a text about the problems of a scene for a line that begins with its name: their number,
+/// and the first of the worst.
+pub(crate) fn problem_text(job: &Job, problems: &[Diagnostic]) -> Option<String> {
     let worst = problems
         .iter()
         .reduce(|worst, next| match next.rank() > worst.rank() {
@@ -129,8 +130,13 @@ pub(crate) fn problem_line(name: &str, problems: &[Diagnostic]) -> Option<String
             false => worst,
         })?;
     let count: usize = problems.iter().map(|d| d.count).sum();
-    Some(format!(
-        "{name}: {}, such as {worst}",
-        counted(count, "problem")
-    ))
+    let worst = worst.in_line_of(&job.input.display().to_string());
+    Some(format!("{}, such as {worst}", counted(count, "problem")))
+}
+
+/// Returns the line about a scene that failed.
+pub(crate) fn failure_line(job: &Job, error: &Diagnostic) -> String {
+    let message = error.in_line_of(&job.input.display().to_string());
+    let help = error.help.iter().map(|help| format!("; {help}"));
+    format!("{}: {message}{}", job.name, help.collect::<String>())
 }

@@ -10,7 +10,7 @@ use ivcam_inventor::pose::ViewDirection;
 use serde_json::{Value as Json, json};
 
 use super::folder_mode::{
-    FileProgress, create_folder, keep_files_of_others, output_folder, problem_line,
+    FileProgress, create_folder, failure_line, keep_files_of_others, output_folder, problem_text,
 };
 use super::{ERROR, flags, print_warnings, render, switch, text};
 use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
@@ -160,21 +160,22 @@ impl Sum {
             Err(error) => {
                 self.failed += 1;
                 self.list(job, "failed", None, Some(error.to_string()));
-                let help = error.help.iter().map(|help| format!("; {help}"));
-                Some(format!("{}: {error}{}", job.name, help.collect::<String>()))
+                Some(failure_line(job, &error))
             }
             Ok(made) if made.is_empty => {
                 self.empty += 1;
-                self.list(job, "nothing to draw", None, None);
-                let problems = problem_line("", &made.problems).unwrap_or_default();
-                Some(format!("{}: nothing to draw{problems}", job.name))
+                let problems = problem_text(job, &made.problems);
+                let more = problems.iter().map(|problems| format!("; {problems}"));
+                let line = format!("{}: nothing to draw{}", job.name, more.collect::<String>());
+                self.list(job, "nothing to draw", None, problems);
+                Some(line)
             }
             Ok(made) => {
-                let line = problem_line(&job.name, &made.problems);
+                let problems = problem_text(job, &made.problems);
                 self.made += 1;
-                self.with_problems += usize::from(line.is_some());
-                self.list(job, "made", Some(&job.output), line.clone());
-                line
+                self.with_problems += usize::from(problems.is_some());
+                self.list(job, "made", Some(&job.output), problems.clone());
+                problems.map(|problems| format!("{}: {problems}", job.name))
             }
         }
     }

@@ -196,10 +196,37 @@ impl Diagnostic {
     }
 
     /// Returns the file name, and the line and column (counted from 1), as far as they are known.
+    /// A place in a file that is not text has a [`byte`](Self::byte) instead.
     pub fn location(&self) -> (Option<&str>, Option<(u32, u32)>) {
         match &self.place {
-            Some((source, span)) => (Some(&source.name), Some(source.line_column(span.start))),
+            Some((source, span)) => (
+                Some(&source.name),
+                source.is_text().then(|| source.line_column(span.start)),
+            ),
             None => (self.file.as_deref(), None),
+        }
+    }
+
+    /// Returns the offset of the place in a file that is not text, in bytes, as the file is after
+    /// unpacking.
+    pub fn byte(&self) -> Option<u32> {
+        let (source, span) = self.place.as_ref()?;
+        (!source.is_text()).then_some(span.start)
+    }
+
+    /// Formats the message for a line that begins with the name of `file`, which it does not
+    /// repeat.
+    pub fn in_line_of(&self, file: &str) -> String {
+        let (own, place) = self.location();
+        if own.is_some_and(|own| own != file) {
+            return self.to_string();
+        }
+        let what = self.message.replace(&format!("`{file}`"), "this");
+        let kind = self.class();
+        match (place, self.byte()) {
+            (Some((line, column)), _) => format!("line {line}, column {column}: {kind}: {what}"),
+            (None, Some(byte)) => format!("byte {byte}: {kind}: {what}"),
+            (None, None) => format!("{kind}: {what}"),
         }
     }
 
@@ -257,9 +284,10 @@ impl Diagnostic {
 impl Diagnostic {
     /// Writes the place in front of a message, as far as it is known.
     fn write_place(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.location() {
-            (Some(file), Some((line, column))) => write!(f, "{file}:{line}:{column}: "),
-            (Some(file), None) if !self.message.contains(file) => write!(f, "{file}: "),
+        match (self.location(), self.byte()) {
+            ((Some(file), Some((line, column))), _) => write!(f, "{file}:{line}:{column}: "),
+            ((Some(file), None), Some(byte)) => write!(f, "{file}: byte {byte}: "),
+            ((Some(file), None), None) if !self.message.contains(file) => write!(f, "{file}: "),
             _ => Ok(()),
         }
     }
@@ -324,6 +352,21 @@ mod tests {
         for part in ["a.iv:2:3", "hieght 2", "^^^^^^", "did you mean"] {
             assert!(text.contains(part), "{part} missing in\n{text}");
         }
+    }
+
+    #[test]
+    fn a_place_in_a_binary_file_is_a_byte_everywhere() {
+        let source = Arc::new(Source::new("a.iv", vec![0; 20]).into_binary());
+        let damage = Diagnostic::warning("`a.iv` ends").of_kind(ErrorKind::Damaged);
+        let damage = damage.at(&source, Span::at(12));
+        assert_eq!(
+            (damage.location(), damage.byte()),
+            ((Some("a.iv"), None), Some(12))
+        );
+        assert!(damage.render(false).contains("a.iv: byte 12: `a.iv` ends"));
+        assert_eq!(damage.to_string(), "a.iv: byte 12: damaged: `a.iv` ends");
+        assert_eq!(damage.in_line_of("a.iv"), "byte 12: damaged: this ends");
+        assert_eq!(damage.in_line_of("b.iv"), damage.to_string());
     }
 
     #[test]

@@ -162,7 +162,7 @@ impl Checked {
     /// and of problems, and the worst problem.
     pub fn summary(&self) -> String {
         match &self.document {
-            Err(error) => format!("{}: {}", self.file, self.without_file_name(error)),
+            Err(error) => format!("{}: {}", self.file, error.in_line_of(&self.file)),
             Ok((document, survey)) => {
                 let becomes: Vec<String> = classes(document)
                     .into_iter()
@@ -194,25 +194,10 @@ impl Checked {
                 let problems: usize = self.problems().map(|d| d.count).sum();
                 line += &format!(", {}", counted(problems, "problem"));
                 match self.worst_problem() {
-                    Some(worst) => line + ": " + &self.without_file_name(worst),
+                    Some(worst) => line + ": " + &worst.in_line_of(&self.file),
                     None => line,
                 }
             }
-        }
-    }
-
-    /// Returns a diagnostic for a line that begins with the file's name.
-    fn without_file_name(&self, diagnostic: &Diagnostic) -> String {
-        let what = diagnostic
-            .message
-            .replace(&format!("`{}`", self.file), "this");
-        let kind = diagnostic.class();
-        match diagnostic.location() {
-            (Some(file), Some((line, column))) if file == self.file => {
-                format!("line {line}, column {column}: {kind}: {what}")
-            }
-            (Some(file), _) if file != self.file => diagnostic.to_string(),
-            _ => format!("{kind}: {what}"),
         }
     }
 

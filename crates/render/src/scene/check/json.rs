@@ -19,6 +19,7 @@ pub(super) fn diagnostic(d: &Diagnostic) -> Json {
         "severity": d.class(),
         "line": place.map(|p| p.0),
         "column": place.map(|p| p.1),
+        "byte": d.byte(),
         "message": d.message,
         "help": d.help,
         "file": file,
