@@ -557,6 +557,25 @@ fn the_report_of_a_conversion_does_not_replace_a_texture() {
 }
 
 #[test]
+fn a_picture_of_one_color_is_named_and_counted() {
+    let clear = "#Inventor V2.1 ascii\nMaterial { transparency 1 } Cube { }\n";
+    let cut = format!("{clear} Sphere {{ radius ");
+    let scenes = [("clear.iv", clear), ("cut.iv", &cut), ("a.iv", CUBE)];
+    let archive = Archive::new("one-color", &scenes);
+    let line = "render in -o out --size 6x4 --samples 1 --lens none --report r.json";
+    let (code, said) = archive.run(line);
+    assert_eq!(code, Some(0), "{said}");
+    for part in [
+        "clear.iv: the picture has one color everywhere\n",
+        "cut.iv: the picture has one color everywhere; 2 problems, such as line 3, column",
+        "3 scenes: 3 pictures made, 2 of one color everywhere, 1 with problems",
+    ] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+    assert_eq!(archive.json("r.json")["one_color"], 2);
+}
+
+#[test]
 fn a_line_names_its_scene_once_and_a_place_in_a_binary_file_is_a_byte() {
     let empty = "#Inventor V2.1 ascii\nSeparator { Frob { } }\n";
     let two = "#Inventor V2.1 ascii\nCube { } Sphere { radius 2 }\n";

@@ -11,6 +11,6 @@ mod record;
 mod work;
 
 pub(crate) use jobs::{Job, Jobs, Naming, is_below};
-pub(crate) use picture::{MadePicture, make_picture};
+pub(crate) use picture::{MadePicture, make_picture, one_color};
 pub(crate) use record::{Record, RecordState, is_newer};
 pub(crate) use work::for_each;

@@ -5,6 +5,8 @@ use std::path::Path;
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::folder_of;
 use ivcam_base::platform::real_path;
+use ivcam_optics::picture::Picture;
+use ivcam_render::render::Counts;
 
 use crate::photo::{Denoiser, Plan, Session};
 
@@ -13,6 +15,8 @@ use crate::photo::{Denoiser, Plan, Session};
 pub(crate) struct MadePicture {
     /// Whether the scene has nothing to draw. No picture is written then.
     pub is_empty: bool,
+    /// Why the picture shows nothing, if it has one color everywhere.
+    pub one_color: Option<String>,
     /// The warnings about the scene and the picture.
     pub problems: Vec<Diagnostic>,
 }
@@ -35,6 +39,7 @@ pub(crate) fn make_picture(
     let items = session.sink.items().iter();
     let mut made = MadePicture {
         is_empty: session.draws_nothing,
+        one_color: None,
         problems: items.filter(is_problem).cloned().collect(),
     };
     if made.is_empty {
@@ -58,6 +63,7 @@ pub(crate) fn make_picture(
     let picture = session.develop(&exposure, command);
     let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);
     made.problems.extend(warning.map(|w| *w));
+    made.one_color = one_color(&session, &exposure.counts, &picture).map(|why| why.message);
     let folder = folder_of(output);
     std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
     let (kept, denoised) = match denoiser {
@@ -71,4 +77,17 @@ pub(crate) fn make_picture(
             output.display()
         ))
     })
+}
+
+/// Returns why a picture stands for nothing, if it has one color everywhere.
+pub(crate) fn one_color(
+    session: &Session,
+    counts: &Counts,
+    picture: &Picture,
+) -> Option<Box<Diagnostic>> {
+    if picture.pixels.windows(2).any(|pair| pair[0] != pair[1]) {
+        return None;
+    }
+    let warning = session.warn_if_black_or_clipped(counts, picture);
+    Some(warning.unwrap_or_else(|| Diagnostic::error("the picture has one color everywhere")))
 }

@@ -10,7 +10,7 @@ use ivcam_inventor::iv::{Document, Format};
 use ivcam_inventor::pose::{CameraPose, ViewDirection};
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{Depth, Picture};
-use ivcam_render::render::{Counts, Stop};
+use ivcam_render::render::Stop;
 use ivcam_render::scene::CompileOptions;
 use ivcam_render::scene::check::{Checked, classes};
 
@@ -24,7 +24,7 @@ use super::options::CatalogOptions;
 use super::place;
 use super::sha256;
 use super::tree::{MOST_PROBLEMS, SceneDetail, tree};
-use crate::archive::Job;
+use crate::archive::{Job, one_color};
 use crate::photo::{
     Denoiser, Era, NEUTRAL, Optics, Override, Plan, Session, Shading, WholeView, snapshot_options,
 };
@@ -231,9 +231,9 @@ fn photograph(
         let exposure = session.expose(&|_| {});
         Budget::current().check()?;
         let picture = session.develop(&exposure, "ivcam catalog");
-        match is_uniform(&picture) {
-            true => Err(nothing_seen(session, &exposure.counts, &picture)),
-            false => Ok((picture, exposure)),
+        match one_color(session, &exposure.counts, &picture) {
+            Some(why) => Err(why),
+            None => Ok((picture, exposure)),
         }
     };
     let first = picture(&session);
@@ -252,17 +252,6 @@ fn photograph(
         None => Ok(picture),
         Some(denoiser) => session.denoised(&picture, &session.surfaces_of(&exposure), denoiser),
     }
-}
-
-/// Returns why a picture of one color stands for nothing.
-fn nothing_seen(session: &Session, counts: &Counts, picture: &Picture) -> Box<Diagnostic> {
-    let warning = session.warn_if_black_or_clipped(counts, picture);
-    warning.unwrap_or_else(|| Diagnostic::error("the picture has one color everywhere"))
-}
-
-/// Returns whether all pixels are the same.
-fn is_uniform(picture: &Picture) -> bool {
-    picture.pixels.windows(2).all(|pair| pair[0] == pair[1])
 }
 
 /// Saves a large picture and its thumbnail, and enters them.

@@ -68,6 +68,8 @@ struct Sum {
     up_to_date: usize,
     empty: usize,
     failed: usize,
+    /// Pictures that have one color everywhere and so show nothing.
+    one_color: usize,
     with_problems: usize,
     /// One object for each scene, for `--report`.
     files: Vec<Json>,
@@ -109,13 +111,13 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString], folder: &Path) -> Result<i
     let mut sum = Sum::default();
     current.iter().for_each(|job| sum.add_current(job));
     let work = |job: &Job| {
-        let plan = Plan {
-            scene: job.input.clone(),
         let project = named_project(&job.input, folder).filter(|_| plan.contain.is_none());
         let command = command_for(words, m, job, project.as_deref());
+        let plan = Plan {
+            scene: job.input.clone(),
+            contain: project.or_else(|| plan.contain.clone()),
             ..plan.clone()
         };
-            contain: project.or_else(|| plan.contain.clone()),
         make_picture(plan, &job.output, &command, denoiser.as_ref())
     };
     let mut done = |job: &Job, result: Result<MadePicture>| {
@@ -173,9 +175,14 @@ impl Sum {
             Ok(made) => {
                 let problems = problem_text(job, &made.problems);
                 self.made += 1;
+                self.one_color += usize::from(made.one_color.is_some());
                 self.with_problems += usize::from(problems.is_some());
-                self.list(job, "made", Some(&job.output), problems.clone());
-                problems.map(|problems| format!("{}: {problems}", job.name))
+                let is_said = |why: &String| problems.iter().any(|text| text.contains(why));
+                let why = made.one_color.filter(|why| !is_said(why));
+                let said: Vec<String> = why.into_iter().chain(problems).collect();
+                let message = (!said.is_empty()).then(|| said.join("; "));
+                self.list(job, "made", Some(&job.output), message.clone());
+                message.map(|message| format!("{}: {message}", job.name))
             }
         }
     }
@@ -189,7 +196,7 @@ impl Sum {
         }));
     }
 
-    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 6] {
+    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 7] {
         let pictures = match self.made {
             1 => "picture made",
             _ => "pictures made",
@@ -199,6 +206,7 @@ impl Sum {
             (self.up_to_date, "up to date"),
             (self.empty, "with nothing to draw"),
             (self.failed, "failed"),
+            (self.one_color, "of one color everywhere"),
             (self.with_problems, "with problems"),
             (jobs.renamed, "named with their endings"),
         ]
@@ -216,6 +224,7 @@ impl Sum {
             "up_to_date": self.up_to_date,
             "empty": self.empty,
             "failed": self.failed,
+            "one_color": self.one_color,
             "files": self.files,
         });
         write_whole(Path::new(path), |file| writeln!(file, "{report:#}"))
@@ -274,6 +283,7 @@ fn command_for(words: &[OsString], m: &ArgMatches, job: &Job, project: Option<&P
             word.clone()
         });
     }
+    line.extend(project.map(|folder| joined("--contain=", folder.as_os_str())));
     command_line(&line)
 }
 
@@ -284,6 +294,5 @@ fn is_output(word: &OsStr) -> bool {
 fn joined(start: &str, end: &OsStr) -> OsString {
     let mut word = OsString::from(start);
     word.push(end);
-    line.extend(project.map(|folder| joined("--contain=", folder.as_os_str())));
     word
 }
