@@ -557,6 +557,60 @@ fn the_report_of_a_conversion_does_not_replace_a_texture() {
 }
 
 #[test]
+fn a_damaged_scene_fails_a_strict_conversion_and_its_report_says_what_is_wrong() {
+    let faces = "#Inventor V2.1 ascii\nCoordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] }\n\
+        IndexedFaceSet { coordIndex [ 0, 1";
+    let board = "#Inventor V2.1 ascii\nTexture2 { filename \"gone.png\" } Cube { }\n";
+    let scenes = [
+        ("bad.iv", "nonsense"),
+        ("board.iv", board),
+        ("cut.iv", "#Inventor V2.1 ascii\nCube { } Sphere { "),
+        ("faces.iv", faces),
+    ];
+    let archive = Archive::new("strict", &scenes);
+    let (_, said) = archive.run("convert in -o out --to glb --report report.json");
+    let said = said.replace("\n  ", " ");
+    let sum =
+        "4 scenes: 2 converted, 1 with nothing to draw, 1 failed, 2 damaged, 1 with missing files";
+    assert!(said.contains(sum), "{said}");
+    assert!(!archive.has("out/faces.glb") && archive.has("out/cut.glb"));
+    let report = archive.json("report.json");
+    let file = |i: usize| &report["files"][i];
+    let states = [0, 1, 2, 3].map(|i| [&file(i)["result"], &file(i)["state"]]);
+    let expected = [
+        ["failed", "unreadable"],
+        ["converted", "whole"],
+        ["converted", "damaged"],
+        ["nothing to draw", "damaged"],
+    ];
+    assert_eq!(states, expected);
+    assert_eq!(file(1)["missing"], serde_json::json!(["gone.png"]));
+    assert_eq!(file(1)["diagnostics"][0]["severity"], "warning");
+    assert_eq!(file(2)["diagnostics"][0]["severity"], "damaged");
+    std::fs::remove_file(archive.0.join("in/bad.iv")).unwrap();
+    let strict = "convert in -o out --to glb --strict --force";
+    assert_eq!(archive.run(strict).0, Some(1));
+    // One file says the same.
+    let one = "convert in/faces.iv -o faces.glb --report one.json";
+    let (code, said) = archive.run(one);
+    assert!(
+        code == Some(0) && said.contains("nothing to draw was found"),
+        "{said}"
+    );
+    let one_file = archive.json("one.json");
+    assert_eq!(
+        [&one_file["state"], &one_file["diagnostics"][0]["severity"]],
+        ["damaged", "damaged"]
+    );
+    assert_eq!(archive.run(&format!("{one} --strict")).0, Some(1));
+    let (code, said) = archive.run("convert in/board.iv -o board.glb --strict --report one.json");
+    assert_eq!(code, Some(0), "a missing file is no loss of the format");
+    assert!(said.contains("warning: `gone.png` was not found"), "{said}");
+    assert!(!said.contains("error"), "{said}");
+    assert_eq!(archive.json("one.json")["missing"], file(1)["missing"]);
+}
+
+#[test]
 fn a_picture_of_one_color_is_named_and_counted() {
     let clear = "#Inventor V2.1 ascii\nMaterial { transparency 1 } Cube { }\n";
     let cut = format!("{clear} Sphere {{ radius ");

@@ -11,18 +11,20 @@ use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::Budget;
 use ivcam_inventor::iv::{Document, Format};
 use ivcam_render::scene::CompileOptions;
+use ivcam_render::scene::check::FileState;
 use ivcam_render::scene::model::{ModelOptions, Sampling};
+use serde_json::Value as Json;
 
 use super::flags::{FONTS, LIMIT, MEMORY, WORK};
 use super::meter::{MeterKind, waiting};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
-use crate::export::{Conversion, ExportOptions, Target, convert, rewritten};
+use crate::export::{Conversion, ExportOptions, Target, convert, rewritten, source_report};
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
 
-/// The exit code if `--strict` is given and something is lost.
+/// The exit code if `--strict` is given and something is lost or damaged.
 pub(super) const LOSSES: i32 = 1;
 
 /// Returns the definition of the command.
@@ -53,9 +55,9 @@ pub(crate) fn command() -> Command {
                 .help("the format; iv and inventor are Inventor V2.1, ascii keeps VRML97, binary is Inventor's binary [the output's ending, or ascii]"),
         )
         .arg(path("report").long("report").value_name("FILE").help(
-            "writes what the format could not express to a JSON file",
+            "writes what the format could not express, and what is wrong with the scene, to a JSON file",
         ))
-        .arg(switch("strict", "exits with code 1 if something could not be expressed"))
+        .arg(switch("strict", "exits with code 1 if something could not be expressed, or if the scene is damaged"))
         .arg(Arg::new("tolerance").long("tolerance").value_name("FRACTION").help(
             "the largest error of triangles for round shapes, text and NURBS, from 0.0001 to 0.1 of their size [0.005]",
         ))
@@ -175,10 +177,13 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         keep_inputs("--report", report, &document.opened_files())?;
         let names = [scene.as_path(), output.unwrap_or(Path::new("-"))];
         let [scene, output] = names.map(|path| path.display().to_string());
-        let report_text = conversion.losses.json(&scene, wanted.name(), &output);
+        let losses = conversion.losses.json(&scene, wanted.name(), &output);
+        let source = source_report(&document, &conversion, &options.model.compile);
+        let report_text = joined(losses, source);
         write_whole(report, |file| writeln!(file, "{report_text:#}"))?;
     }
-    let lost = matches.get_flag("strict") && !conversion.losses.is_empty();
+    let is_damaged = FileState::of(&document) == FileState::Damaged;
+    let lost = matches.get_flag("strict") && (is_damaged || !conversion.losses.is_empty());
     let code = if lost { LOSSES } else { 0 };
     match output {
         None => {
@@ -190,6 +195,14 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
             Ok(code)
         }
     }
+}
+
+/// Returns an object with the keys of two.
+pub(super) fn joined(mut report: Json, more: Json) -> Json {
+    if let (Json::Object(report), Json::Object(more)) = (&mut report, more) {
+        report.extend(more);
+    }
+    report
 }
 
 /// Converts a document.

@@ -8,6 +8,7 @@ use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity};
 use ivcam_base::files::{folder_of, named_project, write_whole};
 use ivcam_base::platform::real_path;
 use ivcam_inventor::iv::{Document, Limits};
+use ivcam_render::scene::check::FileState;
 use serde_json::{Value as Json, json};
 
 use super::convert::{self, ConvertedFile};
@@ -17,7 +18,7 @@ use super::folder_mode::{
 use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
 use crate::archive::{Job, Jobs, Naming, Record, for_each};
-use crate::export::{Conversion, ExportOptions};
+use crate::export::{Conversion, ExportOptions, source_report};
 
 /// The arguments that the converted files depend on.
 const OPTIONS: [&str; 12] = [
@@ -43,6 +44,8 @@ struct FolderBatch<'m> {
     search: Vec<&'m Path>,
     contain: Option<&'m Path>,
     limits: Limits,
+    /// Whether there is a report.
+    has_report: bool,
     /// The scenes whose converted files have their names.
     scenes: BTreeSet<PathBuf>,
 }
@@ -52,6 +55,9 @@ struct FolderResult {
     conversion: Conversion,
     /// The warnings about the scene.
     problems: Vec<Diagnostic>,
+    is_damaged: bool,
+    /// The keys of the report about the scene, if there is a report.
+    source: Json,
 }
 
 /// The results of all scenes.
@@ -61,6 +67,7 @@ struct ConversionSum {
     up_to_date: usize,
     empty: usize,
     failed: usize,
+    damaged: usize,
     with_losses: usize,
     with_missing: usize,
     /// One object for each scene, for `--report`.
@@ -95,6 +102,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         search,
         contain,
         limits: super::limits(m)?,
+        has_report: m.contains_id("report"),
         scenes: BTreeSet::new(),
     };
     let threads = render::threads(m)?;
@@ -123,51 +131,61 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         sum.up_to_date += 1;
         sum.list(job, "up to date", None, Json::Null);
     }
-    let mut done = |job: &Job, result: Result<FolderResult>| {
+    let mut done = |job: &Job, result: Result<Result<FolderResult>>| {
         let line = sum.add(job, result, output);
         progress.done(&job.name, line.as_deref());
     };
-    let convert = |job: &Job| allowance.during(|| batch.convert(job));
+    let convert = |job: &Job| {
+        allowance.during(|| match batch.read(job) {
+            Ok(document) => batch.convert(job, &document).map(Ok),
+            Err(unreadable) => Ok(Err(unreadable)),
+        })
+    };
     for_each(&waiting, threads, &convert, &mut done)?;
     progress.finish(jobs.list.len(), &sum.counts(&jobs));
     sum.write_report(m)?;
-    Ok(
-        match (sum.failed, m.get_flag("strict") && sum.with_losses > 0) {
-            (0, false) => 0,
-            (0, true) => convert::LOSSES,
-            _ => ERROR,
-        },
-    )
+    Ok(match (sum.failed, m.get_flag("strict") && sum.lost()) {
+        (0, false) => 0,
+        (0, true) => convert::LOSSES,
+        _ => ERROR,
+    })
 }
 
 impl FolderBatch<'_> {
-    /// Converts a scene and writes its files. A scene with nothing to draw is not written.
-    fn convert(&self, job: &Job) -> Result<FolderResult> {
+    fn read(&self, job: &Job) -> Result<Document> {
         let project = named_project(&job.input, self.folder);
         let contain = self.contain.or(project.as_deref());
-        let document = Document::open_or_stdin(&job.input, &self.search, contain, &self.limits)?;
-        let output = self.output.of(&document);
-        let endings = convert::endings(output, &document);
+        Document::open_or_stdin(&job.input, &self.search, contain, &self.limits)
+    }
+
+    /// Converts a scene and writes its files. A scene with nothing to draw is not written.
+    fn convert(&self, job: &Job, document: &Document) -> Result<FolderResult> {
+        let output = self.output.of(document);
+        let endings = convert::endings(output, document);
         convert::check_ending(&job.output, &endings)?;
         let stem = job.output.file_stem().unwrap_or_default();
         let options = ExportOptions {
             stem: stem.to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        let mut conversion = convert::converted(&document, output, &options)?;
+        let mut conversion = convert::converted(document, output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let problems: Vec<Diagnostic> = problems.collect();
+        let source = match self.has_report {
+            true => source_report(document, &conversion, &options.model.compile),
+            false => Json::Null,
+        };
         let kept = match output {
             ConvertedFile::Rewritten(_) => &self.scenes,
             ConvertedFile::Exported(_) => &BTreeSet::new(),
         };
-        conversion.carry_files(&document, [&job.input, &job.output], kept);
+        conversion.carry_files(document, [&job.input, &job.output], kept);
         // A scene that draws nothing may declare prototypes for others.
         if !conversion.is_empty || conversion.keeps_addresses {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
-            convert::keep_scene(&conversion, &job.output, &job.input, &document)?;
+            convert::keep_scene(&conversion, &job.output, &job.input, document)?;
             convert::write(&conversion, &job.output)?;
             // The bytes of many scenes may wait to be counted.
             (conversion.bytes, conversion.beside) = Default::default();
@@ -175,23 +193,30 @@ impl FolderBatch<'_> {
         Ok(FolderResult {
             conversion,
             problems,
+            is_damaged: FileState::of(document) == FileState::Damaged,
+            source,
         })
     }
 }
 
 impl ConversionSum {
-    /// Adds the result of a scene, and returns the line to print about it.
+    /// Adds the result of a scene, and returns the line to print about it. The inner result is an
+    /// error if the scene could not be read.
     fn add(
         &mut self,
         job: &Job,
-        result: Result<FolderResult>,
+        result: Result<Result<FolderResult>>,
         output: ConvertedFile,
     ) -> Option<String> {
-        let converted = match result {
+        let state = match &result {
+            Ok(Err(_)) => json!({ "state": FileState::Unreadable.name() }),
+            _ => Json::Null,
+        };
+        let converted = match result.flatten() {
             Ok(converted) => converted,
             Err(error) => {
                 self.failed += 1;
-                self.list(job, "failed", Some(error.to_string()), Json::Null);
+                self.list(job, "failed", Some(error.to_string()), state);
                 return Some(failure_line(job, &error));
             }
         };
@@ -199,38 +224,57 @@ impl ConversionSum {
         let is_missing =
             |d: &Diagnostic| matches!(d.kind, ErrorKind::NotFound | ErrorKind::OutsideFolder);
         self.with_missing += usize::from(converted.problems.iter().any(is_missing));
+        self.damaged += usize::from(converted.is_damaged);
         if converted.conversion.is_empty {
             self.empty += 1;
             let more = problems.iter().map(|problems| format!("; {problems}"));
             let line = format!("{}: nothing to draw{}", job.name, more.collect::<String>());
-            self.list(job, "nothing to draw", problems, Json::Null);
+            self.list(job, "nothing to draw", problems, converted.source);
             return Some(line);
         }
         let losses = &converted.conversion.losses;
         self.converted += 1;
         self.with_losses += usize::from(!losses.is_empty());
         let path = job.output.display().to_string();
-        let report = losses.json(&job.name, output.name(), &path);
-        self.list(job, "converted", problems.clone(), report);
-        problems.map(|problems| format!("{}: {problems}", job.name))
+        let mut report = losses.json(&job.name, output.name(), &path);
+        let losses = json!({ "losses": report["losses"].take() });
+        let line = problems
+            .as_ref()
+            .map(|problems| format!("{}: {problems}", job.name));
+        self.list(
+            job,
+            "converted",
+            problems,
+            convert::joined(losses, converted.source),
+        );
+        line
     }
 
-    fn list(&mut self, job: &Job, result: &str, message: Option<String>, losses: Json) {
-        self.files.push(json!({
+    /// Returns whether a format could not express something, or a scene is damaged.
+    fn lost(&self) -> bool {
+        self.with_losses + self.damaged > 0
+    }
+
+    /// Adds a scene to the report. `more` are its further keys.
+    fn list(&mut self, job: &Job, result: &str, message: Option<String>, more: Json) {
+        let file = json!({
             "file": job.name,
             "result": result,
             "output": job.output.display().to_string(),
             "message": message,
-            "losses": losses["losses"],
-        }));
+            "state": Json::Null,
+            "losses": Json::Null,
+        });
+        self.files.push(convert::joined(file, more));
     }
 
-    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 7] {
+    fn counts(&self, jobs: &Jobs) -> [(usize, &'static str); 8] {
         [
             (self.converted, "converted"),
             (self.up_to_date, "up to date"),
             (self.empty, "with nothing to draw"),
             (self.failed, "failed"),
+            (self.damaged, "damaged"),
             (self.with_losses, "with losses (`--report` lists them)"),
             (self.with_missing, "with missing files"),
             (jobs.renamed, "named with their endings"),
@@ -249,6 +293,7 @@ impl ConversionSum {
             "up_to_date": self.up_to_date,
             "empty": self.empty,
             "failed": self.failed,
+            "damaged": self.damaged,
             "with_losses": self.with_losses,
             "with_missing_files": self.with_missing,
             "files": self.files,

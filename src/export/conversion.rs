@@ -37,7 +37,7 @@ pub struct Conversion {
     pub losses: Losses,
     /// What is wrong with the scene.
     pub diagnostics: Vec<Diagnostic>,
-    /// Whether the scene has nothing to draw.
+    /// Whether the scene has nothing to draw, or nothing of it could be written.
     pub is_empty: bool,
     /// Whether the file names other files as the scene does.
     pub keeps_addresses: bool,
@@ -60,7 +60,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     }
     let mut model = Model::of(&taken, &options.model);
     let mut conversion = Conversion {
-        is_empty: model.is_empty() && draws_nothing(&taken, &options.model.compile),
+        is_empty: model.is_empty(),
         diagnostics: model.diagnostics.clone(),
         ..Conversion::default()
     };

@@ -32,6 +32,19 @@ impl FileState {
     /// Every state, in the order in which they are counted.
     pub const ALL: [Self; 3] = [Self::Whole, Self::Damaged, Self::Unreadable];
 
+    /// Returns the state of a file that was read. Files that it includes have states of their own.
+    pub fn of(document: &Document) -> Self {
+        let own = document.sources.first().map(|source| &*source.name);
+        let is_damage = |d: &Diagnostic| {
+            let file = d.location().0;
+            d.kind == ErrorKind::Damaged && (file.is_none() || file == own)
+        };
+        match document.sink.items().iter().any(is_damage) {
+            true => Self::Damaged,
+            false => Self::Whole,
+        }
+    }
+
     /// Returns the word for the state in reports, in JSON and on the command line.
     pub fn name(self) -> &'static str {
         match self {
@@ -89,15 +102,9 @@ impl Checked {
 
     /// Returns the state of the file itself. Files that it includes have states of their own.
     pub fn state(&self) -> FileState {
-        let Ok((document, _)) = &self.document else {
-            return FileState::Unreadable;
-        };
-        let is_damage = |d: &Diagnostic| {
-            d.kind == ErrorKind::Damaged && d.location().0.is_none_or(|file| file == self.file)
-        };
-        match document.sink.items().iter().any(is_damage) {
-            true => FileState::Damaged,
-            false => FileState::Whole,
+        match &self.document {
+            Ok((document, _)) => FileState::of(document),
+            Err(_) => FileState::Unreadable,
         }
     }
 

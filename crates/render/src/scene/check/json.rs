@@ -12,8 +12,8 @@ fn plain(value: f32) -> Json {
     text.parse::<f64>().map_or(Json::Null, |v| json!(v))
 }
 
-/// Converts a diagnostic.
-pub(super) fn diagnostic(d: &Diagnostic) -> Json {
+/// Converts a diagnostic to JSON, which docs/guide/machine.md describes.
+pub fn diagnostic(d: &Diagnostic) -> Json {
     let (file, place) = d.location();
     json!({
         "severity": d.class(),

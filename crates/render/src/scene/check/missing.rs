@@ -38,7 +38,7 @@ fn shortened(name: &str) -> String {
 
 /// Returns the files that nodes name and that cannot be read. They are included scenes, which
 /// reading the document has reported, and textures, which it has not opened.
-pub(super) fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing> {
+pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing> {
     let document = snapshot.document();
     let mut missing: Vec<Missing> = Vec::new();
     for index in 0..document.nodes.len() {

@@ -12,3 +12,5 @@ mod missing;
 pub use checked::{Checked, FileState};
 pub use classes::classes;
 pub use files::{files_below, scene_files, without_ending};
+pub use json::diagnostic as diagnostic_json;
+pub use missing::{Missing, missing};
