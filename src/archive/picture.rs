@@ -58,7 +58,8 @@ pub(crate) fn make_picture(
         if exposure.is_blank() {
             return Err(session.too_late());
         }
-        made.problems.push(*session.ended_within_pass(stopped));
+        made.problems
+            .push(*session.ended_within_pass(&exposure, stopped));
     }
     let picture = session.develop(&exposure, command);
     let warning = session.warn_if_black_or_clipped(&exposure.counts, &picture);

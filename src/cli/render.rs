@@ -477,7 +477,7 @@ fn render_whole(
             }
             let all = session.plan.stop.samples;
             let warning = match is_late {
-                true => session.ended_within_pass(stopped),
+                true => session.ended_within_pass(&exposure, stopped),
                 false => options.keeping.interrupted(stopped, all),
             };
             print_diagnostic(&warning);

@@ -121,7 +121,7 @@ pub struct Session {
     /// The account of the scene, with the signal that ends its work.
     pub(crate) budget: Budget,
     /// The time that opening took, if `--time` is for opening and one exposure together.
-    opening: Option<Duration>,
+    pub(super) opening: Option<Duration>,
     /// The choices for the metadata and the report, with those of the scene and the lens.
     pub described: IndexMap<String, String>,
 }

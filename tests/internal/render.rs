@@ -1,5 +1,7 @@
+use std::collections::BTreeSet;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Duration;
 
 use ivcam_optics::film::{Exposed, Film, Region, Resolution};
 use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
@@ -214,6 +216,33 @@ fn a_render_that_stops_early_has_whole_layouts() {
         Render { sampler, ..*render }.run(&|_| ())
     });
     assert_eq!(made.samples, 9);
+}
+
+/// With a limit on time the first pass has one sample, so that it reaches the whole picture early.
+/// The passes do not change the bits.
+#[test]
+fn passes_with_a_limit_on_time_begin_with_one_sample() {
+    let mut session = session(Era::Modern, "wide-angle");
+    session.plan.stop = Stop::after(16);
+    let plain = with_render(&session, 2, |render| render.run(&|_| ()));
+    session.plan.stop.time = Some(Duration::from_secs(3600));
+    let ends = Mutex::new(BTreeSet::new());
+    let note = |progress: Progress| {
+        ends.lock().unwrap().insert(progress.samples);
+    };
+    let timed = with_render(&session, 2, |render| render.run(&note));
+    assert_eq!(ends.into_inner().unwrap(), [0, 1, 2, 4, 8].into());
+    assert_eq!(timed.film.pixels, plain.film.pixels);
+    let keeper = Interruption::after(3);
+    let task = Task {
+        keepers: &[&keeper],
+        ..Task::default()
+    };
+    let cut = with_render(&session, 1, |render| {
+        render.run_inside(whole(&session), task, &|_| ())
+    });
+    let Stopped { samples, more, .. } = cut.stopped.unwrap();
+    assert_eq!((samples, more), (0, 1));
 }
 
 /// Compares the error estimates of 100 pictures of 4 samples per pixel with their errors against

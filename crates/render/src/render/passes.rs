@@ -32,6 +32,10 @@ const LONGEST_PASS: u32 = 1024;
 /// fewer, threads would wait for each other more often.
 const PILOT_PIXELS: usize = 1 << 20;
 
+/// The least number of samples per pixel that there must be time for if there is to be a pilot pass:
+/// its 2, one of the picture for each pixel, and as many more as adaptive sampling may give a pixel.
+const PILOT_WORTH: f64 = 4.0;
+
 /// The last estimate of a render's error.
 #[derive(Default)]
 struct Measured {
@@ -321,7 +325,8 @@ impl Render<'_> {
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, or of
-    /// the time if that is less, at least 2 and at most 16. Its rays are counted; its light is
+    /// the time if that is less, at least 2 and at most 16. Without time for [`PILOT_WORTH`] samples
+    /// the shares are even. Its rays are counted; its light is
     /// discarded (docs/decisions/0009-adaptive-sampling.md). No search for the limit of 16 is
     /// recorded: it bounds the cost, and shares are powers of two that need no exact noise. The
     /// pass covers the whole picture, so that the shares in a region are those of the whole
@@ -355,7 +360,11 @@ impl Render<'_> {
             {
                 let part = film.pixels.len() as f64 / self.resolution.pixels() as f64;
                 let of_sample = start.elapsed().as_secs_f64() / (f64::from(samples) * part);
-                let affordable = (limit.as_secs_f64() / 8.0 / of_sample) as u32;
+                let affordable = limit.as_secs_f64() / of_sample;
+                if affordable < PILOT_WORTH {
+                    return SampleShares::EVEN;
+                }
+                let affordable = (affordable / 8.0) as u32;
                 let more = samples..affordable.clamp(samples, most);
                 samples = more.end;
                 if !more.is_empty() {
@@ -408,13 +417,15 @@ impl Render<'_> {
     }
 
     /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
-    /// with every pass, from 4, and grows by at most a unit. Without one, it doubles from 64, so
-    /// that a render that is interrupted has some samples of the whole picture.
+    /// with every pass, and grows by at most a unit: from 4, or with a limit on time from 1, so that
+    /// the first pass reaches the whole picture in the least time. Without a limit, it doubles from
+    /// 64, so that a render that is interrupted has some samples of the whole picture.
     fn pass_end(&self, done: u32) -> u32 {
         let unit = border_after(done) - border_before(done);
-        let [least, most] = match self.stop.error.is_some() || self.stop.time.is_some() {
-            true => [4, unit],
-            false => [unit, LONGEST_PASS.max(unit)],
+        let [least, most] = match self.stop {
+            Stop { time: Some(_), .. } => [1, unit],
+            Stop { error: Some(_), .. } => [4, unit],
+            _ => [unit, LONGEST_PASS.max(unit)],
         };
         let step = done.clamp(least, most);
         let step = step.next_multiple_of(self.sampler.period());
