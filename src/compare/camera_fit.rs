@@ -201,10 +201,12 @@ fn render(
 /// Returns the levels of an exposure.
 fn plate(exposure: &Exposure, session: &Session) -> Plate {
     let Resolution { width, height } = exposure.film.resolution;
+    let levels = exposure.film.pixels.iter();
+    let levels = levels.map(|exposed| session.plan.response.levels(exposed.mean.to_array()));
+    let levels: Vec<[f64; 3]> = levels.collect();
     let level = |c: usize| {
         Plane::from_fn(width as usize, height as usize, |x, y| {
-            let exposed = &exposure.film.pixels[y * width as usize + x];
-            session.plan.response.level(exposed.mean[c], c) as f32
+            levels[y * width as usize + x][c] as f32
         })
     };
     Plate::from_planes([level(0), level(1), level(2)])

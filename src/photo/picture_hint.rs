@@ -83,12 +83,8 @@ impl Session {
             return Some(Diagnostic::warning(cause).with_help(help));
         }
         let is_bright = |pixel: &&[f32; 3]| {
-            let level = |(i, x): (usize, &f32)| picture.response.level(f64::from(*x), i);
-            pixel
-                .iter()
-                .enumerate()
-                .map(level)
-                .any(|level| level > DARK)
+            let levels = picture.response.levels(pixel.map(f64::from));
+            levels.iter().any(|level| *level > DARK)
         };
         let bright = picture.pixels.iter().filter(is_bright).count();
         if bright as f64 > BRIGHT_SHARE * count {

@@ -25,10 +25,7 @@ pub(crate) struct Histogram {
 /// Returns a frame's levels, 8 bits of red, green and blue, as in the saved picture.
 pub(crate) fn levels(frame: &LiveFrame, exposure: f64, response: &Response) -> Vec<u8> {
     let exposure = exposure * frame.metered;
-    let level = |x: f32, channel| {
-        let level = response.level(f64::from(x) * exposure, channel);
-        (255.0 * level).round() as u8
-    };
+    let level = |level: f64| (255.0 * level).round() as u8;
     let mut levels = vec![0; 3 * frame.pixels.len()];
     // A thousand pixels at a time are worth a task.
     let tasks = levels
@@ -36,9 +33,8 @@ pub(crate) fn levels(frame: &LiveFrame, exposure: f64, response: &Response) -> V
         .zip(frame.pixels.par_chunks(1000));
     tasks.for_each(|(levels, pixels)| {
         for (levels, pixel) in levels.chunks_exact_mut(3).zip(pixels) {
-            for (channel, (to, x)) in levels.iter_mut().zip(pixel).enumerate() {
-                *to = level(*x, channel);
-            }
+            let exposed = pixel.map(|x| f64::from(x) * exposure);
+            levels.copy_from_slice(&response.levels(exposed).map(level));
         }
     });
     levels

@@ -4,6 +4,7 @@ use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::Mm;
 use ivcam_optics::film::{FilmFormat, Metering, Region, Resolution, Response, WhiteBalance};
 use ivcam_optics::picture::Depth;
+use ivcam_render::shade::Shading;
 
 use super::given::GivenOptions;
 use super::option::{Opt, OptionNeeds, Takes};
@@ -220,16 +221,10 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "response",
         Takes::One("FILM"),
-        "how exposure becomes levels: linear, srgb, filmic, reversal, negative,paper, or files of density curves [linear; srgb for model i]",
+        "how exposure becomes levels: linear, srgb, filmic, reversal, negative,paper, mono for black and white, alone or as in mono,filmic, or files of density curves [linear; srgb for --shading path]",
     )
     .plan(
-        |plan, words, _| {
-            plan.response = match words.text("response") {
-                Some(films) => Response::open(films)?,
-                None => plan.usual_response(),
-            };
-            Ok(())
-        },
+        response,
         |plan, _| {
             let response = plan.response.unbalanced();
             unless_default(response, &plan.usual_response(), |response| response.name())
@@ -242,6 +237,8 @@ pub(super) static OPTIONS: [Opt; 16] = [
         "--response filmic",
         "--response reversal",
         "--response negative,paper",
+        "--response mono",
+        "--response mono,filmic",
         "--response films/negative.txt",
     ]),
     Opt::new(
@@ -299,6 +296,27 @@ fn field_of_view(plan: &mut Plan, words: &GivenOptions, _: &mut Sink) -> Result<
         Optics::Lens(lens) => lens.efl = Some(efl),
         Optics::Ideal(ideal) => ideal.efl = efl,
         Optics::Pinhole => {}
+    }
+    Ok(())
+}
+
+/// Sets the response, and warns if it is one for light and the model's colors are levels already.
+fn response(plan: &mut Plan, words: &GivenOptions, sink: &mut Sink) -> Result<()> {
+    let usual = plan.usual_response();
+    plan.response = match words.text("response") {
+        None => usual,
+        Some("mono") => Response::Mono(usual.into()),
+        Some(films) => Response::open(films)?,
+    };
+    let of_levels = [Response::Linear, Response::Mono(Response::Linear.into())];
+    if plan.shading != Shading::Path && !of_levels.contains(&plan.response) {
+        let (name, model) = (plan.response.name(), plan.shading.letter());
+        let message = format!(
+            "`--response {name}` is for light, and the colors of model `{model}` are levels of a \
+             display: the picture is pale"
+        );
+        let help = "add `--shading path`, which computes light, or leave `--response` out";
+        sink.add(*Diagnostic::warning(message).with_help(help));
     }
     Ok(())
 }

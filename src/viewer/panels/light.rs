@@ -18,12 +18,14 @@ const PARTS: [f64; 14] = [
 ];
 
 /// Responses, as `--response` names them, with their descriptions.
-const RESPONSES: [(&str, &str); 5] = [
+const RESPONSES: [(&str, &str); 7] = [
     ("linear", "the paper's film"),
     ("srgb", "the display's curve over linear light"),
     ("filmic", "sRGB whose highlights do not clip"),
     ("reversal", "slide film"),
     ("negative,paper", "negative film, printed on paper"),
+    ("mono,linear", "black and white, like `linear`"),
+    ("mono,filmic", "black and white, like `filmic`"),
 ];
 
 /// Daylight in kelvin, from which a white balance starts.

@@ -4,7 +4,7 @@
 //! Hurter and Driffield. Its level is the transmittance of the developed film relative to its
 //! clearest part, 10^−(D − D_min), encoded as sRGB for display. A sequence of emulsions is a chain
 //! of copies: each is exposed through the one before it, so a negative and a paper make a print.
-//! Grain is not simulated.
+//! Grain is not simulated. A film without colors gets the luminance in place of three exposures.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -27,6 +27,8 @@ pub enum Response {
     Filmic,
     /// One emulsion, or several that are exposed through each other in turn.
     Film(Arc<[Emulsion]>),
+    /// A film without colors: another response to the luminance alone.
+    Mono(Arc<Response>),
     /// A filter that balances white, before another response.
     Balanced(WhiteBalance, Arc<Response>),
 }
@@ -43,6 +45,29 @@ pub struct Emulsion {
     rows: Vec<(f64, [f64; 3])>,
 }
 
+/// The responses that are curves, with their names.
+static CURVES: [(&str, Response); 3] = [
+    ("linear", Response::Linear),
+    ("srgb", Response::Srgb),
+    ("filmic", Response::Filmic),
+];
+
+/// The word of a response to the luminance alone.
+const MONO: &str = "mono";
+/// Other words for it, which are no names of films.
+const MONO_ELSEWHERE: [&str; 7] = [
+    "bw",
+    "b&w",
+    "monochrome",
+    "grayscale",
+    "greyscale",
+    "gray",
+    "black-and-white",
+];
+
+/// The luminance of the primaries of linear sRGB (Rec. 709).
+const LUMINANCE: [f64; 3] = [0.2126, 0.7152, 0.0722];
+
 /// The names and tables of the emulsions in the program.
 const SHIPPED: [(&str, &str); 3] = [
     ("reversal", include_str!("../../films/reversal.txt")),
@@ -53,7 +78,8 @@ const SHIPPED: [(&str, &str); 3] = [
 impl Response {
     /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated
     /// by commas, each the name of a shipped one or the path of a file. A color temperature before
-    /// it, as in `3200K,srgb`, balances white.
+    /// it, as in `3200K,srgb`, balances white. With the word `mono`, as in `mono,filmic`, it is that
+    /// of the luminance alone; `mono` by itself is `mono,linear`.
     ///
     /// # Errors
     /// Fails if a file cannot be read or is not the table of an emulsion.
@@ -64,14 +90,29 @@ impl Response {
         {
             return Ok(Self::open(rest)?.balanced(Some(balance)));
         }
-        match words {
-            "linear" => return Ok(Self::Linear),
-            "srgb" => return Ok(Self::Srgb),
-            "filmic" => return Ok(Self::Filmic),
-            _ => {}
-        }
-        let films = words.split(',').map(|word| Emulsion::open(word.trim()));
-        Ok(Self::Film(films.collect::<Result<_>>()?))
+        let words: Vec<&str> = words.split(',').map(str::trim).collect();
+        let colored: Vec<&str> = words.iter().copied().filter(|word| *word != MONO).collect();
+        let curve = |name: &str| CURVES.iter().find(|(known, _)| *known == name);
+        let response = match colored[..] {
+            [] => Self::Linear,
+            [name] if let Some((_, response)) = curve(name) => response.clone(),
+            _ => {
+                let films = colored.iter().map(|word| Emulsion::open(word));
+                Self::Film(films.collect::<Result<_>>()?)
+            }
+        };
+        Ok(match colored.len() < words.len() {
+            true => Self::Mono(Arc::new(response)),
+            false => response,
+        })
+    }
+
+    /// Returns the names of all responses in the program. Emulsions may be combined, and each may
+    /// be with `mono`.
+    pub fn names() -> impl Iterator<Item = &'static str> + Clone {
+        let curves = CURVES.iter().map(|(name, _)| *name);
+        let films = SHIPPED.iter().map(|(name, _)| *name);
+        curves.chain(films).chain([MONO])
     }
 
     /// Returns the words that [`Response::open`] accepts for this response.
@@ -84,6 +125,7 @@ impl Response {
                 let names: Vec<&str> = films.iter().map(|f| f.name.as_str()).collect();
                 names.join(",")
             }
+            Self::Mono(film) => format!("{MONO},{}", film.name()),
             Self::Balanced(balance, film) => format!("{}K,{}", balance.kelvin(), film.name()),
         }
     }
@@ -113,9 +155,25 @@ impl Response {
         }
     }
 
-    /// Returns the level of an exposure in a channel: 0 red, 1 green, 2 blue.
+    /// Returns the levels of an exposure to red, green and blue.
+    pub fn levels(&self, exposure: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Mono(film) => {
+                let parts = exposure.iter().zip(LUMINANCE).map(|(x, part)| x * part);
+                [film.level(parts.sum(), 1); 3]
+            }
+            Self::Balanced(balance, film) => {
+                film.levels(std::array::from_fn(|i| exposure[i] * balance.gain(i)))
+            }
+            film => std::array::from_fn(|i| film.level(exposure[i], i)),
+        }
+    }
+
+    /// Returns the level of an exposure in a channel: 0 red, 1 green, 2 blue. For a film without
+    /// colors it is that of gray light, by the green layer's curve.
     pub fn level(&self, exposure: f64, channel: usize) -> f64 {
         match self {
+            Self::Mono(film) => film.level(exposure, 1),
             Self::Linear => clipped(exposure),
             Self::Srgb => encoded(clipped(exposure)),
             Self::Filmic => encoded(clipped(shoulder(exposure))),
@@ -267,9 +325,9 @@ impl Emulsion {
 
 /// Returns the error for a name that is not a response.
 fn unknown(word: &str) -> Box<Diagnostic> {
-    let names = ["linear", "srgb"].into_iter();
-    let names = names.chain(SHIPPED.iter().map(|(name, _)| *name));
-    let help = match nearest(word, names.clone()) {
+    let names = Response::names();
+    let mono = MONO_ELSEWHERE.contains(&word).then_some(MONO);
+    let help = match mono.or_else(|| nearest(word, names.clone())) {
         Some(near) => format!("did you mean `{near}`?"),
         None => format!(
             "use {}, or the path of a film's table",
@@ -339,6 +397,43 @@ mod tests {
         assert_eq!(again.name(), "6504K,filmic");
         assert_eq!(again.balanced(None), Response::Filmic);
         assert!(Response::open("900K,filmic").is_err());
+    }
+
+    #[test]
+    fn a_mono_response_shows_the_luminance_in_all_channels() {
+        let green = [0.0, 0.5, 0.0];
+        for (words, curve) in [
+            ("mono", Response::Linear),
+            ("mono,filmic", Response::Filmic),
+            ("filmic,mono", Response::Filmic),
+            ("mono, reversal", Response::open("reversal").unwrap()),
+        ] {
+            let mono = Response::open(words).unwrap();
+            assert_eq!(
+                mono.levels(green),
+                [curve.level(0.5 * 0.7152, 1); 3],
+                "{words}"
+            );
+            // The weights of the primaries add up to 1.
+            let gray = mono.levels([0.3; 3])[2];
+            assert!((gray - curve.level(0.3, 1)).abs() < 1e-12, "{words}");
+            assert_eq!(Response::open(&mono.name()).unwrap(), mono);
+        }
+        let balanced = Response::open("3200K,mono,srgb").unwrap();
+        assert_eq!(balanced.name(), "3200K,mono,srgb");
+        let [warm, plain] = ["3200K,mono,srgb", "mono,srgb"]
+            .map(|words| Response::open(words).unwrap().levels([1.0, 0.5, 0.2])[0]);
+        assert!(warm < plain, "{warm} {plain}");
+    }
+
+    #[test]
+    fn levels_are_those_of_each_channel() {
+        for words in ["linear", "srgb", "3200K,filmic", "negative,paper"] {
+            let response = Response::open(words).unwrap();
+            let exposure = [0.1, 0.4, 1.2];
+            let levels = [0, 1, 2].map(|i| response.level(exposure[i], i));
+            assert_eq!(response.levels(exposure), levels, "{words}");
+        }
     }
 
     #[test]

@@ -133,8 +133,9 @@ impl Picture {
 
 /// Returns the levels of all channels of some pixels as big-endian numbers.
 pub(super) fn levels(pixels: &[[f32; 3]], response: &Response, depth: Depth) -> Vec<u8> {
-    let channels = pixels.iter().flatten().enumerate();
-    let levels = channels.map(|(i, x)| response.level(f64::from(*x), i % 3));
+    let levels = pixels
+        .iter()
+        .flat_map(|pixel| response.levels(pixel.map(f64::from)));
     match depth {
         Depth::Eight => levels.map(|x| (x * 255.0).round() as u8).collect(),
         Depth::Sixteen => levels
