@@ -13,7 +13,15 @@ const MAKERS: [(&str, &str); 2] = [("nikon", "nikkor"), ("pentax", "takumar")];
 
 /// Lists the shipped lenses, by kind.
 pub(super) fn list(is_json: bool) -> Result<Content> {
-    of(&shipped()?, is_json)
+    let mut list = of(&shipped()?, is_json)?;
+    if let Content::Text(text) = &mut list
+        && !is_json
+    {
+        text.push_str(
+            "\nlenses are as published, many of them with about 100 mm; `--efl 50mm` scales any of them\n",
+        );
+    }
+    Ok(list)
 }
 
 /// Lists the shipped lenses whose name, title, kind or source has a word, if there are any and none

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
+use ivcam_base::math::{LengthUnit, parse_length};
 
 use crate::lens::lens::Lens;
 use crate::prescription::formats::apertures::F_NUMBER_TOLERANCE;
@@ -100,11 +101,47 @@ fn source(path: &Path) -> Result<Arc<Source>> {
     let word = path.to_string_lossy();
     let is_word = !word.contains(['/', '\\']);
     let is_shipped = (is_word || word.starts_with("lenses/")) && shipped_text(&word).is_some();
+    if let Some(length) = focal_length_of(&word).filter(|_| !path.exists()) {
+        return Err(lenses_of(&word, length));
+    }
     if !path.exists() && (is_shipped || (is_word && !word.contains('.'))) {
         return shipped_source(&word);
     }
     let bytes = read_file(path, MAX_TEXT)?;
     Ok(Arc::new(Source::new(word.into_owned(), bytes)))
+}
+
+/// Returns the focal length in millimeters that stands in place of a name, as in `50mm` and `50mm
+/// f/1.4`.
+fn focal_length_of(word: &str) -> Option<f64> {
+    let length = word.split("f/").next()?.trim();
+    let length = parse_length(length, LengthUnit::Millimeter)?.0;
+    (1.0..=5000.0).contains(&length).then_some(length)
+}
+
+/// Returns the error for a focal length in place of a name, with the shipped lenses within a fifth
+/// of it.
+fn lenses_of(word: &str, length: f64) -> Box<Diagnostic> {
+    let open = |name| {
+        let lens = Lens::named(name).ok()?;
+        let efl = lens.first_order().efl();
+        let apart = libm::log(efl / length).abs();
+        let number = lens.real_f_number().map(|n| format!(", f/{n:.1}"));
+        let text = format!("{name} ({efl:.0} mm{})", number.unwrap_or_default());
+        (apart <= libm::log(1.2)).then_some((apart, text))
+    };
+    let mut near: Vec<(f64, String)> = shipped_names().filter_map(open).collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let near: Vec<String> = near.into_iter().map(|(_, text)| text).take(6).collect();
+    let scaled = format!("`--lens double-gauss --efl {length}mm` scales a lens to it");
+    let help = match near.is_empty() {
+        true => scaled,
+        false => format!("there are {}; {scaled}", near.join(", ")),
+    };
+    Diagnostic::not_found(format!(
+        "`{word}` is a focal length, and lenses are given by name"
+    ))
+    .with_help(help)
 }
 
 fn shipped_source(name: &str) -> Result<Arc<Source>> {
@@ -150,4 +187,29 @@ fn shipped_text(name: &str) -> Option<(&'static str, &'static str)> {
 fn stem(file: &str) -> &str {
     let name = file.rsplit('/').next().unwrap_or(file);
     name.rsplit_once('.').map_or(name, |(stem, _)| stem)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_focal_length_in_place_of_a_name_lists_lenses_near_it() {
+        let help = |word: &str| {
+            let error = Lens::open(word).err().expect("there is no such lens");
+            assert!(error.message.contains("is a focal length"), "{error}");
+            error.help.clone().unwrap_or_default()
+        };
+        for word in ["50mm", "50", "50 mm", "50mm f/1.4", "5cm"] {
+            let help = help(word);
+            assert!(help.contains("takumar-50 (50 mm, f/1.4)"), "{word}: {help}");
+            assert!(
+                help.contains("--efl 50mm") && !help.contains("wide-angle"),
+                "{help}"
+            );
+        }
+        assert!(!help("1200mm").contains("there are"));
+        let error = Lens::open("biogom").err().expect("there is no such lens");
+        assert!(error.help.is_some_and(|help| help.contains("`biogon`")));
+    }
 }
