@@ -13,6 +13,10 @@ use super::values::{
 };
 use crate::photo::plan::{Era, IdealChoice, LensChoice, Optics, Plan};
 
+/// Where a distance in focus may come from.
+const DISTANCES: &str = "the README beside a scene may list distances; `ivcam view` focuses where you click, and \
+    `--aov FILE.exr` writes the distance of every pixel as layer Z";
+
 const METHODS: [FocusMethod; 4] = [
     FocusMethod::Film,
     FocusMethod::Lens,
@@ -62,7 +66,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     .plan(
         |plan, words, _| {
             let expects = "a distance greater than 0, such as 1.2, 40cm or inf";
-            plan.focus = words.parsed("focus", expects, distance)?;
+            plan.focus = words.parsed("focus", expects, distance).map_err(|e| e.with_help(DISTANCES))?;
             Ok(())
         },
         |plan, _| if_any(plan.focus, distance_word),
