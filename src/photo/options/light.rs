@@ -91,7 +91,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
     Opt::new(
         "max-depth",
         Takes::One("N"),
-        "largest number of successive reflections and refractions, for model r [5; with --solids: 64]; for model i, of surfaces that scatter light on its way [no limit]",
+        "largest number of successive reflections and refractions [5; with --solids: 64]; for --shading path, of surfaces that scatter light on its way [no limit]",
     )
     .needs(OptionNeeds::Reflections)
     .plan(

@@ -16,7 +16,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "colors",
         Takes::One("display|linear"),
-        "for model i: the file's colors are levels of a display, decoded by sRGB, or amounts of light; with display the response is srgb unless given [display]",
+        "for --shading path: the file's colors are levels of a display, decoded by sRGB, or amounts of light; with display the response is srgb unless given [display]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -39,7 +39,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "emission",
         Takes::One("SCALE"),
-        "for model i: multiplies emissive colors, which light the scene; 0 turns them off [1]",
+        "for --shading path: multiplies emissive colors, which light the scene; 0 turns them off [1]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -55,7 +55,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "light-size",
         Takes::One("LENGTH"),
-        "for model i: the diameter of point and spot lights, such as 5cm; their shadows are soft [0]",
+        "for --shading path: the diameter of point and spot lights, such as 5cm; their shadows are soft [0]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -78,7 +78,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "sun-size",
         Takes::One("DEGREES"),
-        "for model i: the angle across directional lights; the sun's is 0.53 [0]",
+        "for --shading path: the angle across directional lights; the sun's is 0.53 [0]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -98,7 +98,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "environment-light",
         Takes::One("FILE|background"),
-        "for model i: light from an equirectangular picture (EXR, HDR, PNG), its middle toward -z, or from the scene's Background [the file's ambient light]",
+        "for --shading path: light from an equirectangular picture (EXR, HDR, PNG), its middle toward -z, or from the scene's Background [the file's ambient light]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -122,7 +122,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "sky",
         Takes::One("ELEVATION[,AZIMUTH]"),
-        "for model i: a clear sky, with the sun at these angles in degrees above the horizon and from -z toward +x [the file's ambient light; azimuth 45]",
+        "for --shading path: a clear sky, with the sun at these angles in degrees above the horizon and from -z toward +x [the file's ambient light; azimuth 45]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -144,7 +144,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "clamp",
         Takes::One("RADIANCE"),
-        "for model i: limits the indirect light of each path, which hides bright specks and darkens the picture [no limit]",
+        "for --shading path: limits the indirect light of each path, which hides bright specks and darkens the picture [no limit]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -160,7 +160,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "studio",
         Takes::Nothing,
-        "puts the scene on white paper under soft lamps, seen from three quarters, with enough depth of field and a metered exposure, by model i; what the scene or another option states is kept",
+        "puts the scene on white paper under soft lamps, seen from three quarters, with enough depth of field and a metered exposure, by --shading path; what the scene or another option states is kept",
     )
     .plan(
         |plan, words, _| {
