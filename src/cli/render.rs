@@ -518,6 +518,7 @@ fn write_picture(
         if let Some(warning) = warning.filter(|_| is_finished) {
             print_diagnostic(&warning);
         }
+        print_glow(session, options, picture);
     };
     if options.layers.is_none() && options.denoiser.is_none() {
         let picture = session.develop_last(exposure, command);
@@ -588,7 +589,16 @@ fn render_in_strips(
     if let Some(warning) = session.warn_if_black_or_clipped(&counts, &made.sample) {
         print_diagnostic(&warning);
     }
+    print_glow(session, options, &made.sample);
     Ok((report, counts))
+}
+
+/// Prints the shading model in which the luminous shapes of a dark picture would shine.
+fn print_glow(session: &Session, options: &OutputOptions, picture: &Picture) {
+    let notice = session.glow_notice(picture).filter(|_| !options.quiet);
+    if let Some(line) = notice {
+        super::status!("{line}");
+    }
 }
 
 /// Prints the session's notices.

@@ -99,6 +99,21 @@ impl Session {
         Some(Diagnostic::warning(message).with_help(help))
     }
 
+    /// Returns a line for the user if half of the picture is dark and the scene has luminous shapes
+    /// that light nothing in its shading model.
+    pub fn glow_notice(&self, picture: &Picture) -> Option<String> {
+        let shading = self.plan.shading;
+        let is_dark = f64::from(brightness(picture, 0.5)) <= DARK;
+        let may_shine = shading != Shading::Path && shading.needs().lights;
+        (is_dark && may_shine && self.scene.has_lamps(1.0)).then(|| {
+            format!(
+                "light: the scene's luminous shapes light nothing by model {}; --shading path lets \
+                 them shine",
+                shading.name()
+            )
+        })
+    }
+
     /// Returns the likely cause of a dark picture and what to do next, or `None` if opening the
     /// session already warned about it.
     fn cause_of_darkness(&self, picture: &Picture) -> Option<(String, String)> {
