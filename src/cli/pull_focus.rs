@@ -217,7 +217,13 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
             warn_of_shortfall(*number, error);
         }
         match event {
-            ShootEvent::Opened(sink) => print_warnings(sink),
+            ShootEvent::Opened(session) => {
+                print_warnings(&session.sink);
+                if session.plan.meters && !options.quiet {
+                    let exposure = session.stated_exposure();
+                    super::status!("exposure {exposure} (metered for the first frame)");
+                }
+            }
             _ if options.quiet => {}
             ShootEvent::Frame {
                 number,

@@ -423,7 +423,10 @@ fn finish(
         let choices: Vec<String> = session
             .described
             .iter()
-            .map(|(k, v)| format!("{k} {v}"))
+            .map(|(k, v)| match k == "exposure" && session.plan.meters {
+                true => format!("{k} {v} (metered)"),
+                false => format!("{k} {v}"),
+            })
             .collect();
         super::print_wrapped(&choices.join(", "));
     }

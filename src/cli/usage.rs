@@ -9,8 +9,13 @@ use ivcam_base::diag::{Diagnostic, nearest};
 
 use super::vintage_help::as_typed;
 
+/// What meters the exposure.
+const METERED: &str = "`--exposure auto` meters the exposure through the lens";
+/// What makes a picture black and white.
+const MONO: &str = "`--response mono` keeps the luminance alone: black and white";
+
 /// Words of other programs for what ivcam does by an option of another name.
-const ELSEWHERE: [(&str, &str); 36] = [
+const ELSEWHERE: [(&str, &str); 45] = [
     (
         "width",
         "`--size WIDTHxHEIGHT` sets the size of the picture",
@@ -56,6 +61,18 @@ const ELSEWHERE: [(&str, &str); 36] = [
     (
         "ev",
         "`--exposure FACTOR` multiplies the exposure; a stop is a factor of 2",
+    ),
+    ("meter", METERED),
+    ("metering", METERED),
+    ("auto-exposure", METERED),
+    ("autoexposure", METERED),
+    ("bw", MONO),
+    ("monochrome", MONO),
+    ("mono", MONO),
+    ("black-and-white", MONO),
+    (
+        "grain",
+        "film has no grain here (docs/guide/unsupported.md); few `--samples` leave noise, which is another thing",
     ),
     (
         "gain",
@@ -279,4 +296,23 @@ fn missing(named: &str, typed: &[OsString], command: &Command) -> Box<Diagnostic
 fn is_scene(word: &OsString) -> bool {
     let ending = Path::new(word).extension();
     ending.is_some_and(|e| e == "iv" || e == "wrl" || e == "gz")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_of_photographers_are_answered_by_the_option_that_does_it() {
+        let command = Command::new("render");
+        for (word, answer) in [
+            ("--meter", "--exposure auto"),
+            ("--auto-exposure", "--exposure auto"),
+            ("--bw", "--response mono"),
+            ("--grain=1", "unsupported.md"),
+        ] {
+            let help = unknown(word, &command).help.unwrap_or_default();
+            assert!(help.contains(answer), "{word}: {help}");
+        }
+    }
 }

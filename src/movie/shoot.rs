@@ -43,8 +43,8 @@ pub(crate) struct Shoot {
 
 /// A report during the rendering of frames.
 pub(crate) enum ShootEvent<'a> {
-    /// The scene was read, with these messages.
-    Opened(&'a Sink),
+    /// The scene was read.
+    Opened(&'a Session),
     /// A frame was written.
     Frame {
         /// The number of the frame, from 0.
@@ -76,12 +76,20 @@ struct MovieSession {
 impl MovieSession {
     fn open(shoot: &Shoot, report: &mut dyn FnMut(ShootEvent<'_>)) -> Result<Self> {
         let record = InputRecord::begin();
-        let session = Session::open(shoot.plan.clone())?;
+        let mut session = Session::open(shoot.plan.clone())?;
         check_files(&shoot.folder, &record.inputs())?;
-        report(ShootEvent::Opened(&session.sink));
+        let start = session.pose.clone();
+        let lens = lens_travel(&shoot.plan)?;
+        if shoot.plan.meters {
+            // The first frame decides for all, also for those that other processes make.
+            let travel = |distance: f64| lens.as_ref().and_then(|l| l(distance));
+            shoot.set(&mut session, &start, &shoot.timeline.at(0.0, &travel))?;
+            session.meter();
+        }
+        report(ShootEvent::Opened(&session));
         Ok(Self {
-            start: session.pose.clone(),
-            lens: lens_travel(&shoot.plan)?,
+            start,
+            lens,
             journal: Journal::of(&shoot.folder),
             session,
         })
@@ -251,6 +259,16 @@ impl Shoot {
         }
     }
 
+    /// Changes a session to what a moment shows.
+    fn set(&self, session: &mut Session, start: &CameraPose, moment: &Moment) -> Result<()> {
+        let mut plan = self.plan.clone();
+        apply(&mut plan, moment);
+        // Events may move the scene's own camera, or bind another.
+        let own = moment.time.and_then(|_| session.scene_pose(&plan));
+        let pose = posed(own.as_ref().unwrap_or(start), moment);
+        session.change(plan, pose)
+    }
+
     /// Exposes one frame at its moments.
     fn expose(
         &self,
@@ -260,13 +278,7 @@ impl Shoot {
     ) -> Result<Exposure> {
         let parts = moments.len() as u32;
         expose_moments(parts, self.plan.stop, &mut |i, stop| {
-            let moment = &moments[i as usize];
-            let mut plan = self.plan.clone();
-            apply(&mut plan, moment);
-            // Events may move the scene's own camera, or bind another.
-            let own = moment.time.and_then(|_| session.scene_pose(&plan));
-            let pose = posed(own.as_ref().unwrap_or(start), moment);
-            session.change(plan, pose)?;
+            self.set(session, start, &moments[i as usize])?;
             // Parts need independent random numbers, otherwise their errors are correlated.
             let seed = self.plan.seed.wrapping_add(u64::from(i) * 0x9e37_79b9);
             let whole = self.plan.pixel_sampler();

@@ -9,6 +9,7 @@ mod camera_choice;
 pub mod checkpoint;
 mod denoise;
 mod environment_picture;
+mod exposure_meter;
 mod facts;
 mod file_kind;
 mod flash;
@@ -34,7 +35,6 @@ mod snapshot_options;
 mod stopping;
 mod strips;
 mod studio;
-mod studio_exposure;
 #[cfg(test)]
 mod tests;
 mod view;

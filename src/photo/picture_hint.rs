@@ -6,6 +6,7 @@
 use glam::Vec3;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::pose::Projection;
+use ivcam_optics::film::Metering;
 use ivcam_optics::picture::Picture;
 use ivcam_render::render::Counts;
 use ivcam_render::shade::{Shading, Work};
@@ -26,6 +27,8 @@ const CLIPPED: f32 = 1.1;
 /// warning only. No search is recorded: a smaller value warns of pictures with a white background,
 /// and a larger one is silent if a few details are darker.
 const CLIPPED_SHARE: f64 = 0.95;
+/// The luminance in cd/m² of a white wall in a lit room (docs/guide/exposure.md).
+const LAMPLIT_WHITE: f64 = 100.0;
 /// The rays across and down that look for the cause.
 const GRID: (u32, u32) = (36, 24);
 /// Points of the lens that are tried in turn for a ray that represents a place of the picture.
@@ -79,7 +82,8 @@ impl Session {
             let middle = brightness(picture, 0.5);
             let cause = "the picture is almost entirely clipped: its exposure is too long";
             let change = self.exposed_by(0.5 / f64::from(middle));
-            let help = format!("{change} brings the middle of its range to half");
+            let lamplight = self.lamplight_if_it_shows(f64::from(middle));
+            let help = format!("{lamplight}{change} brings the middle of its range to half");
             return Some(Diagnostic::warning(cause).with_help(help));
         }
         let is_bright = |pixel: &&[f32; 3]| {
@@ -197,13 +201,26 @@ impl Session {
     /// chosen.
     fn exposed_by(&self, factor: f64) -> String {
         let Some(metering) = &self.plan.metering else {
-            return format!("`--exposure {}`", rounded(self.plan.exposure * factor));
+            return format!("`--exposure {}`", rounded(self.stated_exposure() * factor));
         };
         let iso = rounded(metering.iso * factor);
         let seconds = metering.shutter * factor;
         match seconds < 0.5 {
             true => format!("`--shutter 1/{}` or `--iso {iso}`", rounded(1.0 / seconds)),
             false => format!("`--shutter {}s` or `--iso {iso}`", rounded(seconds)),
+        }
+    }
+
+    /// Returns the part of a help that names the luminance of white in a lit room, if the picture
+    /// is exposed for the sun and its middle would be between a tenth of white and white in a room.
+    fn lamplight_if_it_shows(&self, middle: f64) -> &'static str {
+        let is_sunlit = |metering: &&Metering| metering.white == Metering::SUNLIT_WHITE;
+        let Some(metering) = self.plan.metering.as_ref().filter(is_sunlit) else {
+            return "";
+        };
+        match (0.1..=1.0).contains(&(middle * LAMPLIT_WHITE / metering.white)) {
+            true => "white is in full sun: `--white 100` exposes for a lit room; or ",
+            false => "",
         }
     }
 
@@ -305,6 +322,6 @@ fn brightness(picture: &Picture, share: f64) -> f32 {
 }
 
 /// Rounds a factor to two digits.
-fn rounded(factor: f64) -> f64 {
+pub(super) fn rounded(factor: f64) -> f64 {
     format!("{factor:.1e}").parse().unwrap_or(factor)
 }

@@ -294,6 +294,8 @@ pub struct Plan {
     pub region: Option<Region>,
     /// A factor of the exposure. At 1 a white surface on the axis renders as white.
     pub exposure: f64,
+    /// Whether the exposure is metered through the lens. `exposure` multiplies the result.
+    pub meters: bool,
     /// Shutter and ISO, which replace the paper's constant. `exposure` multiplies their result.
     pub metering: Option<Metering>,
     /// Whether ghosts of the scene's lights (two reflections inside the lens) are added. Default:
@@ -424,6 +426,7 @@ impl Plan {
             resolution: Resolution::VINTAGE,
             region: None,
             exposure: 1.0,
+            meters: false,
             metering: None,
             ghosts: false,
             diffraction: false,

@@ -105,7 +105,7 @@ pub struct Session {
     environment_headlight: Option<Light>,
     /// What is added to the scene.
     studio: Option<Studio>,
-    /// The factor of the exposure that a studio is metered for.
+    /// The metered factor of the exposure, of a studio or of `--exposure auto`.
     pub(super) metered: f64,
     /// The light of the surroundings, with a sun.
     surroundings: Option<(Arc<EnvironmentLight>, Option<Light>)>,
@@ -367,7 +367,7 @@ impl Session {
             opening: None,
             described,
         };
-        session.meter_studio();
+        session.meter();
         Ok(session)
     }
 
@@ -497,6 +497,7 @@ impl Session {
             .insert("headlight".into(), lit.describe().into());
         self.headlight = headlight_in_world(lit.on, self.environment_headlight, &pose);
         (self.plan, self.pose) = (plan, pose);
+        self.state_metered();
         Ok(())
     }
 
@@ -800,14 +801,18 @@ impl Session {
 
     /// Returns the factor of the exposure.
     pub(crate) fn exposure_factor(&self) -> f64 {
-        let metered = match (&self.plan.metering, &self.camera) {
+        self.level_of_white() * self.metered_factor() * self.plan.exposure
+    }
+
+    /// Returns the exposure of radiance 1 on the axis by shutter and ISO; 1 without them.
+    pub(super) fn level_of_white(&self) -> f64 {
+        match (&self.plan.metering, &self.camera) {
             (Some(metering), Camera::Lens(camera)) => {
                 metering.level_of_white(camera.metered_irradiance())
             }
             (Some(metering), Camera::Ideal(lens)) => metering.level_of_white(lens.axial_irradiance),
             _ => 1.0,
-        };
-        metered * self.metered * self.plan.exposure
+        }
     }
 
     /// Returns the largest number of successive reflections and refractions. Through a lens of
@@ -925,7 +930,7 @@ impl Session {
             provenance.insert(key.to_owned(), value.to_owned());
         };
         say("Software", concat!("ivcam ", env!("CARGO_PKG_VERSION")));
-        say("Command", command);
+        say("Command", &self.with_metered_exposure(command));
         say("ivcam:error", error);
         self.described_as_exposed(samples)
             .iter()

@@ -61,8 +61,10 @@ pub struct LiveFrame {
     pub resolution: Resolution,
     /// Exposures at exposure 1, rows from the top.
     pub pixels: Vec<[f32; 3]>,
-    /// The factor on exposures from shutter, ISO and aperture; 1 without metering.
+    /// The factor on exposures from shutter, ISO and aperture, and from the meter; 1 without them.
     pub metered: f64,
+    /// The factor that `--exposure` would have to be given for what the meter chose; 1 without it.
+    pub auto_exposure: f64,
     /// Whether it has the resolution of the view.
     pub whole: bool,
     /// Samples per pixel.
@@ -119,7 +121,7 @@ pub(crate) struct Live {
     exposing: Exposing,
     /// The measured number of film rays per second.
     rate: f64,
-    /// The serial number of the request that the exposure of a studio is metered for.
+    /// The serial number of the request that the exposure is metered for.
     metered: u64,
 }
 
@@ -285,11 +287,11 @@ impl Live {
         Some(self.frame())
     }
 
-    /// Meters the exposure of a studio for the present request, once.
+    /// Meters the exposure for the present request, once, if it is metered.
     fn meter(&mut self) {
         if self.metered != self.request.serial {
             self.metered = self.request.serial;
-            self.session.meter_studio();
+            self.session.meter();
         }
     }
 
@@ -320,6 +322,7 @@ impl Live {
             resolution: film.resolution,
             pixels,
             metered: self.session.exposure_factor(),
+            auto_exposure: self.session.stated_exposure(),
             whole: self.exposing.divisor == 1,
             samples: self.exposing.samples,
             error: self.exposing.error.0,

@@ -12,6 +12,7 @@ mod fit;
 mod glass;
 mod language;
 mod layers;
+mod metering;
 mod movements;
 mod option_page;
 mod options;

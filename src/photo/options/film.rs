@@ -158,21 +158,33 @@ pub(super) static OPTIONS: [Opt; 16] = [
     .examples(&["--film-radius -150", "--film-radius flat", "--film-radius 1m"]),
     Opt::new(
         "exposure",
-        Takes::One("FACTOR"),
-        "multiplies the exposure; 1 renders white on the axis as white [1]",
+        Takes::One("FACTOR|auto"),
+        "multiplies the exposure; 1 renders white on the axis as white; auto: metered through the lens [1]",
     )
     .plan(
         |plan, words, _| {
+            if words.text("exposure") == Some("auto") {
+                plan.meters = true;
+                return Ok(());
+            }
             // Beyond these, exposures overflow single precision.
             let factor = |word: &str| positive(word).filter(|x| (1e-30..=1e30).contains(x));
-            let factor = words.parsed("exposure", "a factor from 1e-30 to 1e30; a stop more is 2, a stop less 0.5", factor)?;
-            set(&mut plan.exposure, factor);
+            let expects = "auto, which meters it, or a factor from 1e-30 to 1e30; a stop more is 2, a stop less 0.5";
+            set(&mut plan.exposure, words.parsed("exposure", expects, factor)?);
             Ok(())
         },
-        |plan, usual| unless_default(plan.exposure, usual.exposure, |x| x.to_string()),
+        |plan, usual| match plan.meters {
+            true => vec!["auto".into()],
+            false => unless_default(plan.exposure, usual.exposure, |x| x.to_string()),
+        },
     )
-    .describe(|plan| Some(plan.exposure.to_string()))
-    .examples(&["--exposure 2", "--exposure 0.3333333333333333"]),
+    .describe(|plan| {
+        Some(match plan.meters {
+            true => "auto".into(),
+            false => plan.exposure.to_string(),
+        })
+    })
+    .examples(&["--exposure 2", "--exposure 0.3333333333333333", "--exposure auto"]),
     Opt::new(
         "shutter",
         Takes::One("TIME"),

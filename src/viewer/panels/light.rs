@@ -33,7 +33,8 @@ const DAYLIGHT: f64 = 5500.0;
 
 pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
     let mut next = model.setup.clone();
-    exposure(ui, &mut next.plan);
+    let metered = model.frame.as_ref().map(|frame| frame.auto_exposure);
+    exposure(ui, &mut next.plan, metered);
     bars(ui, kit.histogram.as_ref());
     shutter(ui, &mut next.plan, model);
     film(ui, &mut next.plan);
@@ -46,10 +47,15 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel, kit: &Kit) {
     rule(ui);
 }
 
-fn exposure(ui: &mut Ui, plan: &mut Plan) {
+/// Shows the exposure, from which the slider goes on if it was metered.
+fn exposure(ui: &mut Ui, plan: &mut Plan, metered: Option<f64>) {
+    let factor = match (plan.meters, metered) {
+        (true, Some(metered)) => metered,
+        _ => plan.exposure,
+    };
     ui.horizontal(|ui| {
         let name = ui.heading("Exposure");
-        let mut stops = libm::log2(plan.exposure);
+        let mut stops = libm::log2(factor);
         let slider = egui::Slider::new(&mut stops, -8.0..=8.0)
             .step_by(0.1)
             .custom_formatter(|stops, _| format!("{stops:+.1}"))
@@ -57,6 +63,7 @@ fn exposure(ui: &mut Ui, plan: &mut Plan) {
         if ui.add(slider).labelled_by(name.id).changed() {
             // The number is rounded so that it is short on the command line.
             plan.exposure = (libm::exp2(stops) * 1e4).round().max(1.0) / 1e4;
+            plan.meters = false;
         }
     });
 }
