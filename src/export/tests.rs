@@ -205,6 +205,25 @@ fn the_front_of_a_face_is_where_its_normal_points() {
 }
 
 #[test]
+fn colors_of_vertices_without_lighting_stay_as_they_are() {
+    let scene = "#Inventor V2.1 ascii\nLightModel { model BASE_COLOR }
+                 Material { diffuseColor [ 1 0 0, 0 .5 0, 0 0 .25 ] }
+                 MaterialBinding { value PER_VERTEX }
+                 Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] } FaceSet { numVertices 3 }";
+    let look = |document: &Document| {
+        let model = Model::at(document, 0.0, &ModelOptions::default());
+        let (mesh, material, ..) = model.placed_meshes().next().expect("a face");
+        (material.unlit, material.emissive, mesh.colors.clone())
+    };
+    let original = look(&document(scene));
+    assert!(original.0 && original.2.len() == 3);
+    for target in [Target::X3d, Target::Vrml97, Target::Inventor] {
+        let written = String::from_utf8(converted(scene, target).bytes).expect("text");
+        assert_eq!(look(&document(&written)), original, "{written}");
+    }
+}
+
+#[test]
 fn the_other_sides_of_faces_are_a_loss_where_they_would_be_seen() {
     let scene = |faces: &str| {
         let text = "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }

@@ -282,7 +282,7 @@ fn obj_becomes_shapes_of_one_material_each() {
 }
 
 #[test]
-fn a_texture_of_mtl_without_kd_has_its_own_colors() {
+fn colors_of_mtl_are_those_of_a_screen_and_textures_multiply_them() {
     let color_of = |library: &str| {
         let files = Files(BTreeMap::from([("a.mtl", library.as_bytes().to_vec())]));
         let bytes = OBJ.as_bytes().to_vec();
@@ -292,6 +292,17 @@ fn a_texture_of_mtl_without_kd_has_its_own_colors() {
     };
     assert_eq!(color_of("newmtl red paint\nmap_Kd a.png\n"), Vec3::ONE);
     assert_eq!(color_of("newmtl red paint\n"), Vec3::splat(0.8));
+    let files = Files(BTreeMap::from([(
+        "a.mtl",
+        b"newmtl red paint\nillum 0\n".to_vec(),
+    )]));
+    let bytes = OBJ.replace("v 0 0 0 1 0 0", "v 0 0 0 1 0 .5").into_bytes();
+    let read = Document::read("a.obj", bytes, Arc::new(files), &Limits::default());
+    let document = read.expect("reads");
+    let colors = nodes(&document, "IndexedFaceSet")[0].get_node(faces97::COLOR);
+    // The light of half a screen's value, by IEC 61966-2-1.
+    let blue = colors.expect("colors").get(color::COLOR)[0].z;
+    assert!((blue - 0.214_041_1).abs() < 1e-6, "{blue}");
     let black = "newmtl red paint\nmap_Kd a.png\nKd 0 0 0\n";
     assert_eq!(color_of(black), Vec3::ZERO);
 }

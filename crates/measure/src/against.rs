@@ -3,9 +3,9 @@
 //! `cargo run --release -p measure -- against -- FOLDER PROGRAM [--least BYTES]
 //! [--rows]`. Every scene of at least 100 kB below the folder is read by both programs in processes
 //! of their own, repeatedly for half a second of processor time (all threads, so that other load
-//! does not count; the other program a tenth); the fastest of three such processes counts. PROGRAM takes a scene and
-//! prints the seconds per reading and the kB that the process had used after the first
-//! (`coin_read.cpp` does so with Coin).
+//! does not count; the other program a tenth); the fastest of three such processes counts. PROGRAM
+//! takes a scene and prints the seconds per reading and the kB that the process had used after the
+//! first (`coin_read.cpp` does so with Coin).
 //!
 //! *Compiled* is everything but the tree for ray tracing: triangles, normals, materials, textures
 //! of files, lights, bounds. *Ready* includes the tree, which is built for the first ray, and the

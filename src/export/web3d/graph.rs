@@ -320,8 +320,11 @@ impl GraphBuilder<'_> {
     ) -> NodeId {
         let mut fields = Vec::new();
         let is_unlit = look.unlit || kind.is_thin;
-        // Without a material, a texture is shown as it is.
-        if !(is_unlit && look.image.is_some()) {
+        let is_colored = look.keeps_colors
+            && !mesh.colors.is_empty()
+            && mesh.colors.iter().all(|color| color[3] >= 1.0);
+        // Without a material, a texture and the colors of faces are shown as they are.
+        if !(is_unlit && (look.image.is_some() || is_colored && !kind.is_thin)) {
             let made = self.material(material, look, is_unlit, (mesh, place));
             fields.push(("material", Value::Node(Some(made))));
         }

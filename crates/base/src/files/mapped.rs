@@ -8,8 +8,8 @@ use std::ptr::{NonNull, null_mut};
 
 use rustix::mm::{Advice, MapFlags, ProtFlags, madvise, mmap, munmap};
 
-/// The bytes of a file, which are read when they are looked at. A file that another program shortens
-/// at the same time ends this one, as the system does with every mapped file.
+/// The bytes of a file, which the system reads at their first access. If another program shortens
+/// the file at the same time, the system ends this one, as with every mapped file.
 #[derive(Debug)]
 pub struct MappedFile {
     start: NonNull<u8>,

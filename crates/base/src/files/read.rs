@@ -31,13 +31,13 @@ pub const LARGE_FILE: usize = 16 << 20;
 pub enum FileBytes {
     /// Bytes that were read.
     Read(Vec<u8>),
-    /// A large file, which the system reads when its bytes are looked at.
+    /// A large file, which the system reads at the first access to its bytes.
     #[cfg(target_os = "linux")]
     Mapped(MappedFile),
 }
 
 impl FileBytes {
-    /// Says that the bytes before an offset will hardly be looked at again, so that the memory of a
+    /// Says that the bytes before an offset will hardly be read again, so that the memory of a
     /// mapped file can be used for something else.
     pub fn release_before(&self, offset: usize) {
         match self {
@@ -61,8 +61,8 @@ impl Deref for FileBytes {
 }
 
 /// Opens a file as [`read_file`] does. One of at least [`LARGE_FILE`] bytes is not copied: the
-/// system reads it when its bytes are looked at. If another program shortens it before they are
-/// dropped, this one may end.
+/// system reads it at the first access to its bytes. If another program shortens it before they
+/// are dropped, this one may end.
 ///
 /// # Errors
 /// Returns the errors of [`read_file`].

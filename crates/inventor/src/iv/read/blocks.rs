@@ -1,10 +1,10 @@
 //! Reads the values of a long list by several threads, a block of text each.
 //!
-//! A line ending ends every token but a string, comments included, so a block that ends with one and
-//! contains whole values is read as it is within the whole text. If the values of a block do not end
-//! with it (a value on two lines, the end of the list, a mistake), the blocks after it do not count,
-//! and one thread reads on from the last whole value. The values, and the places of mistakes, are
-//! the same for any number of threads.
+//! A line ending ends every token but a string, comments included, so a block that ends with one
+//! and contains whole values is read as it is within the whole text. If the values of a block do
+//! not end with it (a value on two lines, the end of the list, a mistake), the blocks after it do
+//! not count, and one thread reads on from the last whole value. The values, and the places of
+//! mistakes, are the same for any number of threads.
 
 use std::thread;
 
@@ -21,7 +21,7 @@ const LINE: usize = 4096;
 /// The most threads for a list.
 const MOST_THREADS: usize = 8;
 
-/// Is told from time to time how many bytes are left to be read.
+/// Is called from time to time with the number of bytes that are not read yet.
 pub(super) type OnProgress<'r> = &'r dyn Fn(usize);
 
 /// A parser of one value of a list.
@@ -84,8 +84,8 @@ fn split(text: &[u8], count: usize, size: usize) -> Option<Vec<&[u8]>> {
     Some(blocks)
 }
 
-/// Reads each block by a thread, and returns what is left of each: nothing if it contains whole
-/// values alone.
+/// Reads each block by a thread, and returns the text of each after its last whole value: none if
+/// it contains whole values alone.
 fn read_round<'a, T: Send>(
     blocks: &[&'a [u8]],
     one: impl OneValue<'a, T>,

@@ -6,8 +6,8 @@
 //!
 //! The modules form layers, each of which imports only the layers before it:
 //!
-//! * `syntax_error`, `tokens`, `numbers`, `blocks`, `values` and `binary_values` parse bytes with nom and do
-//!   not depend on documents. The readers keep the nesting of nodes on a stack;
+//! * `syntax_error`, `tokens`, `numbers`, `blocks`, `values` and `binary_values` parse bytes with
+//!   nom and do not depend on documents. The readers keep the nesting of nodes on a stack;
 //! * `header`, `upgrade` and `assemble` resolve the names of classes and fields in each version of
 //!   the format, and assemble nodes; `mistakes` reports what is read and means nothing;
 //! * `expand` and `cycles` complete a document: they expand protos and remove cycles;

@@ -144,6 +144,11 @@ impl Library {
         }
     }
 
+    /// Returns whether a material is shown without lighting.
+    pub(super) fn is_unlit(&self, number: usize) -> bool {
+        self.materials[number].is_unlit
+    }
+
     /// Returns the appearance of a material, for faces or for lines and points.
     ///
     /// # Errors

@@ -18,6 +18,7 @@ use crate::grammar::{
     Field, NodeRefValue, class, color, coordinate, texture_coordinate, vrml97_group,
     vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_normal,
 };
+use crate::iv::display::linear_of_display;
 use crate::iv::read::assemble::Assembler;
 use crate::iv::read::numbers::float;
 
@@ -316,7 +317,16 @@ impl ObjReader<'_, '_> {
             color.is_err() || color.is_ok_and(|color| color.is_some_and(|c| !c.is_nan()))
         });
         let mut same = corners.points.clone();
-        let colors = has_colors.then(|| used(&self.lists.colors, &mut same));
+        let mut colors = has_colors.then(|| used(&self.lists.colors, &mut same));
+        if key.kind == Kind::Faces
+            && key
+                .material
+                .is_some_and(|number| self.library.is_unlit(number))
+        {
+            // Colors of X3D's `UnlitMaterial` are linear.
+            let colors = colors.iter_mut().flatten();
+            colors.for_each(|color| *color = color.map(linear_of_display));
+        }
         let points = Value::Vec3s(used(&self.lists.points, &mut corners.points));
         let class = match key.kind {
             Kind::Faces => class::VRML97_INDEXED_FACE_SET,
