@@ -58,6 +58,7 @@ pub(crate) fn record<'py>(py: Python<'py>, d: &Diagnostic) -> PyResult<Bound<'py
     record.set_item("severity", d.class())?;
     record.set_item("line", line)?;
     record.set_item("column", column)?;
+    record.set_item("byte", d.byte())?;
     record.set_item("message", &d.message)?;
     record.set_item("help", d.help.as_deref())?;
     record.set_item("file", file)?;

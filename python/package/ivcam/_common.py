@@ -20,6 +20,8 @@ def text_of(problem: Dict[str, Any]) -> str:
         place = f"{problem['file']}: "
         if problem.get("line"):
             place = f"{problem['file']}:{problem['line']}:{problem['column']}: "
+        elif problem.get("byte") is not None:
+            place += f"byte {problem['byte']}: "
     times = f" ({problem['count']} times)" if problem.get("count", 1) > 1 else ""
     help = f" ({problem['help']})" if problem.get("help") else ""
     return f"{place}{problem['message']}{times}{help}"

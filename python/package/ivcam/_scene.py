@@ -114,7 +114,7 @@ class Document:
     @property
     def problems(self) -> List[Record]:
         """What is wrong with the file: dictionaries with `severity`, `message`, `help`, `file`,
-        `line`, `column` (from 1) and `count`."""
+        `line`, `column` (from 1), `byte` (from 0, in binary files) and `count`."""
         return self._core.problems()
 
     @property
