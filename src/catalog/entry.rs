@@ -1,6 +1,7 @@
 //! What a catalog knows about one scene.
 
 use indexmap::IndexMap;
+use ivcam_render::scene::check::round_solids;
 use serde::{Deserialize, Serialize};
 
 /// A scene of a catalog. Its keys in JSON are described in `docs/guide/archives.md`.
@@ -158,6 +159,11 @@ impl Entry {
             .get("unknown")
             .map_or(0, |list| list.values().sum())
     }
+    /// Returns the number of shapes that are drawn exactly and have no triangles.
+    pub(crate) fn round_solids(&self) -> u64 {
+        round_solids(self.shapes.iter().map(|(class, count)| (&**class, *count)))
+    }
+
 
     /// Returns whether the scene was read and has nothing to draw.
     pub(crate) fn is_empty(&self) -> bool {

@@ -37,6 +37,8 @@ struct CatalogPage<'a> {
     count: usize,
     bytes: u64,
     triangles: u64,
+    /// The number of shapes that are drawn exactly and have no triangles.
+    round: u64,
     whole: usize,
     /// The labels that some scene has.
     labels: Vec<SceneLabel>,
@@ -68,6 +70,8 @@ struct SceneRow<'a> {
     bytes: u64,
     nodes: usize,
     triangles: u64,
+    /// The number of shapes without triangles.
+    round: u64,
     problems: usize,
 }
 
@@ -137,6 +141,7 @@ fn frame<'a>(heading: &'a CatalogHeading, entries: &[Entry]) -> CatalogPage<'a> 
         count: entries.len(),
         bytes: entries.iter().map(|entry| entry.bytes).sum(),
         triangles: entries.iter().map(|entry| entry.triangles).sum(),
+        round: entries.iter().map(Entry::round_solids).sum(),
         whole: entries
             .iter()
             .filter(|entry| entry.state == "whole")
@@ -243,6 +248,7 @@ fn row<'a>(heading: &CatalogHeading, entry: &'a Entry) -> SceneRow<'a> {
         bytes: entry.bytes,
         nodes: entry.nodes,
         triangles: entry.triangles,
+        round: entry.round_solids(),
         problems: entry.problems,
     }
 }

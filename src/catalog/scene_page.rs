@@ -181,6 +181,10 @@ fn facts(entry: &Entry) -> Vec<(&'static str, String)> {
         .as_deref()
         .and_then(media_type)
         .unwrap_or_default();
+    let round = match entry.round_solids() {
+        0 => String::new(),
+        n => format!("{}, exact and without triangles", thousands(n)),
+    };
     vec![
         ("Not read", text(&entry.error)),
         ("No picture", text(&entry.no_picture)),
@@ -199,6 +203,7 @@ fn facts(entry: &Entry) -> Vec<(&'static str, String)> {
             },
         ),
         ("Triangles", thousands(entry.triangles)),
+        ("Round solids", round),
         ("Drawn", classes("drawn")),
         ("Structure", classes("structure")),
         ("Kept", classes("kept")),

@@ -11,7 +11,7 @@ use super::place;
 use crate::archive::csv::row;
 
 /// The columns of the table.
-const COLUMNS: [&str; 26] = [
+const COLUMNS: [&str; 27] = [
     "file",
     "sha256",
     "bytes",
@@ -38,6 +38,7 @@ const COLUMNS: [&str; 26] = [
     "same_scene",
     "alike",
     "page",
+    "round_solids",
 ];
 
 /// Writes `catalog.csv`, with a row for each scene.
@@ -97,6 +98,7 @@ fn fields(entry: &Entry) -> [String; COLUMNS.len()] {
         others(&entry.same_scene),
         others(&entry.alike),
         harmless(&place::scene_page(&entry.file)),
+        entry.round_solids().to_string(),
     ]
 }
 

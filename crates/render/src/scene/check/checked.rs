@@ -13,6 +13,7 @@ use serde_json::{Value as Json, json};
 
 use super::classes::classes;
 use super::contents;
+use super::identity::{drawn_text, round_text};
 use super::json;
 use super::missing::{Missing, missing};
 use crate::scene::{CompileOptions, RenderScene, Survey, precision_warning, snapshot};
@@ -165,8 +166,8 @@ impl Checked {
         })
     }
 
-    /// Returns one line with the file, its format, the numbers of nodes by treatment, of triangles
-    /// and of problems, and the worst problem.
+    /// Returns one line with the file, its format, the numbers of nodes by treatment, of triangles,
+    /// round solids and problems, and the worst problem.
     pub fn summary(&self) -> String {
         match &self.document {
             Err(error) => format!("{}: {}", self.file, error.in_line_of(&self.file)),
@@ -186,7 +187,7 @@ impl Checked {
                 if !becomes.is_empty() {
                     line += &format!(" ({})", becomes.join(", "));
                 }
-                line += &format!(", {}", counted(survey.triangles as usize, "triangle"));
+                line += &format!(", {}", drawn_text(survey.triangles, &survey.shapes));
                 if survey.bounds.is_none() {
                     line += ", nothing to see";
                 }
@@ -251,7 +252,10 @@ impl Checked {
             )?,
             None => writeln!(out, "  bounds     nothing to see")?,
         }
-        writeln!(out, "  triangles  {}", survey.triangles)?;
+        let round = round_text(&survey.shapes);
+        let round = round.map(|round| format!(", and {round} without triangles"));
+        let round = round.unwrap_or_default();
+        writeln!(out, "  triangles  {}{round}", survey.triangles)?;
         for (heading, line) in contents::lines(document) {
             writeln!(out, "  {heading:<10} {line}")?;
         }

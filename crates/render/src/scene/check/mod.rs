@@ -6,11 +6,13 @@ mod checked;
 mod classes;
 mod contents;
 mod files;
+mod identity;
 mod json;
 mod missing;
 
 pub use checked::{Checked, FileState};
 pub use classes::classes;
 pub use files::{files_below, scene_files, without_ending};
+pub use identity::round_solids;
 pub use json::diagnostic as diagnostic_json;
 pub use missing::{Missing, missing};
