@@ -26,6 +26,12 @@ pub(crate) struct Entry {
     pub format: Option<String>,
     /// The identifier of the format in PRONOM, such as `fmt/94`, if it has one.
     pub pronom: Option<String>,
+    /// How the file is packed: `gzip`, or `None` if it is not.
+    #[serde(default)]
+    pub packed: Option<String>,
+    /// The ending of the file's name, if its format is another than that promises.
+    #[serde(default)]
+    pub unexpected_ending: Option<String>,
     /// The unit of length that the file or its format states.
     pub units: Option<String>,
     /// The line of `notes` that seems to name the program or the person that made the file.
@@ -153,17 +159,17 @@ impl Need {
 }
 
 impl Entry {
+    /// Returns the number of shapes that are drawn exactly and have no triangles.
+    pub(crate) fn round_solids(&self) -> u64 {
+        round_solids(self.shapes.iter().map(|(class, count)| (&**class, *count)))
+    }
+
     /// Returns the number of nodes of classes that are not known.
     pub(crate) fn unknown(&self) -> usize {
         self.classes
             .get("unknown")
             .map_or(0, |list| list.values().sum())
     }
-    /// Returns the number of shapes that are drawn exactly and have no triangles.
-    pub(crate) fn round_solids(&self) -> u64 {
-        round_solids(self.shapes.iter().map(|(class, count)| (&**class, *count)))
-    }
-
 
     /// Returns whether the scene was read and has nothing to draw.
     pub(crate) fn is_empty(&self) -> bool {

@@ -27,6 +27,9 @@ const FORMATS: [(&str, Option<&str>, Option<&str>); 15] = [
     ("STL", None, Some("model/stl")),
 ];
 
+/// The identifier of gzip in PRONOM, and its media type (RFC 6713).
+pub(super) const GZIP: (&str, &str) = ("x-fmt/266", "application/gzip");
+
 fn known(format: &str) -> Option<(Option<&'static str>, Option<&'static str>)> {
     let entry = FORMATS.iter().find(|(start, ..)| format.starts_with(start));
     entry.map(|(_, pronom, media)| (*pronom, *media))

@@ -7,7 +7,7 @@ use ivcam_base::files::write_whole;
 use serde_json::{Value as Json, json};
 
 use super::entry::Entry;
-use super::formats::media_type;
+use super::formats::{GZIP, media_type};
 use super::heading::CatalogHeading;
 use super::links::joined;
 use super::numbers::date;
@@ -52,7 +52,11 @@ fn model(heading: &CatalogHeading, entry: &Entry) -> Json {
         .as_deref()
         .and_then(media_type)
         .map(str::to_owned);
-    let formats: Vec<String> = media.into_iter().chain(pronom).collect();
+    let packed = entry.packed.iter().flat_map(|_| {
+        let (id, media) = GZIP;
+        [media.to_owned(), format!("{PRONOM}{id}")]
+    });
+    let formats: Vec<String> = media.into_iter().chain(pronom).chain(packed).collect();
     let all = json!({
         "@type": "3DModel",
         "@id": joined("", &place::scene_page(&entry.file)),

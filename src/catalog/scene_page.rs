@@ -10,7 +10,7 @@ use minijinja::value::{Serde, Value};
 use serde::Serialize;
 
 use super::entry::{Entry, Message, Need, Others};
-use super::formats::media_type;
+use super::formats::{GZIP, media_type};
 use super::heading::CatalogHeading;
 use super::links::joined;
 use super::numbers::{date, short, thousands};
@@ -181,6 +181,10 @@ fn facts(entry: &Entry) -> Vec<(&'static str, String)> {
         .as_deref()
         .and_then(media_type)
         .unwrap_or_default();
+    let packed = entry.packed.as_ref();
+    let packed = packed.map(|packed| format!("{packed}, {}", GZIP.0));
+    let ending = entry.unexpected_ending.as_ref();
+    let ending = ending.map(|ending| format!("{ending}, which is usual for another format"));
     let round = match entry.round_solids() {
         0 => String::new(),
         n => format!("{}, exact and without triangles", thousands(n)),
@@ -191,6 +195,8 @@ fn facts(entry: &Entry) -> Vec<(&'static str, String)> {
         ("Format", text(&entry.format)),
         ("PRONOM identifier", text(&entry.pronom)),
         ("Media type", media.to_owned()),
+        ("Packed", packed.unwrap_or_default()),
+        ("Ending", ending.unwrap_or_default()),
         ("Producer", text(&entry.producer)),
         ("Unit of length", text(&entry.units)),
         ("Extent", entry.size.map(extent).unwrap_or_default()),

@@ -12,7 +12,7 @@ use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_render::render::Stop;
 use ivcam_render::scene::CompileOptions;
-use ivcam_render::scene::check::{Checked, classes};
+use ivcam_render::scene::check::{Checked, classes, packed, unexpected_ending};
 
 use super::alike::look;
 use super::entry::{Entry, Message, Need};
@@ -81,10 +81,7 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
             .collect();
         if survey.bounds.is_some() {
             let bounds = survey.inventor_bounds.or(survey.bounds);
-            let plan = Plan {
-                contain,
-                ..plan(options, &job.input)
-            };
+            let plan = plan(options, &job.input, contain);
             let made = Session::with_document(plan, document)
                 .and_then(|session| photograph(session, bounds, options.denoiser.as_ref()))
                 .and_then(|large| save_both(&large, &mut entry, out));
@@ -138,6 +135,8 @@ fn of_checked(checked: &Checked, file: &str) -> Entry {
             entry.format = Some(document.format.clone());
             let is_binary = document.sources.first().is_some_and(|source| source.binary);
             entry.pronom = pronom(&document.format, is_binary).map(str::to_owned);
+            entry.packed = packed(document).map(str::to_owned);
+            entry.unexpected_ending = unexpected_ending(file, document).map(str::to_owned);
             entry.units = units(document);
             entry.notes = notes(document);
             entry.producer = producer(&entry.notes);
@@ -192,7 +191,7 @@ fn own_words(text: &str, checked: &Checked) -> String {
 
 /// Returns the plan of the large picture: the scene's camera as a pinhole, without shadows or in a
 /// studio.
-fn plan(options: &CatalogOptions, input: &Path) -> Plan {
+fn plan(options: &CatalogOptions, input: &Path, contain: Option<PathBuf>) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, input);
     plan.optics = Optics::Pinhole;
     plan.shading = Shading::Phong;
@@ -213,6 +212,7 @@ fn plan(options: &CatalogOptions, input: &Path) -> Plan {
     };
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
+    plan.contain = contain;
     plan.fonts = options.fonts.clone();
     plan.limits = options.limits.clone();
     plan.memory = MemoryLimit::Bytes(options.allowance.memory);

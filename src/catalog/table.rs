@@ -11,7 +11,7 @@ use super::place;
 use crate::archive::csv::row;
 
 /// The columns of the table.
-const COLUMNS: [&str; 27] = [
+const COLUMNS: [&str; 29] = [
     "file",
     "sha256",
     "bytes",
@@ -38,6 +38,8 @@ const COLUMNS: [&str; 27] = [
     "same_scene",
     "alike",
     "page",
+    "packed",
+    "unexpected_ending",
     "round_solids",
 ];
 
@@ -98,6 +100,8 @@ fn fields(entry: &Entry) -> [String; COLUMNS.len()] {
         others(&entry.same_scene),
         others(&entry.alike),
         harmless(&place::scene_page(&entry.file)),
+        text(&entry.packed),
+        text(&entry.unexpected_ending),
         entry.round_solids().to_string(),
     ]
 }

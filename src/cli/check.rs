@@ -11,7 +11,9 @@ use ivcam_base::files::named_project;
 use ivcam_inventor::events::SnapshotOptions;
 use ivcam_optics::film::Resolution;
 use ivcam_render::scene::CompileOptions;
-use ivcam_render::scene::check::{Checked, FileState, classes, scene_files};
+use ivcam_render::scene::check::{
+    Checked, FileState, classes, packed, scene_files, unexpected_ending,
+};
 
 use super::flags::{DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, argument, given_options};
 use super::messages::print_first;
@@ -149,6 +151,8 @@ struct Total {
     states: [usize; 3],
     with_problems: usize,
     with_unknown: usize,
+    packed: usize,
+    with_unexpected_ending: usize,
     with_missing: usize,
     with_outside: usize,
 }
@@ -163,6 +167,9 @@ impl Total {
         if let Ok((document, _)) = &checked.document {
             self.with_problems += usize::from(checked.problems().next().is_some());
             self.with_unknown += usize::from(!classes(document)[3].1.is_empty());
+            self.packed += usize::from(packed(document).is_some());
+            let ending = unexpected_ending(&checked.file, document);
+            self.with_unexpected_ending += usize::from(ending.is_some());
         }
     }
 
@@ -177,6 +184,8 @@ impl Total {
         let parts = [
             (self.with_problems, "with problems"),
             (self.with_unknown, "with unknown classes"),
+            (self.packed, "packed with gzip"),
+            (self.with_unexpected_ending, "named unlike their format"),
             (self.with_missing, "with missing files"),
             (
                 self.with_outside,

@@ -98,6 +98,8 @@ pub struct Document {
     pub sources: Vec<Arc<Source>>,
     /// The format that the header states, such as `Inventor V2.1 ascii`.
     pub format: String,
+    /// Whether the main file is packed with gzip.
+    pub is_gzipped: bool,
     /// The named nodes of the main file, by name. If a name is defined twice, the later node has
     /// it.
     pub names: IndexMap<Arc<str>, NodeId>,

@@ -24,6 +24,7 @@ pub(super) fn read_into(
     limits: &Limits,
     otherwise: Option<Header>,
 ) -> Result<FileRead> {
+    let is_gzipped = bytes.starts_with(&header::GZIP);
     let (bytes, damage) = header::unpack(bytes, name, limits)?;
     let header = match (Header::parse(&bytes, name), otherwise) {
         (Ok(header), _) => header,
@@ -32,6 +33,7 @@ pub(super) fn read_into(
     };
     if document.sources.is_empty() {
         document.format = header.words.clone();
+        document.is_gzipped = is_gzipped;
     }
     let is_binary = header.encoding.is_binary(&bytes);
     // A large file is not kept: its text is read again if a message quotes it.

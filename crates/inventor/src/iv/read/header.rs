@@ -366,6 +366,9 @@ fn unknown_header(name: &str, start: &[u8]) -> Box<Diagnostic> {
         .with_help(help)
 }
 
+/// The first bytes of a file that is packed with gzip (RFC 1952, 2.3.1).
+pub(super) const GZIP: [u8; 2] = [0x1f, 0x8b];
+
 /// Decompresses a file that is packed with gzip, and returns other files unchanged. For a damaged
 /// archive it returns the part that can be decompressed, and a warning.
 ///
@@ -381,7 +384,7 @@ pub(super) fn unpack(
             .in_file(name)
             .with_help("`--scene-limit bytes=N` raises this, if the file is meant to be that big")
     };
-    if !bytes.starts_with(&[0x1f, 0x8b]) {
+    if !bytes.starts_with(&GZIP) {
         return if bytes.len() > limits.bytes {
             Err(too_big(limits.bytes))
         } else {

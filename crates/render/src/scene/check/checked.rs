@@ -13,7 +13,7 @@ use serde_json::{Value as Json, json};
 
 use super::classes::classes;
 use super::contents;
-use super::identity::{drawn_text, round_text};
+use super::identity::{drawn_text, format_text, packed, round_text, unexpected_ending};
 use super::json;
 use super::missing::{Missing, missing};
 use crate::scene::{CompileOptions, RenderScene, Survey, precision_warning, snapshot};
@@ -144,6 +144,8 @@ impl Checked {
             "file": self.file,
             "state": self.state().name(),
             "format": document.format,
+            "packed": packed(document),
+            "unexpected_ending": unexpected_ending(&self.file, document),
             "nodes": document.nodes.len(),
             "classes": classes(document)
                 .into_iter()
@@ -181,7 +183,7 @@ impl Checked {
                 let mut line = format!(
                     "{}: {}, {}",
                     self.file,
-                    document.format,
+                    format_text(&self.file, document),
                     counted(document.nodes.len(), "node")
                 );
                 if !becomes.is_empty() {
@@ -235,7 +237,7 @@ impl Checked {
             return Ok(());
         };
         writeln!(out, "{}", self.file)?;
-        writeln!(out, "  format     {}", document.format)?;
+        writeln!(out, "  format     {}", format_text(&self.file, document))?;
         writeln!(out, "  nodes      {}", document.nodes.len())?;
         for (heading, classes) in classes(document) {
             let list: Vec<String> = classes.iter().map(|(c, n)| format!("{c} {n}")).collect();

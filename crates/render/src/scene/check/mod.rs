@@ -13,6 +13,6 @@ mod missing;
 pub use checked::{Checked, FileState};
 pub use classes::classes;
 pub use files::{files_below, scene_files, without_ending};
-pub use identity::round_solids;
+pub use identity::{packed, round_solids, unexpected_ending};
 pub use json::diagnostic as diagnostic_json;
 pub use missing::{Missing, missing};
