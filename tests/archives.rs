@@ -671,6 +671,62 @@ fn a_line_names_its_scene_once_and_a_place_in_a_binary_file_is_a_byte() {
 }
 
 #[test]
+fn a_file_is_identified_by_its_content_and_its_change_is_named() {
+    let old = "#VRML V1.0 ascii\nCube { }\n";
+    let archive = Archive::new("identity", &[("a.iv", CUBE), ("old.iv", old)]);
+    let mut gzip = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut gzip, SPHERE.as_bytes()).unwrap();
+    std::fs::write(archive.0.join("in/ball.wrl"), gzip.finish().unwrap()).unwrap();
+    let (_, said) = archive.output("check in");
+    for part in [
+        "ball.wrl: VRML V2.0 utf8 in gzip, 2 nodes (2 drawn), 1 round solid, 0 problems",
+        "old.iv: VRML V1.0 ascii, named `.iv`, ",
+        "3 whole, 0 damaged, 0 unreadable, 1 packed with gzip, 1 named unlike their format",
+    ] {
+        assert!(said.contains(part), "{part} missing in {said}");
+    }
+    let line = "catalog in -o out --size 12x9";
+    let (code, said) = archive.run(line);
+    assert!(code == Some(0) && !said.contains("changed"), "{said}");
+    let data = archive.json("out/catalog.json");
+    let of = |i: usize| ["packed", "unexpected_ending"].map(|key| data["scenes"][i][key].clone());
+    let null = serde_json::Value::Null;
+    assert_eq!(of(0), [null.clone(), null.clone()]);
+    assert_eq!(of(1), ["gzip".into(), null.clone()]);
+    assert_eq!(of(2), [null, ".iv".into()]);
+    let text = |file: &str| String::from_utf8(archive.read(file)).unwrap();
+    assert!(text("out/scenes/ball.wrl.html").contains("gzip, x-fmt/266"));
+    assert!(text("out/index.html").contains("24 triangles, 1 round solid."));
+    assert!(text("out/catalog.csv").contains(",gzip,,1"));
+    let linked = archive.json("out/catalog.jsonld");
+    assert_eq!(
+        linked["hasPart"][1]["encodingFormat"][2],
+        "application/gzip"
+    );
+
+    // Other bytes of the same size and time are seen by those who hash.
+    let path = archive.0.join("in/a.iv");
+    let time = path.metadata().unwrap().modified().unwrap();
+    std::fs::write(&path, CUBE.replace("Cube", "Cone")).unwrap();
+    let file = std::fs::File::options().append(true).open(&path).unwrap();
+    file.set_modified(time).unwrap();
+    let (_, said) = archive.run(line);
+    assert!(said.contains("3 scenes: 3 up to date"), "{said}");
+    let force = format!("{line} --force");
+    let (_, said) = archive.run(&force);
+    assert!(
+        said.contains("a.iv: its bytes have changed since the last run"),
+        "{said}"
+    );
+    assert!(
+        said.contains("3 scenes: 1 changed since the last run"),
+        "{said}"
+    );
+    let (_, said) = archive.run(&force);
+    assert!(!said.contains("changed"), "{said}");
+}
+
+#[test]
 fn the_folder_that_a_user_names_is_the_project_of_its_scenes() {
     let scene = "#Inventor V2.1 ascii\nTexture2 { filename \"../../maps/wood.png\" } Cube { }\n";
     let archive = Archive::new("project", &[("scenes/deep/a.iv", scene)]);

@@ -32,6 +32,9 @@ const MOST_DATA: usize = 1 << 30;
 const SAVED: usize = 200;
 const MOST_SAVES: usize = 20;
 
+/// The words about a scene whose bytes differ from those of the last run.
+const CHANGED: &str = "its bytes have changed since the last run (SHA-256)";
+
 /// The content of `catalog.json`. `E` is [`Entry`] or a reference to one.
 #[derive(Debug, Serialize, Deserialize)]
 struct Data<E> {
@@ -51,6 +54,8 @@ pub(crate) struct CatalogSum {
     pub scenes: usize,
     /// Scenes that were not read, because their entries are up to date.
     pub up_to_date: usize,
+    /// Scenes whose bytes are others than in the last run.
+    pub changed: usize,
     pub damaged: usize,
     pub unreadable: usize,
     pub empty: usize,
@@ -72,6 +77,8 @@ pub(crate) struct Catalog {
     heading: CatalogHeading,
     /// The entries of the last run, by file. Empty if they were made with other options.
     old: HashMap<String, Entry>,
+    /// The SHA-256 of each file as the last run saw it, whatever its options.
+    hashes: HashMap<String, String>,
     /// Whether the last run had the same heading, so that the pages of scenes show it.
     same_heading: bool,
     /// Warnings about files that are not read.
@@ -107,10 +114,16 @@ impl Catalog {
         }
         options.folder = folder;
         let heading = CatalogHeading::new(&options, link(&out, &options.folder));
-        let old = match options.force {
-            true => None,
-            false => old_data(&data, &options.words, &mut sink),
+        let last = last_data(&data, &mut sink);
+        let seen = last.iter().flat_map(|last| &last.scenes);
+        let hashes = seen.map(|entry| (entry.file.clone(), entry.sha256.clone()));
+        let hashes = hashes.collect();
+        let is_same = |last: &Data<Entry>| {
+            !options.force
+                && last.options == options.words
+                && last.ivcam == env!("CARGO_PKG_VERSION")
         };
+        let old = last.filter(is_same);
         let same_heading = old.as_ref().is_some_and(|old| old.heading == heading);
         let entries = old.map_or_else(Vec::new, |old| old.scenes).into_iter();
         Ok(Self {
@@ -119,6 +132,7 @@ impl Catalog {
             out,
             heading,
             old: entries.map(|entry| (entry.file.clone(), entry)).collect(),
+            hashes,
             same_heading,
             sink,
         })
@@ -130,7 +144,7 @@ impl Catalog {
     }
 
     /// Reads the scenes whose entries are out of date, and writes the catalog. `done` receives the
-    /// name of each scene that was read, and a line about it if it could not be read.
+    /// name of each scene that was read, and a line if it could not be read or has changed.
     ///
     /// # Errors
     /// Returns an error if the catalog cannot be written.
@@ -145,6 +159,7 @@ impl Catalog {
         self.write_data(&entries.iter().collect::<Vec<_>>())?;
         self.write_pages(&entries)?;
         let mut sum = sum(&entries, up_to_date);
+        sum.changed = entries.iter().filter(|e| self.has_changed(e)).count();
         if let Some(page) = &self.options.page {
             live::copy_page(page, &self.out)?;
             sum.not_copied = live::copy_files(&self.options.folder, &self.out, &entries)?;
@@ -171,7 +186,10 @@ impl Catalog {
             let job = &self.jobs[i];
             let entry = result.unwrap_or_else(|error| failed(job, &error));
             let why = entry.error.as_ref().or(entry.no_picture.as_ref());
-            done(&job.name, why.map(|why| format!("{}: {why}", job.name)));
+            let changed = self.has_changed(&entry).then_some(CHANGED);
+            let said: Vec<&str> = changed.into_iter().chain(why.map(String::as_str)).collect();
+            let line = (!said.is_empty()).then(|| format!("{}: {}", job.name, said.join("; ")));
+            done(&job.name, line);
             entries[i] = Some(entry);
             new += 1;
             if new % between == 0 && failure.is_none() {
@@ -181,6 +199,14 @@ impl Catalog {
         };
         for_each(&waiting, self.options.threads, &work, &mut add)?;
         failure.map_or(Ok(()), Err)
+    }
+
+    /// Returns whether the bytes of a scene are others than the last run saw.
+    fn has_changed(&self, entry: &Entry) -> bool {
+        let before = self.hashes.get(&entry.file);
+        before.is_some_and(|hash| {
+            !hash.is_empty() && !entry.sha256.is_empty() && *hash != entry.sha256
+        })
     }
 
     /// Returns whether a scene and the files that it uses are as the last run saw them, and what
@@ -262,11 +288,11 @@ impl Catalog {
     }
 }
 
-/// Reads the last catalog, if it was made with the same options.
-fn old_data(data: &Path, words: &[String], sink: &mut Sink) -> Option<Data<Entry>> {
+/// Reads the last catalog, if there is one.
+fn last_data(data: &Path, sink: &mut Sink) -> Option<Data<Entry>> {
     let bytes = read_file(data, MOST_DATA).ok()?;
     match serde_json::from_slice::<Data<Entry>>(&bytes) {
-        Ok(old) => (old.options == words && old.ivcam == env!("CARGO_PKG_VERSION")).then_some(old),
+        Ok(last) => Some(last),
         Err(error) => {
             let text = format!("`{}` cannot be read: {error}", data.display());
             let help = "all scenes are read again";
@@ -295,6 +321,7 @@ fn sum(scenes: &[Entry], up_to_date: usize) -> CatalogSum {
     CatalogSum {
         scenes: scenes.len(),
         up_to_date,
+        changed: 0,
         damaged: count(&|e| e.state == "damaged"),
         unreadable: count(&|e| e.error.is_some()),
         empty: count(&Entry::is_empty),

@@ -112,6 +112,7 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         sum.scenes,
         &[
             (sum.up_to_date, "up to date"),
+            (sum.changed, "changed since the last run"),
             (sum.damaged, "damaged"),
             (sum.unreadable, "unreadable"),
             (sum.with_missing, "with missing files"),
