@@ -8,7 +8,6 @@ use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_base::math::{LengthUnit, parse_length};
 
 use crate::lens::lens::Lens;
-use crate::prescription::formats::apertures::F_NUMBER_TOLERANCE;
 use crate::prescription::formats::origin;
 use crate::prescription::formats::{Reading, read};
 use crate::prescription::prescription::{Prescription, StatedFNumber};
@@ -71,14 +70,15 @@ pub fn open_prescription(
 /// Warns of an f-number of the file that its apertures contradict, by paraxial rays and by real
 /// rays. Programs state the one or the other.
 fn warn_if_contradicted(prescription: &Prescription, source: &Arc<Source>, sink: &mut Sink) {
-    let Some(StatedFNumber { value, span }) = prescription.stated_f_number else {
+    let Some(stated) = prescription.stated_f_number else {
         return;
     };
+    let StatedFNumber { value, span, .. } = stated;
     let lens = Lens::new(prescription.clone());
     let (Some(paraxial), Some(real)) = (lens.first_order().f_number(), lens.real_f_number()) else {
         return;
     };
-    if (real / value - 1.0).abs() <= F_NUMBER_TOLERANCE {
+    if (real / value - 1.0).abs() <= stated.tolerance {
         return;
     }
     let help = match value > real {

@@ -57,10 +57,19 @@ pub struct About {
 }
 
 impl About {
-    /// The design data in the comments of a prescription.
+    /// The design data in the comments of a prescription, and what its format states of the field.
     pub fn of(lens: &Prescription) -> Self {
+        let mut about = Self::of_notes(&lens.notes);
+        about.image_height = lens.image_height.or(about.image_height);
+        let by_format = lens.half_field.map(|half| 2.0 * half);
+        about.field_degrees = about.field_degrees.or(by_format);
+        about
+    }
+
+    /// The design data in comments.
+    pub(crate) fn of_notes(notes: &[String]) -> Self {
         let mut about = Self::default();
-        for note in &lens.notes {
+        for note in notes {
             let (key, value) = note.split_once(": ").unwrap_or(("", note));
             let text = Some(value.trim().to_owned());
             match key {
@@ -79,9 +88,6 @@ impl About {
                 _ => about.notes.push(note.clone()),
             }
         }
-        about.image_height = lens.image_height.or(about.image_height);
-        let by_format = lens.half_field.map(|half| 2.0 * half);
-        about.field_degrees = about.field_degrees.or(by_format);
         about
     }
 }

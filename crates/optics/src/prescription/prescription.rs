@@ -49,6 +49,8 @@ pub struct StatedFNumber {
     pub value: f64,
     /// The place of the file's number.
     pub span: Span,
+    /// The relative difference that contradicts it.
+    pub tolerance: f64,
 }
 
 /// A tabulated setting of a zoom lens: the gaps and the stop that differ from those of the
@@ -394,7 +396,7 @@ pub(crate) fn crossings(lens: &Prescription) -> usize {
 }
 
 /// Checks a prescription from any reader. Warnings go to `sink`. `place` returns the span of a
-/// surface's value in the file.
+/// surface's value in the file. `derived` are the surfaces whose apertures are those of the beam.
 ///
 /// # Errors
 ///
@@ -404,6 +406,7 @@ pub(crate) fn check(
     source: &Arc<Source>,
     sink: &mut Sink,
     place: impl Fn(usize, Column) -> Span,
+    derived: &[usize],
 ) -> Result<()> {
     let fail = |span, message: String| Diagnostic::error(message).at(source, span);
     check_count(prescription.surfaces.len(), source)?;
@@ -453,7 +456,7 @@ pub(crate) fn check(
     for (i, surface) in prescription.surfaces.iter_mut().enumerate() {
         clamp_to_radius(i, surface, sink, &place);
     }
-    warn_of_gaps(prescription, sink, &place);
+    warn_of_gaps(prescription, sink, &place, derived);
     Ok(())
 }
 
@@ -681,6 +684,7 @@ fn warn_of_gaps(
     prescription: &Prescription,
     sink: &mut Sink,
     place: &impl Fn(usize, Column) -> Span,
+    derived: &[usize],
 ) {
     let surfaces = &prescription.surfaces;
     for (i, j, gap) in gaps(surfaces) {
@@ -709,7 +713,13 @@ fn warn_of_gaps(
                 span,
                 format!("surfaces {i} and {j} cross {height:.3} mm from the axis"),
             )
-            .help("where light goes: check the thickness and the two radii");
+            .help(match derived.contains(&i) || derived.contains(&j) {
+                true => {
+                    "their apertures are those of the whole beam, which is too wide there: state \
+                     the apertures, or a smaller field"
+                }
+                false => "where light goes: check the thickness and the two radii",
+            });
         }
     }
 }

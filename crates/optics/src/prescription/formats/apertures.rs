@@ -11,8 +11,9 @@ use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::{Prescription, StatedFNumber};
 use crate::prescription::surface::{Plane, Surface};
 
-/// The relative difference of two f-numbers that counts as a contradiction.
-pub(crate) const F_NUMBER_TOLERANCE: f64 = 5e-3;
+/// The relative difference of the f-numbers of a design program's file that counts as a
+/// contradiction.
+pub(super) const F_NUMBER_TOLERANCE: f64 = 5e-3;
 
 /// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -69,10 +70,13 @@ impl Beam {
     }
 }
 
-/// Fills in the semi-diameters that are not finite. Returns whether there were any.
-pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
-    if lens.surfaces.iter().all(|s| s.semi_diameter.is_finite()) {
-        return false;
+/// Fills in the semi-diameters that are not finite. Returns the numbers of their surfaces; none if
+/// the beam is not known.
+pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> Vec<usize> {
+    let is_open = |&i: &usize| !lens.surfaces[i].semi_diameter.is_finite();
+    let open: Vec<usize> = (0..lens.surfaces.len()).filter(is_open).collect();
+    if open.is_empty() {
+        return open;
     }
     let indices = lens.indices(D_LINE);
     let optics = FirstOrder::of(lens, &indices, Plane::Y);
@@ -86,7 +90,7 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
         Some(diameter) => 0.5 * diameter,
         None => match lens.surfaces[stop].semi_diameter {
             radius if radius.is_finite() && ones[stop] != 0.0 => radius / ones[stop].abs(),
-            _ => return false,
+            _ => return Vec::new(),
         },
     };
     let widest = libm::tan(70_f64.to_radians());
@@ -103,10 +107,8 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
         (_, Some([height, distance]), _) => (height / (distance - shift)).abs().min(widest),
         _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
     };
-    for (i, surface) in lens.surfaces.iter_mut().enumerate() {
-        if surface.semi_diameter.is_finite() {
-            continue;
-        }
+    for &i in &open {
+        let surface = &mut lens.surfaces[i];
         let axial = (marginal * ones[i]).abs();
         let chief = (slope * (tilted[i] + shift * ones[i])).abs();
         let wide = if i == stop {
@@ -117,13 +119,13 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> bool {
         let c = surface.curvature.per_mm().abs();
         surface.semi_diameter = if c * wide > 0.98 { 0.98 / c } else { wide };
     }
-    true
+    open
 }
 
 /// Notes the f-number that the file states, or that follows from its entrance pupil, if paraxial
-/// rays through the apertures contradict it by more than [`F_NUMBER_TOLERANCE`].
+/// rays through the apertures contradict it by more than a relative tolerance.
 /// The file may mean real rays, which only `lens` can trace.
-pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam) {
+pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam, tolerance: f64) {
     let Some(span) = beam.stated else { return };
     let optics = lens.first_order(D_LINE);
     let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
@@ -131,8 +133,12 @@ pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam) {
     };
     let by_pupil = beam.entrance_diameter.map(|d| focal.efl.abs() / d);
     let stated = by_pupil.or(beam.f_number);
-    let stated = stated.filter(|stated| (found / stated - 1.0).abs() > F_NUMBER_TOLERANCE);
-    lens.stated_f_number = stated.map(|value| StatedFNumber { value, span });
+    let stated = stated.filter(|stated| (found / stated - 1.0).abs() > tolerance);
+    lens.stated_f_number = stated.map(|value| StatedFNumber {
+        value,
+        span,
+        tolerance,
+    });
 }
 
 /// Gives a stop without an aperture that of the axial beam which the other surfaces let through,
@@ -219,13 +225,13 @@ mod tests {
             half_field: 45.0,
             ..Beam::default()
         };
-        assert!(fill(&mut lens, beam));
+        assert_eq!(fill(&mut lens, beam), [0, 1, 2]);
         let radii: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();
         assert_eq!(radii[0], 2.0);
         assert!(
             (radii[1] - 12.0).abs() < 1e-6 && (radii[2] - 12.0).abs() < 1e-6,
             "{radii:?}"
         );
-        assert!(!fill(&mut lens, beam));
+        assert!(fill(&mut lens, beam).is_empty());
     }
 }

@@ -12,7 +12,7 @@ use std::iter;
 
 use ivcam_base::diag::{Result, Sink};
 
-use crate::prescription::formats::apertures::{Beam, note_f_number};
+use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, note_f_number};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader, open_if_zero};
 use crate::prescription::glass::medium::Medium;
@@ -57,7 +57,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
         let mut beam = Beam::default();
         let f_number = reader.stated("F-Number", 0).unwrap_or(0.0);
         beam.state_f_number(f_number, line[0].span);
-        note_f_number(&mut draft.lens, beam);
+        note_f_number(&mut draft.lens, beam, F_NUMBER_TOLERANCE);
     }
     file.finish(draft, sink)
 }

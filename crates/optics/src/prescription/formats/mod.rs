@@ -5,7 +5,7 @@
 //! `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose` (JSON) and
 //! `index_table` (glasses by their indices at several wavelengths).
 
-pub(crate) mod apertures;
+mod apertures;
 mod bench;
 mod commands;
 mod crayg;

@@ -10,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use ivcam_base::math::LengthUnit;
 
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
-use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
+use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, fill, note_f_number};
 use crate::prescription::formats::format::Reading;
 use crate::prescription::glass::{Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, check, check_count};
@@ -39,6 +39,8 @@ pub(super) struct Draft {
     pub unit: f64,
     /// The decenter of the axis behind the last surface, for the next surface.
     pub pending: Decenter,
+    /// The surfaces whose apertures are those of the beam, because the file leaves them out.
+    pub derived: Vec<usize>,
 }
 
 impl<'a> PrescriptionReader<'a> {
@@ -154,6 +156,7 @@ impl<'a> PrescriptionReader<'a> {
             places: Vec::new(),
             unit: 1.0,
             pending: Decenter::NONE,
+            derived: Vec::new(),
         }
     }
 
@@ -164,6 +167,7 @@ impl<'a> PrescriptionReader<'a> {
             places,
             unit,
             pending,
+            derived,
         } = draft;
         if !pending.is_none() {
             sink.warn(Span::at(0), "the decenter of the image surface is left out")
@@ -173,7 +177,7 @@ impl<'a> PrescriptionReader<'a> {
             let found = places.get(surface);
             found.map_or(Span::at(0), |places| places[column as usize])
         };
-        check(&mut lens, self.source, sink, place)?;
+        check(&mut lens, self.source, sink, place, &derived)?;
         Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
     }
 }
@@ -210,11 +214,12 @@ impl Draft {
     /// Gives surfaces without an aperture that of the beam, and keeps its field, and an f-number
     /// that contradicts the apertures.
     pub(super) fn limit(&mut self, beam: Beam, sink: &mut Sink) {
-        if fill(&mut self.lens, beam) {
+        self.derived = fill(&mut self.lens, beam);
+        if !self.derived.is_empty() {
             let message = "apertures that the file leaves out are those of its beam";
             sink.note(Span::at(0), message);
         }
-        note_f_number(&mut self.lens, beam);
+        note_f_number(&mut self.lens, beam, F_NUMBER_TOLERANCE);
         self.state_field(beam, sink);
     }
 

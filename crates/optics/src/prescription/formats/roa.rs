@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::SurfaceFrame;
-use crate::prescription::formats::apertures::{Beam, note_f_number};
+use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, note_f_number};
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
 use crate::prescription::formats::format::Format;
 use crate::prescription::formats::loose::{finite, numbers, parse};
@@ -45,7 +45,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let mut draft = reader.draft(sink)?;
     draft.fold();
     if let Some(beam) = reader.beam() {
-        note_f_number(&mut draft.lens, beam);
+        note_f_number(&mut draft.lens, beam, F_NUMBER_TOLERANCE);
     }
     draft.state_field(reader.field(), sink);
     reader.state_wavelengths(&mut draft);

@@ -2,6 +2,7 @@
 
 use crate::prescription::formats::dat::lines::Cell;
 use crate::prescription::formats::format::Gap;
+use crate::prescription::surface::MAX_POWER;
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,10 +15,47 @@ pub(super) enum Column {
     SemiDiameter,
     /// The diameter that is closed in the middle.
     Obstruction,
+    /// The conic constant.
+    Conic,
+    /// The coefficient of a power of the height in the sag.
+    Term(usize),
     /// The name of a glass, which stands for the index if no other column has that.
     Glass,
-    /// A word or number that is not read.
+    /// What is not needed: the number of a surface, or the name of a glass beside its index.
     Ignored,
+    /// What an unknown word names. Numbers below it are refused.
+    Unknown,
+}
+
+impl Column {
+    /// The name in messages.
+    pub(super) fn name(self) -> String {
+        match self {
+            Self::Radius => "radius",
+            Self::Gap => "thickness",
+            Self::Index | Self::Glass => "index or glass",
+            Self::Abbe => "Abbe number",
+            Self::Diameter => "diameter",
+            Self::SemiDiameter => "semi-diameter",
+            Self::Obstruction => "obstruction",
+            Self::Conic => "conic constant",
+            Self::Term(power) => return format!("coefficient of r^{power}"),
+            Self::Ignored => "a column that is not needed",
+            Self::Unknown => "an unknown column",
+        }
+        .to_owned()
+    }
+
+    /// Whether the column is that of the clear apertures.
+    pub(super) fn is_aperture(self) -> bool {
+        matches!(self, Self::Diameter | Self::SemiDiameter)
+    }
+}
+
+/// The names of columns in messages, with commas between them.
+pub(super) fn names(columns: &[Column]) -> String {
+    let names: Vec<String> = columns.iter().map(|column| column.name()).collect();
+    names.join(", ")
 }
 
 /// What a heading says.
@@ -25,6 +63,8 @@ pub(super) enum Column {
 pub(super) struct Heading {
     /// The columns from left to right.
     pub(super) columns: Vec<Column>,
+    /// The words that name them, in small letters.
+    pub(super) words: Vec<String>,
     /// What the word above the column of gaps means, if it has one meaning.
     pub(super) gap: Option<Gap>,
     /// Whether the word above the apertures says that they are diameters, or semi-diameters.
@@ -32,7 +72,8 @@ pub(super) struct Heading {
 }
 
 /// Names of several words, and the word that stands for each.
-const PHRASES: [(&str, &str); 10] = [
+const PHRASES: [(&str, &str); 11] = [
+    ("conic constant", "conic"),
     ("radius of curvature", "radius"),
     ("curvature radius", "radius"),
     ("clear aperture", "aperture"),
@@ -45,8 +86,25 @@ const PHRASES: [(&str, &str); 10] = [
     ("housing radius", "semi-diameter"),
 ];
 
-/// Reads a heading: words that name at least the radius and the gap. None for any other text.
+/// Reads a heading: words of which most name columns, among them the radius and the gap. None for
+/// any other text.
 pub(super) fn heading(text: &str) -> Option<Heading> {
+    let heading = words_of_columns(text)?;
+    // A sentence has words that name no column; a heading begins with one that does.
+    let is_named = |column: &&Column| !matches!(column, Column::Ignored | Column::Unknown);
+    let named = heading.columns.iter().filter(is_named).count();
+    (2 * named > heading.columns.len()).then_some(heading)
+}
+
+/// Reads the comment above the first row as a heading, although most of its words are unknown: it
+/// begins with the radius and has as many words as the row has cells.
+pub(super) fn heading_above(comment: &str, cells: usize) -> Option<Heading> {
+    let begins = |h: &Heading| h.columns.len() == cells && h.columns[0] == Column::Radius;
+    words_of_columns(comment).filter(begins)
+}
+
+/// The columns that the words of a text name, if the radius and the gap are among them.
+fn words_of_columns(text: &str) -> Option<Heading> {
     let mut text = text.to_ascii_lowercase();
     for (phrase, word) in PHRASES {
         text = text.replace(phrase, word);
@@ -57,8 +115,6 @@ pub(super) fn heading(text: &str) -> Option<Heading> {
         .filter(|w| !w.starts_with(['(', '[']) && !w.ends_with([')', ']']))
         .collect();
     let mut columns: Vec<Column> = words.iter().map(|word| column(word)).collect();
-    // A sentence has words that name no column; a heading begins with one that does.
-    let named = columns.iter().filter(|c| **c != Column::Ignored).count();
     let glass = match columns.contains(&Column::Index) {
         true => Column::Ignored,
         false => Column::Index,
@@ -67,7 +123,7 @@ pub(super) fn heading(text: &str) -> Option<Heading> {
         *column = glass;
     }
     let has = |column| columns.contains(&column);
-    if !has(Column::Radius) || !has(Column::Gap) || 2 * named <= columns.len() {
+    if !has(Column::Radius) || !has(Column::Gap) {
         return None;
     }
     let at = columns.iter().position(|c| *c == Column::Gap)?;
@@ -81,6 +137,7 @@ pub(super) fn heading(text: &str) -> Option<Heading> {
     Some(Heading {
         gap,
         diameters_are_certain: words.iter().any(is_certain) || has(Column::SemiDiameter),
+        words: words.iter().map(|word| (*word).to_owned()).collect(),
         columns,
     })
 }
@@ -98,8 +155,21 @@ fn column(word: &str) -> Column {
         "obstruction" | "obscuration" => Column::Obstruction,
         "semi-diameter" | "semi-aperture" | "semi_aperture" | "semidiameter" | "sd" | "semi_ap"
         | "housing-radius" => Column::SemiDiameter,
-        _ => Column::Ignored,
+        "conic" | "k" | "cc" | "conic-constant" => Column::Conic,
+        "surface" | "surf" | "srf" | "no" | "nr" | "num" | "number" | "i" | "s" | "id"
+        | "element" | "group" => Column::Ignored,
+        other => term(other).unwrap_or(Column::Unknown),
     }
+}
+
+/// `a4` is the coefficient of r⁴. `a1` and `a2` are terms of first powers in some tables and the
+/// first terms of a list in others.
+fn term(word: &str) -> Option<Column> {
+    let power = word.strip_prefix('a')?.trim_start_matches('_');
+    let power: usize = power.parse().ok()?;
+    (3..=MAX_POWER)
+        .contains(&power)
+        .then_some(Column::Term(power))
 }
 
 /// The four columns of pbrt, and the two orders of five.

@@ -38,7 +38,8 @@ fn line<'a>(text: &'a str) -> impl Parser<&'a str, Output = Line<'a>, Error = Fa
     let blank = || take_while(|c| is_blank(c) && !is_line_end(c));
     let cell = take_till1(|c| is_blank(c) || c == '#').map(|cell: &'a str| Cell {
         word: Word::at(text, cell, 0),
-        number: cell.parse().ok(),
+        // Texts of patents have the sign of typography.
+        number: cell.replace('\u{2212}', "-").parse().ok(),
     });
     let cells = terminated(many0(preceded(blank(), cell)), blank());
     let comment = preceded(char('#'), take_till(is_line_end));

@@ -6,8 +6,9 @@
 //! stays in it (pbrt assumes air). `#` starts a comment; header words are skipped; commas count as
 //! blanks.
 //!
-//! A heading may name the columns in another order and add an Abbe number and the name of a glass
-//! (`columns`). What the file does not state is decided by evidence: the meaning of the second
+//! A heading may name the columns in another order and add an Abbe number, the name of a glass, a
+//! conic constant and the coefficients of an asphere (`columns`), and cells of them may be missing
+//! (`row`). What the file does not state is decided by evidence: the meaning of the second
 //! column (`gap`), the order of five columns without a heading, and whether apertures are diameters
 //! or semi-diameters.
 //!
@@ -17,6 +18,7 @@ mod columns;
 mod gap;
 mod lines;
 mod reader;
+mod row;
 #[cfg(test)]
 mod tests;
 

@@ -1,40 +1,24 @@
 //! Reads the rows of a table and makes the lens of them.
 
-use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
+use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::about::About;
-use crate::prescription::formats::dat::columns::{self, Column, FOUR, Heading};
+use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
+use crate::prescription::formats::dat::columns::{self, Heading};
 use crate::prescription::formats::dat::gap::{self, Candidate, Stated};
 use crate::prescription::formats::dat::lines::{Cell, lines};
+use crate::prescription::formats::dat::row::{Row, parsed_rows};
 use crate::prescription::formats::format::{Format, Gap};
-use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::{D_LINE, Medium};
 use crate::prescription::prescription::{self, Prescription};
 use crate::prescription::surface::Surface;
-
-/// The help of a row that cannot be read.
-const ROW: &str = "a row is: radius, thickness, index, aperture diameter";
 
 /// The lines of a table, sorted.
 struct Table<'a> {
     notes: Vec<String>,
     heading: Option<Heading>,
     rows: Vec<Vec<Cell<'a>>>,
-}
-
-/// A row of the table. A column that the file leaves empty is `None`.
-struct Row {
-    radius: f64,
-    gap: f64,
-    index: Option<f64>,
-    /// The glass that the file names in place of its index.
-    glass: Option<Medium>,
-    diameter: f64,
-    /// The diameter that is closed in the middle.
-    obstruction: f64,
-    is_mirror: bool,
-    abbe: Option<f64>,
-    spans: Places,
 }
 
 /// The four columns of the paper and of pbrt, and those of ISET, which have a focal length above
@@ -60,18 +44,27 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     file.check_count(rows.len())?;
     let rows = parsed_rows(file, &rows, heading.as_ref())?;
     let unit = unit(file)?;
+    let beam = beam(file, &notes, &rows)?;
     let stated = Stated {
         heading: heading.as_ref().and_then(|h| h.gap),
-        focal_length: stated_focal_length(&notes).map(|f| f / unit),
+        focal_length: stated_focal_length(&notes).map(|(f, _)| f / unit),
     };
-    let Candidate { gap, mut lens } = candidate(file, &rows, &notes, stated, unit, sink);
+    let Candidate { gap, mut lens } = candidate(file, &rows, &notes, beam, stated, unit, sink);
     lens.image_height = About::of(&lens).image_height;
     if !heading.is_some_and(|h| h.diameters_are_certain) {
         double_semi_diameters(&mut lens, rows.first().map(|row| row.spans[3]), sink);
     }
+    warn_of_focal_length(file, &lens, unit, sink);
+    note_f_number(&mut lens, beam, NOMINAL_F_NUMBER);
+    let derived: Vec<usize> = (0..rows.len()).filter(|&i| is_open(&rows[i])).collect();
+    if !derived.is_empty() {
+        let message = "apertures that the table leaves out are those of its beam";
+        sink.note(rows[derived[0]].spans[3], message);
+    }
     let draft = Draft {
         lens,
         places: rows.iter().map(|row| row.spans).collect(),
+        derived,
         ..file.draft(None)
     };
     let lens = file.finish(draft, sink)?;
@@ -81,12 +74,45 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
 }
 
+fn is_open(row: &Row) -> bool {
+    row.diameter.is_infinite()
+}
+
+/// The beam that the comments state, which gives rows their apertures where they have none.
+///
+/// # Errors
+///
+/// Returns an error if a row needs the beam and the comments do not state it.
+fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[Row]) -> Result<Beam> {
+    let about = About::of_notes(notes);
+    let f_number = stated_f_number(notes);
+    let beam = Beam {
+        f_number: f_number.map(|(value, _)| value),
+        stated: f_number.map(|(_, note)| file.find(note)),
+        half_field: 0.5 * about.field_degrees.unwrap_or(0.0).abs(),
+        image_height: about.image_height,
+        ..Beam::default()
+    };
+    let has_field = beam.half_field > 0.0 || beam.image_height.is_some();
+    match rows.iter().find(|row| is_open(row)) {
+        Some(row) if beam.f_number.is_none() || !has_field => {
+            let message = "this row has no aperture, and the table does not state its beam";
+            let help = "a column `diameter` or `semi-diameter` has the apertures; without one, \
+                        comments above the table state the beam: `# f-number: 2.8` and \
+                        `# field: 40 degrees`, the whole angle";
+            Err(file.refuse(row.spans[3], message, help))
+        }
+        _ => Ok(beam),
+    }
+}
+
 /// The lens of the rows, with the meaning of the second column that the user gives or that the
 /// evidence speaks for.
 fn candidate(
     file: PrescriptionReader<'_>,
     rows: &[Row],
     notes: &[String],
+    beam: Beam,
     stated: Stated,
     unit: f64,
     sink: &mut Sink,
@@ -97,6 +123,7 @@ fn candidate(
         if lens.has_mirrors() {
             lens = lens.folded();
         }
+        fill(&mut lens, beam);
         lens.notes = notes.to_vec();
         Candidate { gap, lens }
     };
@@ -121,6 +148,7 @@ fn table(text: &str) -> Table<'_> {
         heading: None,
         rows: Vec::new(),
     };
+    let mut above = "";
     for line in lines(text) {
         match columns::heading(line.comment) {
             Some(heading) => table.heading = Some(heading),
@@ -137,8 +165,14 @@ fn table(text: &str) -> Table<'_> {
                 let note = format!("focal length as listed: {}", cell.word.text);
                 table.notes.push(note);
             }
-            _ => table.rows.push(line.cells),
+            cells => {
+                if table.rows.is_empty() && table.heading.is_none() {
+                    table.heading = columns::heading_above(above, cells.len());
+                }
+                table.rows.push(line.cells);
+            }
         }
+        above = line.comment;
     }
     table
 }
@@ -173,7 +207,7 @@ fn report(decision: &gap::Decision, stated: Stated, place: Span, unit: f64, sink
 /// Takes apertures for semi-diameters if the file states an f-number and they would otherwise give
 /// one that is twice as large.
 fn double_semi_diameters(lens: &mut Prescription, place: Option<Span>, sink: &mut Sink) {
-    let Some(stated) = stated_f_number(&lens.notes) else {
+    let Some((stated, _)) = stated_f_number(&lens.notes) else {
         return;
     };
     let Some(found) = lens.first_order(D_LINE).f_number() else {
@@ -193,11 +227,12 @@ fn double_semi_diameters(lens: &mut Prescription, place: Option<Span>, sink: &mu
     }
 }
 
-/// The focal length that a comment states: `focal length: 50 mm`, `EFFECTIVE FOCAL LENGTH = 50`.
-fn stated_focal_length(notes: &[String]) -> Option<f64> {
-    let stated = |note: &String| {
-        let note = note.to_ascii_lowercase();
-        let (before, after) = note.split_once("focal length")?;
+/// The focal length in millimeters that a comment states, and the comment: `focal length: 50 mm`,
+/// `EFFECTIVE FOCAL LENGTH = 50`.
+fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
+    let stated = |note: &'_ String| {
+        let text = note.to_ascii_lowercase();
+        let (before, after) = text.split_once("focal length")?;
         let is_another =
             before.trim_end().ends_with("back") || before.trim_end().ends_with("front");
         let number = after
@@ -205,11 +240,12 @@ fn stated_focal_length(notes: &[String]) -> Option<f64> {
             .find_map(|word| word.parse::<f64>().ok());
         number.filter(|f| *f > 0.0 && !is_another)
     };
-    notes.iter().find_map(stated)
+    notes.iter().find_map(|note| Some((stated(note)?, &**note)))
 }
 
-/// The f-number that a comment states: `f-number: 2.8`, or `F/2.8` among other words.
-fn stated_f_number(notes: &[String]) -> Option<f64> {
+/// The f-number that a comment states, and the comment: `f-number: 2.8`, or `F/2.8` among other
+/// words.
+fn stated_f_number(notes: &[String]) -> Option<(f64, &str)> {
     let number = |text: &str| {
         let end = text
             .find(|c: char| !matches!(c, '0'..='9' | '.'))
@@ -222,7 +258,37 @@ fn stated_f_number(notes: &[String]) -> Option<f64> {
         let in_words = words.find_map(|word| number(word.strip_prefix("f/")?));
         in_words.or_else(|| number(note.strip_prefix("f-number:")?.trim()))
     };
-    notes.iter().find_map(stated)
+    notes.iter().find_map(|note| Some((stated(note)?, &**note)))
+}
+
+/// The relative difference from a stated focal length that counts as a contradiction. Nominal focal
+/// lengths are rounded.
+const NOMINAL_FOCAL_LENGTH: f64 = 0.02;
+
+/// The relative difference from a stated f-number that counts as a contradiction: a nominal one is
+/// rounded, and apertures are often some percent wider than the beam.
+const NOMINAL_F_NUMBER: f64 = 0.1;
+
+/// Warns of a stated focal length that is not that of the surfaces.
+fn warn_of_focal_length(
+    file: PrescriptionReader<'_>,
+    lens: &Prescription,
+    unit: f64,
+    sink: &mut Sink,
+) {
+    let Some((stated, note)) = stated_focal_length(&lens.notes) else {
+        return;
+    };
+    let Some(focal) = lens.first_order(D_LINE).focal else {
+        return;
+    };
+    let found = focal.efl * unit;
+    if (found.abs() / stated - 1.0).abs() > NOMINAL_FOCAL_LENGTH {
+        let message =
+            format!("the table states a focal length of {stated} mm, but its rows have {found:.2}");
+        sink.warn(file.find(note), message)
+            .help("is a digit of a radius, thickness or index wrong? ivcam uses what the rows say");
+    }
 }
 
 /// The length in millimeters of the unit that a comment such as `units: cm` names.
@@ -243,151 +309,6 @@ fn is_heading(comment: &str) -> bool {
         && words.next().is_some()
 }
 
-/// Makes rows of the cells of all lines.
-fn parsed_rows(
-    file: PrescriptionReader<'_>,
-    lines: &[Vec<Cell<'_>>],
-    heading: Option<&Heading>,
-) -> Result<Vec<Row>> {
-    let named = heading.map_or(&[][..], |h| &h.columns);
-    let by_value = columns::order_of_five(lines);
-    let mut rows: Vec<Row> = Vec::with_capacity(lines.len());
-    let mut before = 1.0;
-    for cells in lines {
-        let columns = match cells.len() {
-            n if n == named.len() && n >= 4 => named,
-            5 => by_value.unwrap_or(&FOUR),
-            _ => &FOUR,
-        };
-        let row = row(file, cells, before, columns)?;
-        before = row.index.unwrap_or(before);
-        rows.push(row);
-    }
-    // zoic writes air as an index of 0, on curved surfaces too. A stop is then a plane in air.
-    if rows.iter().any(|row| row.index == Some(0.0)) {
-        rows.iter_mut().for_each(|row| {
-            let air = row.index.is_none_or(|n| n == 0.0);
-            row.index = if air { Some(1.0) } else { row.index };
-        });
-    }
-    Ok(rows)
-}
-
-/// A number of a row, with the column that it is of.
-struct Value {
-    column: Column,
-    number: f64,
-    /// The glass whose index the number is.
-    glass: Option<Medium>,
-    span: Span,
-    is_mirror: bool,
-}
-
-/// Makes a row of the cells of a line. `before` is the refractive index in front of it.
-fn row(
-    file: PrescriptionReader<'_>,
-    cells: &[Cell<'_>],
-    before: f64,
-    columns: &[Column],
-) -> Result<Row> {
-    let mut values = values(file, cells, before, columns)?;
-    let abbe = values.iter().rfind(|v| v.column == Column::Abbe);
-    let abbe = abbe.map(|v| v.number).filter(|abbe| *abbe > 0.0);
-    let obstruction = values.iter().find(|v| v.column == Column::Obstruction);
-    let obstruction = obstruction.map_or(0.0, |v| v.number);
-    values.retain(|v| !matches!(v.column, Column::Abbe | Column::Obstruction));
-    let at = |columns: &[Column]| values.iter().position(|v| columns.contains(&v.column));
-    let named = (
-        at(&[Column::Radius]),
-        at(&[Column::Gap]),
-        at(&[Column::Index]),
-        at(&[Column::Diameter, Column::SemiDiameter]),
-    );
-    let numbers: Vec<f64> = values.iter().map(|v| v.number).collect();
-    // Which of the values are the radius, the gap, the index and the diameter.
-    let (at, is_stop) = match (named, &numbers[..]) {
-        // A stop with an index of 0 does not change the medium.
-        ((Some(r), Some(t), Some(n), Some(d)), [_, _, _, _]) => {
-            ([r, t, n, d], numbers[n] == 0.0 && numbers[r] == 0.0)
-        }
-        // The paper's stop has no radius, and the index of the medium before it.
-        (_, [_, index, _]) if *index == before => ([0, 0, 1, 2], true),
-        // A stop with a radius of 0 and no index.
-        (_, [0.0, _, _]) => ([0, 1, 1, 2], true),
-        _ => return Err(wrong_count(file, &values)),
-    };
-    let [radius, gap, index, aperture] = at.map(|i| values[i].number);
-    let glass = values.iter().find_map(|v| v.glass.clone());
-    let is_mirror = values.iter().any(|v| v.is_mirror);
-    let is_half = values.iter().any(|v| v.column == Column::SemiDiameter);
-    Ok(Row {
-        radius: if is_stop { 0.0 } else { radius },
-        gap,
-        index: (!is_stop).then_some(index),
-        glass,
-        diameter: if is_half { 2.0 * aperture } else { aperture },
-        obstruction,
-        is_mirror,
-        abbe,
-        spans: at.map(|i| values[i].span),
-    })
-}
-
-/// The numbers of a row. A row of another length than the columns is a stop without some of them:
-/// its numbers count as radii. `before` is the index in front of it, which a mirror keeps.
-fn values(
-    file: PrescriptionReader<'_>,
-    cells: &[Cell<'_>],
-    before: f64,
-    columns: &[Column],
-) -> Result<Vec<Value>> {
-    let in_order = cells.len() == columns.len();
-    let mut values = Vec::with_capacity(cells.len());
-    for (i, cell) in cells.iter().enumerate() {
-        let column = if in_order { columns[i] } else { Column::Radius };
-        let mut glass = None;
-        let is_mirror = column == Column::Index && cell.word.is("mirror");
-        let number = match cell.number {
-            _ if column == Column::Ignored => continue,
-            Some(number) if number.is_finite() => number,
-            Some(number) if number.is_infinite() && i == 0 => 0.0,
-            None if is_mirror => before,
-            None if cell.word.is("air") && column == Column::Index => 1.0,
-            None if column == Column::Index => {
-                let named = file.glass(cell.word.text, cell.word.span)?;
-                glass.insert(named).n_d
-            }
-            _ => {
-                let message = format!("`{}` is not a number", cell.word.text);
-                return Err(file.refuse(cell.word.span, message, ROW));
-            }
-        };
-        values.push(Value {
-            column,
-            number,
-            glass,
-            span: cell.word.span,
-            is_mirror,
-        });
-    }
-    Ok(values)
-}
-
-fn wrong_count(file: PrescriptionReader<'_>, values: &[Value]) -> Box<Diagnostic> {
-    let last = values.last().map_or(Span::at(0), |value| value.span);
-    let (few, span) = match values.get(4) {
-        Some(fifth) => ("too many", fifth.span),
-        None if values.len() < 4 => ("too few", Span::at(last.end as usize)),
-        None => ("too many", last),
-    };
-    let message = format!("{few} numbers in this row: {} instead of 4", values.len());
-    file.refuse(
-        span,
-        message,
-        format!("{ROW}; a heading may name more, such as `# radius thickness index abbe diameter`"),
-    )
-}
-
 /// Makes the lens of the rows, with these thicknesses.
 fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescription {
     let mut draft = file.draft(None);
@@ -400,7 +321,8 @@ fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescripti
         let surface = Surface::sphere(row.radius, *gap, medium, 0.5 * row.diameter);
         let surface = Surface {
             obstruction: 0.5 * row.obstruction,
-            is_stop: row.index.is_none(),
+            shape: row.shape(),
+            is_stop: row.is_marked || row.index.is_none(),
             is_mirror: row.is_mirror,
             span: row.spans[0],
             ..surface

@@ -7,6 +7,7 @@ use crate::prescription::formats::dat::reader;
 use crate::prescription::formats::format::{Gap, Reading};
 use crate::prescription::formats::reader::PrescriptionReader;
 use crate::prescription::prescription::Prescription;
+use crate::prescription::surface::polynomial;
 
 fn read(source: &Arc<Source>, gap: Option<Gap>, sink: &mut Sink) -> Result<Prescription> {
     let options = Reading {
@@ -324,4 +325,245 @@ fn a_table_of_too_many_rows_is_refused_as_a_limit() {
     let error = parse(&text).0.unwrap_err();
     assert_eq!(error.kind, ivcam_base::diag::ErrorKind::Limit);
     assert!(parse(&text["50 3 1.5 20\n-50 2 1 20\n".len()..]).0.is_ok());
+}
+
+#[test]
+fn a_heading_may_name_conic_constants_and_coefficients() {
+    let text = "# radius thickness glass semi-diameter conic A4 A6\n\
+                22 3 N-BK7 9.5 -0.5 1e-5 -2E-8\n0 1 0 5\n-40 30 1 9.5 0.25\n";
+    let lens = parse(text).0.unwrap();
+    let terms = polynomial([(4, 1e-5), (6, -2e-8)]);
+    assert_eq!(lens.surfaces[0].shape, Shape::Asphere { k: -0.5, terms });
+    assert_eq!(lens.surfaces[1].shape, Shape::Sphere);
+    assert_eq!(lens.surfaces[2].shape, Shape::Conic { k: 0.25 });
+    // Centimeters: 1e-5 cm\u{207b}\u{b3} are 1e-8 mm\u{207b}\u{b3}.
+    let lens = parse(&format!("# units: cm\n{text}")).0.unwrap();
+    assert!(
+        matches!(&lens.surfaces[0].shape, Shape::Asphere { terms, .. }
+            if (terms[4] / 1e-8 - 1.0).abs() < 1e-12)
+    );
+}
+
+#[test]
+fn a_column_that_is_not_read_is_refused_where_it_has_numbers() {
+    let row = |word: &str, value: &str| {
+        let text = format!(
+            "# radius thickness index semi-diameter {word}\n22 3 1.5 9.5 {value}\n-22 30 1 9 0\n"
+        );
+        parse(&text).0
+    };
+    for (word, help) in [
+        ("kappa", "1 + k"),
+        ("A2", "need .zmx"),
+        ("n_F", "need .zmx"),
+    ] {
+        let error = row(word, "0.5").unwrap_err();
+        let says = format!("the column `{}` is not read", word.to_lowercase());
+        assert_eq!(
+            (&*error.message, place(&error)),
+            (&*says, (2, 14)),
+            "{word}"
+        );
+        assert!(error.help.as_ref().unwrap().contains(help), "{error}");
+    }
+    // Most words of this heading are unknown.
+    let error = parse("# R d n_e V_e phi\n50 3 1.5 60 20\n-50 30 1 0 20\n").0;
+    assert!(error.unwrap_err().message.contains("`n_e` is not read"));
+    assert!(
+        parse("# No radius thickness index aperture\n1 22 3 1.5 9\n2 -22 30 1 9\n")
+            .0
+            .is_ok()
+    );
+}
+
+/// The same lens as a patent prints it, in several ways.
+#[test]
+fn a_table_of_a_patent_may_have_blanks_and_marks() {
+    let heading = "# radius thickness index abbe semi-diameter\n";
+    let plain = format!(
+        "{heading}22 3 1.5168 64.17 9.5\n-60 2 1 0 9\n0 4 0 0 5\n0 1 1.62 36.3 9\n30 40 1 0 9\n"
+    );
+    let bare = |text: &str| {
+        let mut lens = parse(text).0.unwrap_or_else(|e| panic!("{text}: {e}"));
+        lens.surfaces
+            .iter_mut()
+            .for_each(|s| s.span = Default::default());
+        lens
+    };
+    let right = bare(&plain);
+    assert_eq!(
+        (right.stop(), right.surfaces[2].semi_diameter),
+        (Some(2), 5.0)
+    );
+    for (air, stop, plane) in [
+        ("-60 2 1 9", "0 4 0 5", "\u{221e} 1 1.62 36.3 9"),
+        (
+            "\u{2212}60 2 1 - 9",
+            "\u{221e} 4 AIR stop 5",
+            "inf 1 1.62 36.3 9",
+        ),
+        ("-60 2 AIR - 9", "stop 4 1 - 5", "plano 1 1.62 36.3 9"),
+        ("-60 2 - - 9", "stop 4 5", "0 1 1.62 36.3 9"),
+        ("-60,2,1,,9", "\u{221e} 4 stop 5", "0 1 1.62 36.3 9"),
+        (
+            "-60 2 1 \u{2014} 9",
+            "\u{221e} 4 1 - 5 (stop)",
+            "0 1 1.62 36.3 9",
+        ),
+    ] {
+        let text = format!("{heading}22 3 1.5168 64.17 9.5\n{air}\n{stop}\n{plane}\n30 40 1 9\n");
+        assert_eq!(bare(&text), right, "{text}");
+    }
+    // A glass that is the stop keeps its radius and its index.
+    let lens = bare(
+        &plain
+            .replace("0 4 0 0 5\n", "")
+            .replace("64.17 9.5", "64.17 9.5 stop"),
+    );
+    assert_eq!(
+        (lens.stop(), lens.surfaces[0].medium.n_d),
+        (Some(0), 1.5168)
+    );
+    assert_eq!(lens.surfaces[0].curvature.radius(), 22.0);
+}
+
+#[test]
+fn a_row_that_does_not_fit_its_heading_says_what_the_heading_means() {
+    for (text, says, help) in [
+        (
+            "# radius thickness index abbe diameter\n50 3 1.5 20\n-50 40 1 0 20\n",
+            "too few numbers in this row: 4 instead of 5",
+            "radius, thickness, index or glass, Abbe number, diameter; write `-`",
+        ),
+        (
+            "# r d n D\n50 3 1.5 20\n",
+            "names the column of `d` twice: thickness",
+            "radius, thickness, index or glass, thickness; `diameter`",
+        ),
+        (
+            "# r d D semi-diameter abbe\n50 3 1.5 20 60\n",
+            "names the column of `d` twice",
+            "apertures",
+        ),
+        (
+            "# radius thickness index abbe semi-diameter k\n50 3 1.5 60 9 0\n-50 40 1 9 0.5\n",
+            "may lack one cell or another",
+            "write `-`",
+        ),
+        (
+            "# radius thickness aperture\n50 3 20\n",
+            "no column of indices",
+            "radius, thickness, diameter;",
+        ),
+    ] {
+        let error = parse(text).0.unwrap_err();
+        assert!(error.message.contains(says), "{text}: {error}");
+        assert!(
+            error.help.as_ref().unwrap().contains(help),
+            "{text}: {error}"
+        );
+    }
+}
+
+/// A singlet of 100 mm behind its stop: paraxial arithmetic by hand.
+#[test]
+fn apertures_that_a_table_leaves_out_are_those_of_the_stated_beam() {
+    let table = "# r d nd vd\nstop 10\n\u{221e} 0 1.5 60\n-50 99 1\n";
+    let stated = "# f-number: 5\n# field: 20 degrees\n";
+    let (lens, sink) = parse(&format!("{stated}{table}"));
+    let halves: Vec<f64> = lens
+        .unwrap()
+        .surfaces
+        .iter()
+        .map(|s| s.semi_diameter)
+        .collect();
+    let edge = 10.0 + 10.0 * libm::tan(10_f64.to_radians());
+    assert!((halves[0] - 10.0).abs() < 1e-9, "{halves:?}");
+    assert!(
+        (halves[1] - edge).abs() < 1e-9 && (halves[2] - edge).abs() < 1e-9,
+        "{halves:?}"
+    );
+    assert!(
+        sink.items()
+            .iter()
+            .any(|d| d.message.contains("those of its beam"))
+    );
+    for lost in ["# f-number: 5\n", "# field: 20 degrees\n", ""] {
+        let error = parse(&format!("{lost}{table}")).0.unwrap_err();
+        assert!(error.message.contains("has no aperture"), "{error}");
+        assert!(
+            error
+                .help
+                .as_ref()
+                .unwrap()
+                .contains("`# field: 40 degrees`")
+        );
+    }
+    // `-` leaves one of them out.
+    let text =
+        format!("{stated}# r d nd vd diameter\nstop 10 - - 16\n0 0 1.5 60 -\n-50 99 1 - 30\n");
+    let halves = parse(&text)
+        .0
+        .unwrap()
+        .surfaces
+        .iter()
+        .map(|s| s.semi_diameter)
+        .collect::<Vec<_>>();
+    assert_eq!((halves[0], halves[2]), (8.0, 15.0));
+    assert!((halves[1] - edge).abs() < 1e-9, "{halves:?}");
+}
+
+/// The example of the guide, with a table of the same lens in which nothing is blank.
+#[test]
+fn the_blanks_of_air_in_a_printed_table_are_air() {
+    let blank = "# r d nd vd conic A4\n58 7.6 1.62041 60.33 -0.3 2.1e-7\n171 0.3\nstop 14\n-40 90 1 - 0.2 -\n";
+    let whole = "# r d nd vd conic A4\n58 7.6 1.62041 60.33 -0.3 2.1e-7\n171 0.3 1 0 0 0\n0 14 0 0 0 0\n-40 90 1 0 0.2 0\n";
+    let lens = |table: &str| {
+        let stated = "# f-number: 8\n# field: 10 degrees\n";
+        let mut lens = parse(&format!("{stated}{table}")).0.unwrap();
+        lens.surfaces
+            .iter_mut()
+            .for_each(|s| s.span = Default::default());
+        lens
+    };
+    assert_eq!(lens(blank), lens(whole));
+    // A glass that lost its index is not air, and no surface is between air and air.
+    for lost in ["58 7.6 60.33", "58 7.6"] {
+        let text = format!("# r d nd vd\n{lost}\n171 0.3\n");
+        assert!(
+            parse(&text).0.unwrap_err().message.contains("too few"),
+            "{lost}"
+        );
+    }
+}
+
+/// A singlet of 100 mm at f/5.
+#[test]
+fn a_stated_focal_length_that_the_rows_contradict_is_warned_of() {
+    let warned = |stated: &str| {
+        let (_, sink) = parse(&format!(
+            "# focal length: {stated} mm\n50 1 1.5 20\n0 99.3333 1 20\n"
+        ));
+        sink.items()
+            .iter()
+            .any(|d| d.message.contains("but its rows have 100.00"))
+    };
+    assert!(warned("97") && warned("103"));
+    assert!(!warned("99") && !warned("101.5"));
+}
+
+#[test]
+fn apertures_of_the_beam_that_cross_are_blamed_themselves() {
+    let table = "# r d nd vd\nstop 1\n20 2 1.5 60\n-20 90 1\n";
+    let help = |text: &str| {
+        let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+        let mut sink = Sink::new();
+        read(&source, Some(Gap::Next), &mut sink).unwrap();
+        let crossing = sink.items().iter().find(|d| d.message.contains("cross"));
+        crossing.map(|d| d.help.as_ref().unwrap().to_string())
+    };
+    let derived = help(&format!("# f-number: 1\n# field: 60 degrees\n{table}")).unwrap();
+    assert!(derived.contains("too wide"), "{derived}");
+    let given = help("0 1 0 30\n20 2 1.5 36\n-20 90 1 36\n").unwrap();
+    assert!(given.contains("the two radii"), "{given}");
 }
