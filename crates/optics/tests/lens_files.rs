@@ -9,9 +9,9 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Severity, Sink, Source};
 use ivcam_base::math::Meters;
 use ivcam_optics::lens::{FocusMethod, Lens, LensSheet, SheetSetting, open_prescription};
-use ivcam_optics::prescription::Reading;
 use ivcam_optics::prescription::formats;
 use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::{Prescription, Reading};
 
 use super::folder::Folder;
 
@@ -176,6 +176,140 @@ fn a_stated_f_number_may_be_that_of_real_rays_or_of_paraxial_ones() {
             .iter()
             .all(|n| found[0].contains(&format!("f/{n:.3}")));
         assert!(both, "{found:?}");
+    }
+}
+
+/// A doublet of Zemax with wavelengths, weights, a beam, a field and vignetting factors of its own.
+const SYSTEM: &str = "VERS 1\nMODE SEQ\nNAME a\nUNIT MM\nENPD 10\nFTYP 0 0 3 3 0 0 0\nXFLN 0 0 0\n\
+    YFLN 0 2.3 3.3\nVDYN 0 0 0.1\nVCYN 0 0 0.2\nWAVM 1 0.45 1\nWAVM 2 0.5876 2\nWAVM 3 0.6563 1\n\
+    PWAV 2\nSURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n\
+    SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.016\n  DISZ 6\n  GLAS SK16\n  DIAM 5\n\
+    SURF 2\n  TYPE STANDARD\n  CURV -0.0225\n  DISZ 2.5\n  GLAS ___BLANK 1 0 1.7 47.1\n  DIAM 6\n\
+    SURF 3\n  TYPE STANDARD\n  CURV -0.0075\n  DISZ 97\n  DIAM 6\n\
+    SURF 4\n  TYPE STANDARD\n  CURV 0\n  DISZ 0\n";
+
+fn read_text(name: &str, text: &str) -> (Prescription, Sink) {
+    let source = Arc::new(Source::new(name, text.as_bytes().to_vec()));
+    let mut sink = Sink::new();
+    let mut lens = formats::read(&source, &mut sink).unwrap_or_else(|e| panic!("{text}: {e}"));
+    let bare = |s: &mut ivcam_optics::prescription::Surface| s.span = Default::default();
+    lens.surfaces.iter_mut().for_each(bare);
+    lens.stated_f_number = None;
+    (lens, sink)
+}
+
+#[test]
+fn the_system_data_of_a_design_program_go_in_and_out() {
+    let (lens, sink) = read_text("a.zmx", SYSTEM);
+    let says = |words: &str| {
+        sink.items()
+            .iter()
+            .filter(|d| d.message.contains(words))
+            .count()
+    };
+    assert_eq!(says("vignetting factors are left out: VDYN, VCYN"), 1);
+    assert_eq!(says("n_d and V_d alone of SK16"), 1);
+    let (zemax, left_out) = write(&lens, Target::Zemax).unwrap();
+    assert!(left_out.is_empty(), "{left_out:?}");
+    for line in [
+        "ENPD 10",
+        "WAVM 1 0.45 1",
+        "WAVM 2 0.5875618 2",
+        "WAVM 3 0.6562725 1",
+        "PWAV 2",
+        "YFLN 0 2.31 3.3",
+        "  GLAS SK16 0 0 1.62041 60.33",
+        "  GLAS ___BLANK 1 0 1.7 47.1 0 0 0 0 0 0",
+    ] {
+        assert!(zemax.lines().any(|found| found == line), "{line}: {zemax}");
+    }
+    assert_eq!(read_text("a.zmx", &zemax).0, lens);
+    let json = write(&lens, Target::Json).unwrap().0;
+    assert_eq!(read_text("a.json", &json).0, lens);
+    assert!(json.contains("\"V_d\": 47.1,"), "{json}");
+    let (code_v, _) = write(&lens, Target::CodeV).unwrap();
+    for line in [
+        "WL 656.2725 587.5618 450",
+        "REF 2",
+        "WTW 1 2 1",
+        "EPD 10",
+        "YAN 0 2.31 3.3",
+    ] {
+        assert!(
+            code_v.lines().any(|found| found == line),
+            "{line}: {code_v}"
+        );
+    }
+    assert!(
+        code_v.contains(" 1.62041:60.33\n") && code_v.contains(" 1.7:47.1\n"),
+        "{code_v}"
+    );
+    let (back, _) = read_text("a.seq", &code_v);
+    assert_eq!(back.stated_beam, lens.stated_beam);
+    assert_eq!(back.half_field, lens.half_field);
+    // The order of the others is that of the file.
+    let pairs = |lens: &Prescription| {
+        let pairs = lens.wavelengths_nm.iter().zip(&lens.wavelength_weights);
+        let mut pairs: Vec<(f64, f64)> = pairs.map(|(nm, weight)| (*nm, *weight)).collect();
+        pairs[1..].sort_by(|a, b| a.0.total_cmp(&b.0));
+        pairs
+    };
+    assert_eq!(
+        pairs(&back),
+        [(587.5618, 2.0), (450.0, 1.0), (656.2725, 1.0)]
+    );
+    assert_eq!(pairs(&lens), pairs(&back));
+}
+
+/// Half of the lens has half of the pupil; one that is stopped down has none that is stated.
+#[test]
+fn a_changed_lens_states_the_beam_that_it_has() {
+    let (lens, _) = read_text("a.zmx", SYSTEM);
+    let half = write(&lens.scaled(0.5), Target::Zemax).unwrap().0;
+    assert!(half.contains("\nENPD 5\n"), "{half}");
+    let closed = Lens::new(lens)
+        .with_stop(ivcam_base::math::Mm(2.0))
+        .unwrap();
+    let closed = write(closed.prescription(), Target::Zemax).unwrap().0;
+    assert!(
+        closed.contains("\nFLOA\n") && !closed.contains("ENPD"),
+        "{closed}"
+    );
+}
+
+#[test]
+fn what_is_left_out_of_a_lens_of_code_v_is_said() {
+    let text = "RDM;LEN\nDIM M\nFNO 5\nWL 656.3 587.6 486.1\nREF 2\nWTW 1 2 1\nYRI 0 7 10\n\
+        VUY 0 0 0.1\nVLY 0 0 0.2\nSO 0 1e14\nS 50 1 500.600\n STO\n CIR 10\nS 0 99 \n CIR 10\nSI 0 -0.1\nGO\n";
+    let (lens, sink) = read_text("a.seq", text);
+    for words in [
+        "vignetting factors are left out",
+        "the defocus of -0.1 at the image",
+    ] {
+        let found = sink.items().iter().filter(|d| d.message.contains(words));
+        assert_eq!(found.count(), 1, "{words}");
+    }
+    let (code_v, left_out) = write(&lens, Target::CodeV).unwrap();
+    assert!(left_out.is_empty(), "{left_out:?}");
+    for line in ["FNO 5", "WTW 1 2 1", "YRI 0 7 10"] {
+        assert!(
+            code_v.lines().any(|found| found == line),
+            "{line}: {code_v}"
+        );
+    }
+    let zemax = write(&lens, Target::Zemax).unwrap().0;
+    assert!(
+        zemax.contains("FTYP 3 0 3 3 ") && zemax.contains("YFLN 0 7 10\n"),
+        "{zemax}"
+    );
+    // A lens without a field: fields of 0, and a line that says so.
+    let (lens, _) = read_text("a.dat", "50 1 1.5 20\n0 99 1 20\n");
+    for target in [Target::Zemax, Target::CodeV] {
+        let left_out = write(&lens, target).unwrap().1;
+        assert!(
+            left_out.iter().any(|what| what.contains("the field")),
+            "{left_out:?}"
+        );
     }
 }
 

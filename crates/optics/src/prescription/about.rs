@@ -103,6 +103,7 @@ mod tests {
     use super::*;
     use crate::lens::{Lens, LensRay, Toward, shipped_names};
     use glam::DVec3;
+    use ivcam_base::diag::{Diagnostic, Severity};
 
     fn shipped() -> Vec<(Lens, About)> {
         let open = |name| {
@@ -165,7 +166,10 @@ mod tests {
         for name in shipped_names() {
             let mut sink = ivcam_base::diag::Sink::new();
             Lens::open_with(name, &mut sink).unwrap();
-            assert!(sink.items().is_empty(), "{name}: {}", sink.items()[0]);
+            // A glass that is known by n_d and V_d alone is noted.
+            let is_warning = |d: &&Diagnostic| d.severity != Severity::Note;
+            let warning = sink.items().iter().find(is_warning);
+            assert!(warning.is_none(), "{name}: {}", warning.unwrap());
         }
     }
 

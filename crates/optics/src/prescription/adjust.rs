@@ -74,6 +74,7 @@ impl Prescription {
         }
         let mut stopped = self.clone();
         stopped.surfaces[stop].semi_diameter = semi_diameter.0;
+        stopped.stated_beam = None;
         Ok(stopped)
     }
 }

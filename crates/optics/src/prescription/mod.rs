@@ -31,5 +31,5 @@ pub use decenter::{Decenter, SurfaceFrame};
 pub use first_order::{FirstOrder, Focal, Pupil};
 pub use formats::{Gap, Reading};
 pub use glass::{Catalogue, Coating, Medium};
-pub use prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
+pub use prescription::{FocusGroup, Iris, Prescription, StatedBeam, ZoomPosition};
 pub use surface::{Curvature, Plane, Shape, Surface};

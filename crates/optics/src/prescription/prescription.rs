@@ -6,8 +6,9 @@ use glam::DVec2;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
 
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
+use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
-use crate::prescription::glass::medium::Medium;
+use crate::prescription::glass::medium::{Dispersion, Medium};
 use crate::prescription::surface::{Shape, Surface};
 
 /// A lens as its designer specifies it: the surfaces in the order in which light meets them, and
@@ -32,6 +33,11 @@ pub struct Prescription {
     pub half_field: Option<f64>,
     /// The wavelengths that the file states, in nanometers, the primary one first.
     pub wavelengths_nm: Vec<f64>,
+    /// The weights of these wavelengths; empty if the file states none. Only writers use them.
+    pub wavelength_weights: Vec<f64>,
+    /// The axial beam that the file states by numbers of its format, for writers: the apertures
+    /// decide what is traced.
+    pub stated_beam: Option<StatedBeam>,
     /// The positions of a zoom lens; empty for a lens of one focal length.
     pub zoom: Vec<ZoomPosition>,
     /// The surfaces that move for focusing; none if the whole lens moves.
@@ -40,6 +46,15 @@ pub struct Prescription {
     pub iris: Iris,
     /// The f-number that the file states, if that of paraxial rays through the apertures differs.
     pub stated_f_number: Option<StatedFNumber>,
+}
+
+/// The axial beam that a file states.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StatedBeam {
+    /// The diameter of the entrance pupil in millimeters.
+    EntrancePupil(f64),
+    /// The f-number of the image.
+    FNumber(f64),
 }
 
 /// An f-number that a file states beside the apertures.
@@ -108,6 +123,8 @@ impl Prescription {
             image_height: None,
             half_field: None,
             wavelengths_nm: Vec::new(),
+            wavelength_weights: Vec::new(),
+            stated_beam: None,
             zoom: Vec::new(),
             focus_group: None,
             iris: Iris::Round,
@@ -171,6 +188,10 @@ impl Prescription {
             surfaces: self.surfaces.iter().map(|s| s.scaled(factor)).collect(),
             image_height: self.image_height.map(|h| h * factor),
             zoom: self.zoom.iter().map(scale).collect(),
+            stated_beam: self.stated_beam.map(|beam| match beam {
+                StatedBeam::EntrancePupil(diameter) => StatedBeam::EntrancePupil(diameter * factor),
+                StatedBeam::FNumber(_) => beam,
+            }),
             ..self.clone()
         }
     }
@@ -284,6 +305,7 @@ impl Prescription {
                 .map_or_else(Medium::air, |s| s.medium.clone()),
             zoom: Vec::new(),
             focus_group: None,
+            stated_beam: None,
             ..self.clone()
         }
     }
@@ -312,6 +334,7 @@ impl Prescription {
             .with_help(help));
         };
         let mut lens = self.clone();
+        lens.stated_beam = None;
         for &(surface, gap) in &zoom.gaps {
             if let Some(surface) = lens.surfaces.get_mut(surface) {
                 surface.thickness = gap;
@@ -453,6 +476,7 @@ pub(crate) fn check(
              a stop is a row with radius 0 and index 0",
             );
     }
+    note_two_terms(prescription, sink, &place);
     for (i, surface) in prescription.surfaces.iter_mut().enumerate() {
         clamp_to_radius(i, surface, sink, &place);
     }
@@ -624,6 +648,29 @@ fn check_mirrors(
             .help("an obstruction shades the beam as the second mirror and the film do");
     }
     Ok(())
+}
+
+/// Notes the glasses that are in the table with n_d and V_d alone.
+fn note_two_terms(lens: &Prescription, sink: &mut Sink, place: &impl Fn(usize, Column) -> Span) {
+    let mut names: Vec<&str> = Vec::new();
+    let mut first = None;
+    for (i, surface) in lens.surfaces.iter().enumerate() {
+        let glass = &surface.medium;
+        let by_two = matches!(glass.dispersion, Dispersion::Cauchy { .. });
+        let is_named = by_two && !glass.name.is_empty() && !names.contains(&&*glass.name);
+        if is_named && Catalogue::builtin().find(&glass.name) == Some(glass) {
+            names.push(&glass.name);
+            first = first.or(Some(i));
+        }
+    }
+    if let Some(first) = first {
+        let message = format!(
+            "the table has n_d and V_d alone of {}: other indices are those of a two-term formula",
+            names.join(", ")
+        );
+        sink.note(place(first, Column::Index), message)
+            .help("for the whole curve: --glass-catalogue FILE.agf");
+    }
 }
 
 /// A cap cannot be wider than its sphere: rays outside it miss in any case.

@@ -16,6 +16,9 @@
 //! `decenter` in mm and `tilt` in degrees, each [x, y, z], are those of the surface against the
 //! axis in front of it, `decenter_after` and `tilt_after` those of the axis behind it against the
 //! surface; see [`Decenter`].
+//! `h_max` is half of the film's diagonal, `half_field_deg` half of the field. `entrance_pupil` or
+//! `image_f_number`, `wavelengths_nm`, the primary one first, and `wavelength_weights` are those of
+//! a file of a design program; apertures decide what is traced.
 //! `coating` is none, mgf2 or ideal. It belongs to a surface or, beside `surfaces`, to all surfaces
 //! without one.
 
@@ -35,7 +38,7 @@ use crate::prescription::formats::origin::at_zoom_list;
 use crate::prescription::formats::reader::{PrescriptionReader, spelling};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
-use crate::prescription::prescription::{FocusGroup, Iris, Prescription, ZoomPosition};
+use crate::prescription::prescription::{FocusGroup, Iris, Prescription, StatedBeam, ZoomPosition};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface, polynomial};
 
 const KINDS: [&str; 10] = [
@@ -80,6 +83,11 @@ struct LensFields {
     n_object: Option<f64>,
     object_medium: Option<Map<String, Value>>,
     h_max: Option<f64>,
+    half_field_deg: Option<f64>,
+    entrance_pupil: Option<f64>,
+    image_f_number: Option<f64>,
+    wavelengths_nm: Vec<f64>,
+    wavelength_weights: Vec<f64>,
     coating: Option<Value>,
     iris: Option<IrisFields>,
     zoom: Option<Vec<ZoomFields>>,
@@ -232,6 +240,12 @@ impl LensJsonReader<'_> {
         }
         draft.lens.notes = notes(root);
         draft.lens.image_height = stated.h_max.filter(|h| *h > 0.0);
+        draft.lens.half_field = stated.half_field_deg.filter(|a| *a > 0.0);
+        let positive = |value: Option<f64>| value.filter(|v| *v > 0.0);
+        let pupil = positive(stated.entrance_pupil).map(StatedBeam::EntrancePupil);
+        let beam = pupil.or(positive(stated.image_f_number).map(StatedBeam::FNumber));
+        draft.lens.stated_beam = beam;
+        draft.state_wavelengths(&stated.wavelengths_nm, &stated.wavelength_weights, 0);
         draft.lens.iris = self.iris(stated.iris.unwrap_or_default())?;
         draft.lens.zoom = self.zoom(stated.zoom.unwrap_or_default(), rows.len())?;
         draft.lens.focus_group = self.focus_group(stated.focus_group, rows.len())?;

@@ -141,5 +141,5 @@ fn state_wavelengths(draft: &mut Draft, root: &Value) {
     let nanometers = |row: &Value| finite(row.get("Value")).map_or(f64::NAN, |um| 1e3 * um);
     let all: Vec<f64> = list.iter().map(nanometers).collect();
     let primary = list.iter().position(|row| row["IsPrimary"] == true);
-    draft.state_wavelengths(&all, primary.unwrap_or(0));
+    draft.state_wavelengths(&all, &[], primary.unwrap_or(0));
 }

@@ -59,7 +59,7 @@ fn state_wavelengths(draft: &mut Draft, root: &Value) {
     };
     let all: Vec<f64> = list.iter().map(nanometers).collect();
     let primary = list.iter().position(|row| row["is_primary"] == true);
-    draft.state_wavelengths(&all, primary.unwrap_or(0));
+    draft.state_wavelengths(&all, &[], primary.unwrap_or(0));
 }
 
 /// The beam of the file: its aperture and its largest field.

@@ -78,7 +78,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     if let Some(command) = commands.iter().find(|command| command[0].is("WV")) {
         let micrometers = file.numbers(&command[1..])?;
         reader.wavelengths = micrometers.iter().map(|um| named_line(1e3 * um)).collect();
-        reader.draft.state_wavelengths(&reader.wavelengths, 0);
+        reader.draft.state_wavelengths(&reader.wavelengths, &[], 0);
     }
     for command in &commands {
         reader.execute(command, sink)?;

@@ -13,7 +13,7 @@ use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, fill, note_f_number};
 use crate::prescription::formats::format::Reading;
 use crate::prescription::glass::{Medium, named_line};
-use crate::prescription::prescription::{Column, Prescription, check, check_count};
+use crate::prescription::prescription::{Column, Prescription, StatedBeam, check, check_count};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::{self, Word};
 
@@ -219,6 +219,8 @@ impl Draft {
             let message = "apertures that the file leaves out are those of its beam";
             sink.note(Span::at(0), message);
         }
+        let pupil = beam.entrance_diameter.map(StatedBeam::EntrancePupil);
+        self.lens.stated_beam = pupil.or(beam.f_number.map(StatedBeam::FNumber));
         note_f_number(&mut self.lens, beam, F_NUMBER_TOLERANCE);
         self.state_field(beam, sink);
     }
@@ -237,16 +239,25 @@ impl Draft {
         }
     }
 
-    /// Keeps wavelengths in nanometers, of which `primary` is the index of the first in rank.
-    /// Those that are not possible are left out.
-    pub(super) fn state_wavelengths(&mut self, all: &[f64], primary: usize) {
-        let possible = |nm: &f64| (100.0..=100_000.0).contains(nm);
-        let first = all.get(primary).into_iter();
-        let others = all.iter().enumerate().filter(|(i, _)| *i != primary);
-        let ranked = first.chain(others.map(|(_, nm)| nm)).copied();
-        self.lens.wavelengths_nm = ranked.filter(possible).map(named_line).collect();
+    /// Keeps wavelengths in nanometers, of which `primary` is the index of the first in rank, with
+    /// their weights, if the file states any. Those that are not possible are left out.
+    pub(super) fn state_wavelengths(&mut self, all: &[f64], weights: &[f64], primary: usize) {
+        let possible = |&i: &usize| (100.0..=100_000.0).contains(&all[i]);
+        let mut ranked: Vec<usize> = (0..all.len()).filter(possible).collect();
+        ranked.sort_by_key(|i| *i != primary);
+        let lens = &mut self.lens;
+        lens.wavelengths_nm = ranked.iter().map(|&i| named_line(all[i])).collect();
+        let weight = |&i: &usize| weights.get(i).copied().unwrap_or(1.0);
+        lens.wavelength_weights = match weights.is_empty() {
+            true => Vec::new(),
+            false => ranked.iter().map(weight).collect(),
+        };
     }
 }
+
+/// The help for vignetting factors.
+pub(super) const VIGNETTING: &str = "the semi-diameters limit the beam at the edge of the field: give the surfaces those of the \
+     vignetted lens";
 
 /// `wide-angle` of `some/folder/wide-angle.dat`.
 fn name_of(source: &Source) -> String {

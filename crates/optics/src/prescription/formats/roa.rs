@@ -292,7 +292,7 @@ impl RayOpticsReader<'_> {
         let region = attributes(&attributes(&self.model["optical_spec"])["spectral_region"]);
         let all = numbers(region.get("wavelengths"));
         let reference = region["reference_wvl"].as_u64().unwrap_or(0);
-        draft.state_wavelengths(&all, reference as usize);
+        draft.state_wavelengths(&all, &[], reference as usize);
     }
 
     /// The aperture that the model states, in image or object space.

@@ -15,8 +15,10 @@ use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::write_seq::code_v;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
-use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
-use crate::prescription::prescription::{Iris, Prescription};
+use crate::prescription::glass::medium::{
+    C_LINE, D_LINE, Dispersion, F_LINE, Formula, Medium, named_line,
+};
+use crate::prescription::prescription::{Iris, Prescription, StatedBeam};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 /// A format that can be written.
@@ -70,6 +72,69 @@ pub fn write_at(lens: &Prescription, target: Target, object: f64) -> Result<(Str
     }
 }
 
+/// The shortest decimal number near a value that counts as the same.
+pub(super) fn shortest(value: f64, is_same: impl Fn(f64) -> bool) -> f64 {
+    let rounded = (0..17).filter_map(|digits| format!("{value:.digits$e}").parse::<f64>().ok());
+    rounded.into_iter().find(|v| is_same(*v)).unwrap_or(value)
+}
+
+/// A result of arithmetic without the digits of its rounding.
+pub(super) fn tidy(value: f64) -> f64 {
+    shortest(value, |v| (v - value).abs() <= 1e-12 * value.abs())
+}
+
+/// The Abbe number of a glass: the shortest that gives the same two-term formula, if it has one.
+pub(super) fn abbe_number(glass: &Medium) -> Option<f64> {
+    let abbe = glass.abbe()?;
+    let is_same = |v: f64| Medium::from_abbe(glass.n_d, v).dispersion == glass.dispersion;
+    let short = shortest(abbe, is_same);
+    Some(if is_same(short) { short } else { tidy(abbe) })
+}
+
+/// The wavelengths in nanometers with their weights, the shortest first, and the index of the
+/// primary one. Without stated ones they are the F, d and C lines.
+pub(super) fn wavelengths(lens: &Prescription) -> (Vec<[f64; 2]>, usize) {
+    let Some(primary) = lens.wavelengths_nm.first() else {
+        return ([F_LINE, D_LINE, C_LINE].map(|nm| [nm, 1.0]).to_vec(), 1);
+    };
+    let weight = |i: usize| lens.wavelength_weights.get(i).copied().unwrap_or(1.0);
+    let all = lens.wavelengths_nm.iter().enumerate();
+    let mut all: Vec<[f64; 2]> = all.map(|(i, nm)| [*nm, weight(i)]).collect();
+    all.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let at = all.iter().position(|[nm, _]| nm == primary);
+    (all, at.unwrap_or(0))
+}
+
+/// The edge of the field that the lens states.
+pub(super) enum FieldEdge {
+    /// An angle in degrees.
+    Angle(f64),
+    /// A height in the image in millimeters.
+    Height(f64),
+}
+
+impl FieldEdge {
+    /// The stated edge; an angle of 0 without one, which is added to what is left out.
+    pub(super) fn of(about: &About, left_out: &mut Vec<String>) -> Self {
+        let angle = about.field_degrees.map(|field| 0.5 * field);
+        match (angle.filter(|a| *a > 0.0), about.image_height) {
+            (Some(angle), _) => Self::Angle(angle),
+            (None, Some(height)) => Self::Height(height),
+            (None, None) => {
+                let what = "the field, which the lens does not state: all its fields are 0";
+                left_out.push(what.to_owned());
+                Self::Angle(0.0)
+            }
+        }
+    }
+
+    /// The field at 0, 70% and 100%.
+    pub(super) fn points(&self) -> [f64; 3] {
+        let (Self::Angle(edge) | Self::Height(edge)) = self;
+        [0.0, tidy(0.7 * edge), *edge]
+    }
+}
+
 pub(super) fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
     Diagnostic::unsupported(format!("surface {i} {what}, which {format} can't say"))
         .with_help("write .json, which keeps everything")
@@ -81,6 +146,9 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     let mut text = String::new();
     for note in &lens.notes {
         let _ = writeln!(text, "# {note}");
+    }
+    for line in field_comments(lens) {
+        let _ = writeln!(text, "# {line}");
     }
     text += "# radius thickness n_d aperture\n";
     if lens.object_medium.n_d != 1.0 {
@@ -129,11 +197,24 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
         );
     }
     let mut left_out = Vec::new();
+    if !lens.wavelengths_nm.is_empty() {
+        left_out.push("the wavelengths".to_owned());
+    }
     if lens.is_dispersive() {
         left_out.push("dispersion: four columns have the index at the d line alone".to_owned());
     }
     left_out.extend(beyond_surfaces(lens, false));
     Ok((text, left_out))
+}
+
+/// The comments for the field that a file states by numbers of its format.
+fn field_comments(lens: &Prescription) -> Vec<String> {
+    let about = About::of_notes(&lens.notes);
+    let field = lens.half_field.filter(|_| about.field_degrees.is_none());
+    let height = lens.image_height.filter(|_| about.image_height.is_none());
+    let field = field.map(|half| format!("field: {} degrees", 2.0 * half));
+    let height = height.map(|height| format!("image height: {height}"));
+    field.into_iter().chain(height).collect()
 }
 
 pub(super) fn beyond_surfaces(lens: &Prescription, has_zoom: bool) -> Vec<String> {
@@ -175,17 +256,14 @@ fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
     for note in &lens.notes {
         let _ = writeln!(text, "NOTE 0 {note}");
     }
-    let half = 0.5 * about.field_degrees.unwrap_or(0.0);
-    text += "UNIT MM X W X CM MR CPMM\nFLOA\nGCAT SCHOTT OHARA HOYA\nFTYP 0 0 3 3 0 0 0\n";
-    let _ = writeln!(text, "XFLN 0 0 0\nYFLN 0 {} {half}", 0.7 * half);
-    text += "WAVM 1 0.4861327 1\nWAVM 2 0.5875618 1\nWAVM 3 0.6562725 1\nPWAV 2\n";
+    let mut left_out = Vec::new();
+    system_lines(&mut text, lens, &FieldEdge::of(&about, &mut left_out));
     let distance = match object.is_finite() {
         true => object.to_string(),
         false => "INFINITY".to_owned(),
     };
     let _ = writeln!(text, "SURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ {distance}");
     let glasses = Catalogue::builtin();
-    let mut left_out = Vec::new();
     glass_line(&mut text, &lens.object_medium, &glasses, &mut left_out);
     let mut numbers = SurfaceNumbers::default();
     for (i, surface) in lens.surfaces.iter().enumerate() {
@@ -207,6 +285,34 @@ fn zemax(lens: &Prescription, object: f64) -> Result<(String, Vec<String>)> {
     left_out.extend(beyond_surfaces(lens, true));
     left_out.dedup();
     Ok((text, left_out))
+}
+
+/// Writes the beam, the fields and the wavelengths.
+fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
+    let beam = match lens.stated_beam {
+        None => "FLOA".to_owned(),
+        Some(StatedBeam::EntrancePupil(diameter)) => format!("ENPD {diameter}"),
+        Some(StatedBeam::FNumber(number)) => format!("FNUM {number} 0"),
+    };
+    let (waves, primary) = wavelengths(lens);
+    let kind = match field {
+        FieldEdge::Angle(_) => 0,
+        FieldEdge::Height(_) => 3,
+    };
+    let _ = writeln!(
+        text,
+        "UNIT MM X W X CM MR CPMM\n{beam}\nGCAT SCHOTT OHARA HOYA\nFTYP {kind} 0 3 {} 0 0 0",
+        waves.len()
+    );
+    let [_, middle, edge] = field.points();
+    let _ = writeln!(text, "XFLN 0 0 0\nYFLN 0 {middle} {edge}");
+    for (i, [nm, weight]) in waves.iter().enumerate() {
+        let is_near = |um: f64| (1e3 * um - nm).abs() <= 1e-12 * nm;
+        let is_same = |um: f64| is_near(um) && named_line(1e3 * um) == *nm;
+        let micrometers = shortest(1e-3 * nm, is_same);
+        let _ = writeln!(text, "WAVM {} {micrometers} {weight}", i + 1);
+    }
+    let _ = writeln!(text, "PWAV {}", primary + 1);
 }
 
 /// Writes the lines of a surface below its heading.
@@ -290,7 +396,7 @@ fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: 
     if *glass == Medium::air() {
         return;
     }
-    let abbe = glass.abbe().unwrap_or(0.0);
+    let abbe = abbe_number(glass).unwrap_or(0.0);
     if glasses.find(&glass.name) == Some(glass) {
         let _ = writeln!(text, "  GLAS {} 0 0 {} {abbe}", glass.name, glass.n_d);
         return;
@@ -437,6 +543,20 @@ fn json(lens: &Prescription) -> String {
     if let Some(height) = lens.image_height {
         line("h_max", number(height));
     }
+    if let Some(half) = lens.half_field {
+        line("half_field_deg", number(half));
+    }
+    match lens.stated_beam {
+        None => {}
+        Some(StatedBeam::EntrancePupil(d)) => line("entrance_pupil", number(d)),
+        Some(StatedBeam::FNumber(n)) => line("image_f_number", number(n)),
+    }
+    if !lens.wavelengths_nm.is_empty() {
+        line("wavelengths_nm", list(&lens.wavelengths_nm));
+    }
+    if !lens.wavelength_weights.is_empty() {
+        line("wavelength_weights", list(&lens.wavelength_weights));
+    }
     if let Some(iris) = iris_value(&lens.iris) {
         line("iris", iris);
     }
@@ -564,7 +684,7 @@ fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
     match &medium.dispersion {
         Dispersion::None => {}
         Dispersion::Cauchy { a, b } => {
-            fields.push(("V_d", number(round_to(medium.abbe().unwrap_or(0.0), 1e-6))));
+            fields.push(("V_d", number(abbe_number(medium).unwrap_or(0.0))));
             fields.push(("cauchy", list(&[*a, *b])));
         }
         Dispersion::ThreeLines { n_f, n_c, .. } => {
@@ -586,10 +706,6 @@ fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
         }
     }
     fields
-}
-
-fn round_to(value: f64, step: f64) -> f64 {
-    (value / step).round() * step
 }
 
 fn iris_value(iris: &Iris) -> Option<String> {

@@ -11,9 +11,11 @@ use ivcam_base::diag::Result;
 use crate::prescription::about::About;
 use crate::prescription::decenter::Decenter;
 use crate::prescription::first_order::FirstOrder;
-use crate::prescription::formats::write::{IDEAL, NORMAL, beyond_surfaces, is_even, refuse};
+use crate::prescription::formats::write::{
+    FieldEdge, IDEAL, NORMAL, abbe_number, beyond_surfaces, is_even, refuse, tidy, wavelengths,
+};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
-use crate::prescription::prescription::Prescription;
+use crate::prescription::prescription::{Prescription, StatedBeam};
 use crate::prescription::surface::{Curvature, MAX_POWER, Plane, Shape, Surface};
 
 const FORMAT: &str = "CODE V's file";
@@ -34,13 +36,8 @@ pub(super) fn code_v(lens: &Prescription, object: f64) -> Result<(String, Vec<St
         let _ = writeln!(text, "! {note}");
     }
     text += "DIM M\n";
-    let _ = writeln!(text, "WL {C_LINE} {D_LINE} {F_LINE}\nREF 2\nWTW 1 1 1");
-    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
-    if let Some(pupil) = optics.entrance_pupil {
-        let _ = writeln!(text, "EPD {}", 2.0 * pupil.semi_diameter);
-    }
-    let half = 0.5 * about.field_degrees.unwrap_or(0.0);
-    let _ = writeln!(text, "YAN 0 {} {half}", 0.7 * half);
+    let mut left_out = Vec::new();
+    system_lines(&mut text, lens, &FieldEdge::of(&about, &mut left_out));
     let glasses = Glasses::of(lens);
     text += &glasses.text();
     let distance = if object.is_finite() { object } else { 1e13 };
@@ -56,17 +53,43 @@ pub(super) fn code_v(lens: &Prescription, object: f64) -> Result<(String, Vec<St
     text += "SI 0 0\n";
     zoom_lines(&mut text, lens);
     text += "GO\n";
-    let mut left_out: Vec<String> = glasses
+    let curves = glasses
         .private
         .iter()
-        .filter(|(_, glass)| matches!(glass.dispersion, Dispersion::Catalogue { .. }))
-        .map(|(name, _)| format!("the curve of the glass {name} beyond seven wavelengths"))
-        .collect();
+        .filter(|(_, glass)| matches!(glass.dispersion, Dispersion::Catalogue { .. }));
+    left_out.extend(
+        curves.map(|(name, _)| format!("the curve of the glass {name} beyond seven wavelengths")),
+    );
     if lens.surfaces.iter().any(|s| !s.semi_diameter.is_finite()) {
         left_out.push("that some surfaces have no aperture".to_owned());
     }
     left_out.extend(beyond_surfaces(lens, true));
     Ok((text, left_out))
+}
+
+/// Writes the wavelengths, the beam and the fields.
+fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
+    let (mut waves, primary) = wavelengths(lens);
+    waves.reverse();
+    let words = |at: usize| {
+        let words: Vec<String> = waves.iter().map(|wave| wave[at].to_string()).collect();
+        words.join(" ")
+    };
+    let reference = waves.len() - primary;
+    let _ = writeln!(text, "WL {}\nREF {reference}\nWTW {}", words(0), words(1));
+    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+    let _ = match (lens.stated_beam, optics.entrance_pupil) {
+        (Some(StatedBeam::EntrancePupil(diameter)), _) => writeln!(text, "EPD {diameter}"),
+        (Some(StatedBeam::FNumber(number)), _) => writeln!(text, "FNO {number}"),
+        (None, Some(pupil)) => writeln!(text, "EPD {}", tidy(2.0 * pupil.semi_diameter)),
+        (None, None) => Ok(()),
+    };
+    let kind = match field {
+        FieldEdge::Angle(_) => "YAN",
+        FieldEdge::Height(_) => "YRI",
+    };
+    let [_, middle, edge] = field.points();
+    let _ = writeln!(text, "{kind} 0 {middle} {edge}");
 }
 
 fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glasses) -> Result<()> {
@@ -293,7 +316,7 @@ impl Glasses {
 
 /// `1.5168:64.17`, for a glass of which index and Abbe number are all that is known.
 fn by_numbers(medium: &Medium) -> Option<String> {
-    let abbe = medium.abbe()?;
+    let abbe = abbe_number(medium)?;
     let fits = (1.0..5.0).contains(&medium.n_d) && (1.0..1000.0).contains(&abbe);
     let is_cauchy = matches!(medium.dispersion, Dispersion::Cauchy { .. });
     (fits && is_cauchy).then(|| format!("{}:{abbe}", medium.n_d))

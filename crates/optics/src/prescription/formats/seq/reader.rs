@@ -8,7 +8,7 @@ use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::decenters::StatedDecenter;
 use crate::prescription::formats::format::{Format, first_word};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader, refused};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, refused};
 use crate::prescription::formats::seq::apertures::StatedAperture;
 use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
 use crate::prescription::prescription::{Prescription, crossings};
@@ -56,6 +56,10 @@ pub(super) struct SequenceReader<'a> {
     beam: Beam,
     /// The wavelengths in nanometers, and the index of the reference.
     wavelengths: (Vec<f64>, usize),
+    /// The weights of the wavelengths.
+    weights: Vec<f64>,
+    /// The first vignetting factors that are not 0.
+    vignetting: Option<Span>,
     pub(super) draft: Draft,
     /// The decenters of surfaces, by their numbers from 0.
     pub(super) decenters: BTreeMap<usize, StatedDecenter>,
@@ -162,6 +166,8 @@ impl<'a> SequenceReader<'a> {
             first_bend: None,
             beam: Beam::default(),
             wavelengths: (Vec::new(), 0),
+            weights: Vec::new(),
+            vignetting: None,
             draft: file.draft(None),
             decenters: BTreeMap::new(),
             apertures: BTreeMap::new(),
@@ -186,6 +192,7 @@ impl<'a> SequenceReader<'a> {
         };
         self.refuse(&name, &about, &plain)?;
         if self.of_lens(&name, command)? {
+            self.warn_of_image(&name, command, sink);
             return Ok(());
         }
         match name.as_str() {
@@ -265,9 +272,16 @@ impl<'a> SequenceReader<'a> {
                 let so_far = beam.object_height.unwrap_or(0.0);
                 beam.object_height = Some(widest(list()?, so_far));
             }
-            "VUY" => {
-                let upper = list()?.last().copied().unwrap_or(0.0);
-                beam.vignetting = upper.clamp(0.0, 1.0);
+            "WTW" => self.weights = list()?,
+            "VUX" | "VLX" | "VUY" | "VLY" => {
+                let factors = list()?;
+                if factors.iter().any(|factor| *factor != 0.0) {
+                    self.vignetting = self.vignetting.or(Some(place));
+                }
+                if name == "VUY" {
+                    let upper = factors.last().copied().unwrap_or(0.0);
+                    beam.vignetting = upper.clamp(0.0, 1.0);
+                }
             }
             "SO" | "S0" => {
                 let distance = command.get(2).map(|word| self.file.number(*word));
@@ -279,6 +293,26 @@ impl<'a> SequenceReader<'a> {
             _ => return Ok(false),
         }
         Ok(true)
+    }
+
+    /// Warns of a defocus and a curvature of the image surface.
+    fn warn_of_image(&self, name: &str, command: &[Word<'a>], sink: &mut Sink) {
+        let value = |i: usize| {
+            let word = command.get(i).filter(|_| name == "SI")?;
+            word.text.parse::<f64>().ok().filter(|value| *value != 0.0)
+        };
+        if let Some(defocus) = value(2) {
+            let message = format!("the defocus of {defocus} at the image is left out");
+            let help = format!(
+                "the film stands at the best focus: `--defocus {defocus}` moves it from there"
+            );
+            sink.warn(command[2].span, message).help(help);
+        }
+        if value(1).is_some() {
+            let message = "the curvature of the image surface is left out";
+            sink.warn(command[1].span, message)
+                .help("curve the film instead: `ivcam render --film-radius`");
+        }
     }
 
     /// The surfaces that `S3`, `S2..5` or `SA` name; none where the word names none. The object's
@@ -354,7 +388,14 @@ impl<'a> SequenceReader<'a> {
         self.draft.fold();
         self.draft.limit(self.beam, sink);
         let (all, reference) = &self.wavelengths;
-        self.draft.state_wavelengths(all, *reference);
+        self.draft.state_wavelengths(all, &self.weights, *reference);
+        if let Some(place) = self.vignetting {
+            let message = match self.draft.derived.is_empty() {
+                true => "vignetting factors are left out",
+                false => "of vignetting factors, the last of `VUY` alone narrows the apertures",
+            };
+            sink.warn(place, message).help(VIGNETTING);
+        }
         self.file.finish(self.draft, sink)
     }
 }

@@ -7,7 +7,7 @@ use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::apertures::Beam;
 use crate::prescription::formats::format::{Format, first_word};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, open_if_zero};
 use crate::prescription::formats::zmx::file::{Block, Line, split};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
@@ -59,6 +59,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     beam.stated = beam.stated.filter(|_| draft.lens.zoom.is_empty());
     draft.limit(beam, sink);
     reader.state_wavelengths(&mut draft);
+    reader.warn_of_vignetting(sink);
     file.finish(draft, sink)
 }
 
@@ -131,14 +132,37 @@ impl ZemaxReader<'_> {
     /// Keeps the wavelengths of the `WAVM` lines, each with its number, micrometers and weight.
     fn state_wavelengths(&self, draft: &mut Draft) {
         let lines = self.header.iter().filter(|line| line[0].is("WAVM"));
-        let micrometers = lines.filter_map(|line| line.get(2)?.text.parse::<f64>().ok());
-        let all: Vec<f64> = micrometers.map(|um| 1e3 * um).collect();
+        let number = |word: Option<&Word<'_>>| word?.text.parse::<f64>().ok();
+        let (all, weights): (Vec<f64>, Vec<f64>) = lines
+            .filter_map(|line| {
+                let weight = number(line.get(3)).unwrap_or(1.0);
+                Some((1e3 * number(line.get(2))?, weight))
+            })
+            .unzip();
         let count = self.counted(4).unwrap_or(all.len()).min(all.len());
         let primary = self
             .line("PWAV")
             .and_then(|line| line.get(1)?.text.parse().ok());
         let primary = primary.map_or(0, |number: usize| number.saturating_sub(1));
-        draft.state_wavelengths(&all[..count], primary);
+        draft.state_wavelengths(&all[..count], &weights[..count], primary);
+    }
+
+    /// Warns of vignetting factors, which narrow the beams of a design program at the edge of the
+    /// field. Here the apertures do.
+    fn warn_of_vignetting(&self, sink: &mut Sink) {
+        const FACTORS: [&str; 5] = ["VDXN", "VDYN", "VCXN", "VCYN", "VANN"];
+        let is_set = |word: &Word<'_>| word.text.parse::<f64>().is_ok_and(|v| v != 0.0);
+        let count = self.counted(3).unwrap_or(usize::MAX);
+        let sets = |line: &&Line<'_>| {
+            let is_factor = FACTORS.iter().any(|name| line[0].is(name));
+            is_factor && line[1..].iter().take(count).any(is_set)
+        };
+        let set: Vec<&Line<'_>> = self.header.iter().filter(sets).collect();
+        if let Some(first) = set.first() {
+            let names: Vec<&str> = set.iter().map(|line| line[0].text).collect();
+            let message = format!("vignetting factors are left out: {}", names.join(", "));
+            sink.warn(first[0].span, message).help(VIGNETTING);
+        }
     }
 
     fn beam(&self, kept: &[Kept]) -> Result<Beam> {
