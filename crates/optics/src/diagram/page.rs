@@ -1,5 +1,6 @@
 //! The data sheet of a lens on one page.
 
+use glam::DVec2;
 use ivcam_base::files::escaped;
 
 use super::aberration_page;
@@ -583,10 +584,12 @@ fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
 fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let largest = sheet.points.iter().map(|p| p.rms).fold(1e-6, f64::max);
     let half = round_number(2.2 * largest);
-    let lines = if sheet.dispersive {
-        "; F blue, d green, C red"
-    } else {
-        ""
+    let lines = match sheet.dispersive {
+        true => {
+            let [short, own, long] = sheet.line_names();
+            format!("; {short} blue, {own} green, {long} red")
+        }
+        false => String::new(),
     };
     let wide = 2000.0 * half;
     let box_text = format!("boxes are {} \u{b5}m wide{lines}", tidy(wide, wide));
@@ -638,13 +641,26 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
             });
         }
         let (height, angle) = (tidy(point.height, 0.1), tidy(point.angle_degrees, 0.1));
+        let drawn = inks.iter().flat_map(|(line, _)| &point.spots[*line]);
         let text = format!(
-            "{height} mm, {angle}\u{b0}   rms {} \u{b5}m{airy_text}",
-            tidy(1000.0 * point.rms, 0.1)
+            "{height} mm, {angle}\u{b0}   rms {} \u{b5}m{airy_text}{}",
+            tidy(1000.0 * point.rms, 0.1),
+            beyond_box(drawn, half)
         );
         page.note([x, y + size + 14.0], Anchor::Start, 9.0, text);
     }
     top + 12.0 + size + 34.0
+}
+
+/// The share of a spot that is outside of a box, as words; empty if all is inside.
+pub(super) fn beyond_box<'a>(spot: impl Iterator<Item = &'a DVec2>, half: f64) -> String {
+    let outside: Vec<bool> = spot.map(|p| p.abs().max_element() >= half).collect();
+    let count = outside.iter().filter(|is_outside| **is_outside).count();
+    match 100.0 * count as f64 / outside.len().max(1) as f64 {
+        0.0 => String::new(),
+        share if share < 1.0 => ", under 1% outside".to_owned(),
+        share => format!(", {share:.0}% outside"),
+    }
 }
 
 /// Formats a number with three or four digits.
@@ -700,6 +716,14 @@ mod tests {
             assert!(text.contains(part), "{part}");
         }
         assert!(!text.contains("NaN") && text.ends_with("</html>\n"));
+    }
+
+    #[test]
+    fn the_share_of_a_spot_outside_of_its_box_is_stated() {
+        let spot: Vec<DVec2> = (0..400).map(|i| DVec2::new(0.1, f64::from(i))).collect();
+        assert_eq!(beyond_box(spot.iter(), 400.0), "");
+        assert_eq!(beyond_box(spot.iter(), 398.0), ", under 1% outside");
+        assert_eq!(beyond_box(spot.iter(), 300.0), ", 25% outside");
     }
 
     #[test]

@@ -175,7 +175,7 @@ impl LensSheet {
     }
 
     /// The names of `lines_nm`.
-    pub(crate) fn line_names(&self) -> [String; 3] {
+    pub fn line_names(&self) -> [String; 3] {
         self.lines_nm.map(line_name)
     }
 
