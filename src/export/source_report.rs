@@ -6,7 +6,7 @@ use ivcam_render::scene::check::{FileState, diagnostic_json, missing};
 use ivcam_render::scene::{CompileOptions, snapshot};
 use serde_json::{Value as Json, json};
 
-use super::Conversion;
+use super::conversion::Conversion;
 use crate::photo::snapshot_options;
 
 /// Returns the keys of a report about the source of a conversion, with the meanings that they have
