@@ -518,8 +518,9 @@ fn write_picture(
             print_diagnostic(&warning);
         }
         let warning = session.warn_if_black_or_clipped(&counts, picture);
-        if let Some(warning) = warning.filter(|_| is_finished) {
-            print_diagnostic(&warning);
+        if is_finished {
+            warning.iter().for_each(|warning| print_diagnostic(warning));
+            print_glow(session, options, picture);
         }
         print_glow(session, options, picture);
     };
@@ -626,6 +627,14 @@ fn report_lost_rays(session: &Session, counts: &Counts) {
         count(counts.passed),
         count(counts.film_rays + counts.error_rays)
     );
+}
+
+/// Prints the shading model in which the luminous shapes of a dark picture would shine.
+fn print_glow(session: &Session, options: &OutputOptions, picture: &Picture) {
+    let notice = session.glow_notice(picture).filter(|_| !options.quiet);
+    if let Some(line) = notice {
+        super::status!("{line}");
+    }
 }
 
 /// Warns if the target error, which is that of the picture before denoising, was not reached.

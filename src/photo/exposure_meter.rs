@@ -40,8 +40,8 @@ impl Session {
     /// is a function of the plan and the scene.
     ///
     /// A studio's factor, from 0.1 to 100, is that for the radiance along the rays through the
-    /// middle of the lens. That of `--exposure auto` has two digits, so that it can be typed, and is
-    /// that for the exposure of the film, with what the lens, the shutter and the film make of it.
+    /// middle of the lens. That of `--exposure auto` is that for the exposure of the film, with
+    /// what the lens and the shutter make of it; it has two digits, so that it can be typed.
     pub(crate) fn meter(&mut self) {
         self.metered = 1.0;
         let is_studio = self.is_studio();

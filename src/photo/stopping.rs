@@ -49,7 +49,7 @@ impl Session {
 /// Returns the warning that the first pass was ended after a part of the picture, which took some
 /// seconds besides those for opening.
 fn black_part(part: f64, opening: f64, seconds: f64) -> Box<Diagnostic> {
-    let black = (100.0 * (1.0 - part)).ceil().clamp(1.0, 99.0);
+    let black = (100.0 - 100.0 * part).ceil().clamp(1.0, 99.0);
     // A tenth more, because parts of a picture take different times.
     let needed = 1.1 * (opening + seconds / part);
     let needed = match needed < 10.0 {

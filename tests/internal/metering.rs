@@ -1,4 +1,4 @@
-//! Tests of `--exposure auto`, and of what is said about a picture that is badly exposed.
+//! Tests of `--exposure auto`, and of the messages about a picture that is badly exposed.
 
 use std::path::PathBuf;
 
@@ -118,7 +118,7 @@ fn error_of(option: &'static str, word: &str) -> String {
     words.add(option, vec![word.into()]);
     let start = |era| Plan::of_era(era, "a.iv");
     let error = Plan::from_options(&words, Era::Modern, start, &mut Sink::new()).unwrap_err();
-    error.to_string()
+    format!("{error:?}")
 }
 
 #[test]

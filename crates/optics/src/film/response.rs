@@ -78,8 +78,8 @@ const SHIPPED: [(&str, &str); 3] = [
 impl Response {
     /// Returns the response that `words` names: `linear`, `srgb`, `filmic`, or emulsions separated
     /// by commas, each the name of a shipped one or the path of a file. A color temperature before
-    /// it, as in `3200K,srgb`, balances white. With the word `mono`, as in `mono,filmic`, it is that
-    /// of the luminance alone; `mono` by itself is `mono,linear`.
+    /// it, as in `3200K,srgb`, balances white. With the word `mono`, as in `mono,filmic`, it is
+    /// that of the luminance alone; `mono` by itself is `mono,linear`.
     ///
     /// # Errors
     /// Fails if a file cannot be read or is not the table of an emulsion.

@@ -126,7 +126,10 @@ fn lenses_of(word: &str, length: f64) -> Box<Diagnostic> {
         let lens = Lens::named(name).ok()?;
         let efl = lens.first_order().efl();
         let apart = libm::log(efl / length).abs();
-        let number = lens.real_f_number().map(|n| format!(", f/{n:.1}"));
+        let number = lens.real_f_number().map(|n| match n < 1.0 {
+            true => format!(", f/{n:.2}"),
+            false => format!(", f/{n:.1}"),
+        });
         let text = format!("{name} ({efl:.0} mm{})", number.unwrap_or_default());
         (apart <= libm::log(1.2)).then_some((apart, text))
     };

@@ -32,8 +32,8 @@ const LONGEST_PASS: u32 = 1024;
 /// fewer, threads would wait for each other more often.
 const PILOT_PIXELS: usize = 1 << 20;
 
-/// The least number of samples per pixel that there must be time for if there is to be a pilot pass:
-/// its 2, one of the picture for each pixel, and as many more as adaptive sampling may give a pixel.
+/// The least number of samples per pixel that there must be time for if there is to be a pilot
+/// pass: its 2, and as many of the picture. Chosen, not measured.
 const PILOT_WORTH: f64 = 4.0;
 
 /// The last estimate of a render's error.
@@ -325,9 +325,9 @@ impl Render<'_> {
     }
 
     /// Estimates the noise of each pixel for adaptive sampling from an eighth of the samples, or of
-    /// the time if that is less, at least 2 and at most 16. Without time for [`PILOT_WORTH`] samples
-    /// the shares are even. Its rays are counted; its light is
-    /// discarded (docs/decisions/0009-adaptive-sampling.md). No search for the limit of 16 is
+    /// the time if that is less, at least 2 and at most 16. Its rays are counted; its light is
+    /// discarded (docs/decisions/0009-adaptive-sampling.md). Without time for [`PILOT_WORTH`]
+    /// samples the shares are even. No search for the limit of 16 is
     /// recorded: it bounds the cost, and shares are powers of two that need no exact noise. The
     /// pass covers the whole picture, so that the shares in a region are those of the whole
     /// picture.
@@ -417,8 +417,8 @@ impl Render<'_> {
     }
 
     /// Returns the number of samples after the next pass. With a limit on error or time, it doubles
-    /// with every pass, and grows by at most a unit: from 4, or with a limit on time from 1, so that
-    /// the first pass reaches the whole picture in the least time. Without a limit, it doubles from
+    /// with every pass, and grows by at most a unit: from 4, or with a limit on time from 1, so
+    /// that the first pass reaches the whole picture soon. Without a limit, it doubles from
     /// 64, so that a render that is interrupted has some samples of the whole picture.
     fn pass_end(&self, done: u32) -> u32 {
         let unit = border_after(done) - border_before(done);
