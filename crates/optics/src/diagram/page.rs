@@ -584,15 +584,7 @@ fn middle(outline: &[[f64; 2]]) -> [f64; 2] {
 fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let largest = sheet.points.iter().map(|p| p.rms).fold(1e-6, f64::max);
     let half = round_number(2.2 * largest);
-    let lines = match sheet.dispersive {
-        true => {
-            let [short, own, long] = sheet.line_names();
-            format!("; {short} blue, {own} green, {long} red")
-        }
-        false => String::new(),
-    };
-    let wide = 2000.0 * half;
-    let box_text = format!("boxes are {} \u{b5}m wide{lines}", tidy(wide, wide));
+    let box_text = spot_note(sheet, 2000.0 * half);
     page.heading_with_note([MARGIN, top], "Spots", box_text);
     let inks: &[(usize, u8)] = match sheet.dispersive {
         true => &[(0, 1), (1, 3), (2, 2)],
@@ -652,8 +644,18 @@ fn spots(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     top + 12.0 + size + 34.0
 }
 
+/// The note beside the heading of spots, in boxes of a width in micrometers.
+fn spot_note(sheet: &LensSheet, wide: f64) -> String {
+    let [short, own, long] = sheet.line_names();
+    let colors = match sheet.dispersive {
+        true => format!("; {short} blue, {own} green, {long} red"),
+        false => String::new(),
+    };
+    format!("boxes are {} \u{b5}m wide{colors}", tidy(wide, wide))
+}
+
 /// The share of a spot that is outside of a box, as words; empty if all is inside.
-pub(super) fn beyond_box<'a>(spot: impl Iterator<Item = &'a DVec2>, half: f64) -> String {
+fn beyond_box<'a>(spot: impl Iterator<Item = &'a DVec2>, half: f64) -> String {
     let outside: Vec<bool> = spot.map(|p| p.abs().max_element() >= half).collect();
     let count = outside.iter().filter(|is_outside| **is_outside).count();
     match 100.0 * count as f64 / outside.len().max(1) as f64 {

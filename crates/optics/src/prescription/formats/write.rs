@@ -155,32 +155,8 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
         return Err(refuse(0, "is in a medium other than air", FORMAT));
     }
     for (i, surface) in lens.surfaces.iter().enumerate() {
-        if let Shape::ThinLens { .. } = surface.shape {
-            return Err(refuse(i, IDEAL, FORMAT));
-        }
-        if surface.shape != Shape::Sphere {
-            return Err(refuse(i, "is not a sphere", FORMAT));
-        }
-        if surface.is_mirror {
-            return Err(refuse(i, "is a mirror", FORMAT));
-        }
-        if surface.frame.is_some() {
-            return Err(refuse(i, "is decentered or tilted", FORMAT));
-        }
-        if surface.obstruction > 0.0 {
-            return Err(refuse(i, "is closed in its middle", FORMAT));
-        }
-        if surface.outline.is_some() {
-            return Err(refuse(i, "has an aperture that is not round", FORMAT));
-        }
-        if !surface.semi_diameter.is_finite() {
-            return Err(refuse(i, "has no aperture", FORMAT));
-        }
-        if surface.is_stop && !surface.is_plane() {
-            return Err(refuse(i, "is curved and the stop", FORMAT));
-        }
-        if surface.is_stop && surface.medium.n_d != lens.medium_before(i).n_d {
-            return Err(refuse(i, "is a stop between two media", FORMAT));
+        if let Some(what) = beyond_columns(surface, lens.medium_before(i)) {
+            return Err(refuse(i, what, FORMAT));
         }
         let index = if surface.is_stop {
             0.0
@@ -205,6 +181,34 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     }
     left_out.extend(beyond_surfaces(lens, false));
     Ok((text, left_out))
+}
+
+/// What four columns cannot say of a surface, behind the medium `before`.
+fn beyond_columns(surface: &Surface, before: &Medium) -> Option<&'static str> {
+    let found = [
+        (matches!(surface.shape, Shape::ThinLens { .. }), IDEAL),
+        (surface.shape != Shape::Sphere, "is not a sphere"),
+        (surface.is_mirror, "is a mirror"),
+        (surface.frame.is_some(), "is decentered or tilted"),
+        (surface.obstruction > 0.0, "is closed in its middle"),
+        (
+            surface.outline.is_some(),
+            "has an aperture that is not round",
+        ),
+        (!surface.semi_diameter.is_finite(), "has no aperture"),
+        (
+            surface.is_stop && !surface.is_plane(),
+            "is curved and the stop",
+        ),
+        (
+            surface.is_stop && surface.medium.n_d != before.n_d,
+            "is a stop between two media",
+        ),
+    ];
+    found
+        .iter()
+        .find(|(is_so, _)| *is_so)
+        .map(|(_, what)| *what)
 }
 
 /// The comments for the field that a file states by numbers of its format.
