@@ -184,7 +184,7 @@ pub(super) fn tolerance(request: &Request<'_>, file: &str) -> Result<Content> {
         &setting,
         run,
     )?;
-    Ok(Content::Text(report(&table, &found)))
+    Ok(Content::Text(report(&table, &found, &setting)))
 }
 
 /// The tolerances of a table, and what is required of a lens that is made within them.
@@ -193,6 +193,8 @@ struct ToleranceTable {
     /// The line of each tolerance, for the report.
     lines: Vec<String>,
     requirements: Vec<Requirement>,
+    /// The words of each requirement, for the report.
+    required: Vec<String>,
 }
 
 impl ToleranceTable {
@@ -204,6 +206,7 @@ impl ToleranceTable {
             tolerances: Vec::new(),
             lines: Vec::new(),
             requirements: Vec::new(),
+            required: Vec::new(),
         };
         let mut start = 0;
         for line in text.split_inclusive('\n') {
@@ -215,6 +218,7 @@ impl ToleranceTable {
                 [] => continue,
                 ["require", rest @ ..] => requirement(rest, setting).map(|requirement| {
                     table.requirements.push(requirement);
+                    table.required.push(rest.join(" "));
                 }),
                 _ => one_tolerance(&words, lens).map(|tolerance| {
                     table.tolerances.push(tolerance);
@@ -303,7 +307,55 @@ fn requirement(words: &[&str], setting: &mut MeritSetting) -> Result<Requirement
     }
 }
 
-fn report(table: &ToleranceTable, found: &Yield) -> String {
+/// Writes a line for each point without light, and for each requirement its figure: that of the
+/// nominal lens with its point, the median, and what 90% of the lenses meet.
+fn requirement_lines(table: &ToleranceTable, found: &Yield, setting: &MeritSetting) -> String {
+    let mut text = String::new();
+    let points = setting.heights.iter().zip(&found.nominal.points);
+    for (height, _) in points.filter(|(_, point)| point.is_none()) {
+        let _ = writeln!(
+            text,
+            "the point at {height:.2} mm has no light: give points with `--fields`, or state the \
+             field of the lens"
+        );
+    }
+    for (i, requirement) in table.requirements.iter().enumerate() {
+        let (least, name) = (requirement.is_least(), &table.required[i]);
+        let nominal = match requirement.worst(&found.nominal) {
+            None => {
+                let _ = writeln!(text, "{name}: not met where there is no light");
+                continue;
+            }
+            Some((value, None)) => format!("{value:.5}"),
+            Some((value, Some(point))) => {
+                format!("{value:.5} at {:.2} mm", setting.heights[point])
+            }
+        };
+        let figure = |share: f64| match found.quantile(i, share) {
+            value if !value.is_finite() => "no light".to_owned(),
+            value => format!("{value:.5}"),
+        };
+        let (median, most) = match (requirement, least) {
+            (Requirement::FocalLength(..), _) => {
+                (figure(0.5), format!("{} to {}", figure(0.05), figure(0.95)))
+            }
+            (_, true) => (figure(0.5), format!("{} or more", figure(0.1))),
+            (_, false) => (figure(0.5), format!("{} or less", figure(0.9))),
+        };
+        let met = if requirement.is_met(&found.nominal) {
+            ""
+        } else {
+            ", not met"
+        };
+        let _ = writeln!(
+            text,
+            "{name}: nominal {nominal}{met}; median {median}; 90% of lenses {most}"
+        );
+    }
+    text
+}
+
+fn report(table: &ToleranceTable, found: &Yield, setting: &MeritSetting) -> String {
     let mut text = String::new();
     let [low, high] = found.interval().map(|share| 100.0 * share);
     let _ = writeln!(
@@ -317,16 +369,18 @@ fn report(table: &ToleranceTable, found: &Yield) -> String {
     if !met {
         text += "the nominal lens does not meet them\n";
     }
-    let nominal = found.nominal.worst_rms().unwrap_or(f64::INFINITY);
+    text += &requirement_lines(table, found, setting);
     let microns = |mm: f64| format!("{:.2}", 1e3 * mm);
-    let _ = writeln!(
-        text,
-        "largest rms spot in µm: nominal {}, median {}, 90% of lenses {}, 98% {}",
-        microns(nominal),
-        microns(found.rms_quantile(0.5)),
-        microns(found.rms_quantile(0.9)),
-        microns(found.rms_quantile(0.98))
-    );
+    if let Some(nominal) = found.nominal.worst_rms() {
+        let _ = writeln!(
+            text,
+            "largest rms spot in µm: nominal {}, median {}, 90% of lenses {}, 98% {}",
+            microns(nominal),
+            microns(found.rms_quantile(0.5)),
+            microns(found.rms_quantile(0.9)),
+            microns(found.rms_quantile(0.98))
+        );
+    }
     let failed = found.trials - found.passed;
     if failed > 0 {
         text += "lenses that fail with a number in the outer half of its tolerance:\n";
@@ -346,11 +400,15 @@ fn report(table: &ToleranceTable, found: &Yield) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicU32, Ordering};
+
     use crate::cli::lens_output;
 
     fn run(words: &[&str], file: &str) -> String {
-        let path =
-            std::env::temp_dir().join(format!("ivcam-batch-{}-{}", std::process::id(), words[1]));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let name = format!("ivcam-batch-{}-{count}", std::process::id());
+        let path = std::env::temp_dir().join(name);
         std::fs::write(&path, file).unwrap();
         let mut words: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
         words.insert(2, path.display().to_string());
@@ -383,6 +441,45 @@ mod tests {
             assert!(error.contains(says), "{error}");
             assert!(answers[i]["efl"].is_null());
         }
+    }
+
+    #[test]
+    fn a_report_has_a_line_for_each_requirement_and_names_points_without_light() {
+        let table = "0 R 0.01%\nrequire rms 1\nrequire modulation@10 0.99999\nrequire efl 90 110\n";
+        let run = |fields: &str| {
+            let words = [
+                "double-gauss",
+                "--tolerance",
+                "--trials",
+                "20",
+                "--fields",
+                fields,
+            ];
+            run(&words, table)
+        };
+        let text = run("0,20");
+        let line = |name: &str| text.lines().find(|line| line.starts_with(name)).unwrap();
+        let rms = line("rms 1: nominal ");
+        assert!(
+            rms.contains(" at 20.00 mm; median ") && rms.ends_with(" or less"),
+            "{rms}"
+        );
+        let modulation = line("modulation@10 0.99999: nominal ");
+        assert!(modulation.contains(", not met; ") && modulation.ends_with(" or more"));
+        assert!(
+            line("efl 90 110: nominal 100.").contains("90% of lenses 100."),
+            "{text}"
+        );
+        let dark = run("0,500");
+        assert!(
+            dark.contains("the point at 500.00 mm has no light: give points"),
+            "{dark}"
+        );
+        assert!(
+            dark.contains("\nrms 1: not met where there is no light\n"),
+            "{dark}"
+        );
+        assert!(!dark.contains("inf"), "{dark}");
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use ivcam_base::diag::Result;
 use rayon::prelude::*;
 
-use crate::lens::analysis::aberrations::merit::{Merit, MeritSetting};
+use crate::lens::analysis::aberrations::merit::{Merit, MeritPoint, MeritSetting};
 use crate::lens::lens::Lens;
 use crate::prescription::changes::{Change, Quantity};
 use crate::sampling::{mix, unit};
@@ -63,6 +63,9 @@ pub struct Yield {
     /// The largest rms spot of each lens, in millimeters and rising order; infinite for a lens that
     /// gives no light to a point.
     pub worst_rms: Vec<f64>,
+    /// For each requirement, its figure at the worst point of each lens in rising order. That of a
+    /// lens that gives no light to a point is infinite, on the side that fails.
+    pub worst: Vec<Vec<f64>>,
     /// For each tolerance, how many lenses of those that fail have it in the outer half of its
     /// range. By chance it is half of them for a uniform distribution and 28% for a normal one.
     pub outer: Vec<usize>,
@@ -91,16 +94,64 @@ impl Yield {
         let at = (share * last as f64).round() as usize;
         self.worst_rms.get(at).copied().unwrap_or(f64::NAN)
     }
+
+    /// A quantile of the figure of a requirement.
+    pub fn quantile(&self, requirement: usize, share: f64) -> f64 {
+        let values = self.worst.get(requirement).map_or(&[][..], |all| all);
+        let at = (share * values.len().saturating_sub(1) as f64).round() as usize;
+        values.get(at).copied().unwrap_or(f64::NAN)
+    }
 }
 
 impl Requirement {
+    /// Whether a large figure is better, as of light and modulation.
+    pub fn is_least(&self) -> bool {
+        matches!(self, Self::Illumination(_) | Self::Modulation(..))
+    }
+
+    /// The figure of the point that is the farthest from the requirement, and the number of that
+    /// point; the focal length is of no point. None if a point has no light.
+    pub fn worst(&self, merit: &Merit) -> Option<(f64, Option<usize>)> {
+        let figure = |point: &MeritPoint| match *self {
+            Self::FocalLength(..) => None,
+            Self::Rms(_) => Some(point.rms),
+            Self::Wavefront(_) => Some(point.wavefront),
+            Self::Distortion(_) => point.distortion.map(f64::abs),
+            Self::Illumination(_) => Some(point.illumination),
+            Self::Modulation(number, _) => point
+                .modulation
+                .get(number)
+                .map(|both| both[0].min(both[1])),
+        };
+        if let Self::FocalLength(..) = self {
+            return Some((merit.efl, None));
+        }
+        let figures = merit.points.iter().map(|point| figure(point.as_ref()?));
+        let figures: Vec<f64> = figures.collect::<Option<_>>()?;
+        let sign = if self.is_least() { -1.0 } else { 1.0 };
+        let worst = (0..figures.len()).max_by(|&i, &j| {
+            let [a, b] = [i, j].map(|point| sign * figures[point]);
+            a.total_cmp(&b)
+        })?;
+        Some((figures[worst], Some(worst)))
+    }
+
+    /// The figure of the worst point; without light, infinite on the side that fails.
+    fn figure(&self, merit: Option<&Merit>) -> f64 {
+        let dark = match self.is_least() {
+            true => f64::NEG_INFINITY,
+            false => f64::INFINITY,
+        };
+        let worst = merit.and_then(|merit| self.worst(merit));
+        worst.map_or(dark, |(figure, _)| figure)
+    }
+
     /// Whether a lens meets the requirement. A point without light meets none.
     pub fn is_met(&self, merit: &Merit) -> bool {
-        let every =
-            |meets: &dyn Fn(&crate::lens::analysis::aberrations::merit::MeritPoint) -> bool| {
-                let meets = |point: &Option<_>| point.as_ref().is_some_and(meets);
-                merit.points.iter().all(meets)
-            };
+        let every = |meets: &dyn Fn(&MeritPoint) -> bool| {
+            let meets = |point: &Option<_>| point.as_ref().is_some_and(meets);
+            merit.points.iter().all(meets)
+        };
         match *self {
             Self::FocalLength(low, high) => (low..=high).contains(&merit.efl),
             Self::Rms(most) => every(&|point| point.rms <= most),
@@ -168,7 +219,7 @@ pub fn yield_of(
     let nominal: Vec<f64> = tolerances.iter().map(value).collect::<Result<_>>()?;
     let merit = Merit::of(lens, setting)
         .ok_or_else(|| missing(format!("`{}` has no image to describe", lens.name())))?;
-    let made: Vec<Result<(bool, f64, Vec<bool>)>> = (0..trials as u64)
+    let made: Vec<Result<(bool, f64, Vec<f64>, Vec<bool>)>> = (0..trials as u64)
         .into_par_iter()
         .map(|trial| {
             let changes = drawn(&nominal, tolerances, trial, seed);
@@ -177,10 +228,13 @@ pub fn yield_of(
             let passes = merit
                 .as_ref()
                 .is_some_and(|merit| requirements.iter().all(|r| r.is_met(merit)));
+            let worst = requirements.iter().map(|r| r.figure(merit.as_ref()));
+            let worst: Vec<f64> = worst.collect();
             let rms = merit.and_then(|merit| merit.worst_rms());
             let outer = std::iter::zip(&changes, std::iter::zip(&nominal, tolerances));
             let outer = outer.map(|(c, (value, t))| (c.value - value).abs() > 0.5 * t.amount);
-            Ok((passes, rms.unwrap_or(f64::INFINITY), outer.collect()))
+            let rms = rms.unwrap_or(f64::INFINITY);
+            Ok((passes, rms, worst, outer.collect()))
         })
         .collect();
     let mut result = Yield {
@@ -188,10 +242,14 @@ pub fn yield_of(
         trials,
         passed: 0,
         worst_rms: Vec::with_capacity(trials),
+        worst: vec![Vec::with_capacity(trials); requirements.len()],
         outer: vec![0; tolerances.len()],
     };
     for trial in made {
-        let (passes, rms, outer) = trial?;
+        let (passes, rms, worst, outer) = trial?;
+        for (all, figure) in result.worst.iter_mut().zip(worst) {
+            all.push(figure);
+        }
         result.passed += usize::from(passes);
         result.worst_rms.push(rms);
         for (count, is_outer) in result.outer.iter_mut().zip(outer) {
@@ -199,5 +257,8 @@ pub fn yield_of(
         }
     }
     result.worst_rms.sort_by(f64::total_cmp);
+    for all in &mut result.worst {
+        all.sort_by(f64::total_cmp);
+    }
     Ok(result)
 }
