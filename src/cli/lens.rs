@@ -8,7 +8,7 @@
 use std::io::Write;
 use std::path::Path;
 
-use clap::{Arg, ArgMatches, Command};
+use clap::{Arg, ArgAction, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::work::Budget;
@@ -206,7 +206,9 @@ pub(crate) fn command() -> Command {
         .arg(
             Arg::new("lens")
                 .value_name("LENS")
-                .help("a shipped lens, a file or a folder of lens files; without one, or with a part of a name, lists shipped lenses"),
+                .num_args(1..)
+                .action(ArgAction::Append)
+                .help("a shipped lens, a file or a folder of lens files; several have one line each; without one, or with a part of a name, lists shipped lenses"),
         )
         .args(OUTPUTS.iter().map(Output::argument))
         .args(lens_export::arguments())
@@ -264,11 +266,13 @@ pub fn lens_output(words: &[String]) -> Result<LensOutput> {
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let is_asked_for = |output: &&Output| output.is_asked_for(matches);
     let outputs: Vec<&Output> = OUTPUTS.iter().filter(is_asked_for).collect();
-    let Some(name) = text(matches, "lens") else {
+    let names = matches.get_many::<String>("lens");
+    let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
+    let Some(&name) = names.first() else {
         return without_lens(&outputs, out);
     };
-    if Path::new(name).is_dir() {
-        return survey(Path::new(name), &outputs, matches, out);
+    if names.len() > 1 || Path::new(name).is_dir() {
+        return survey(&names, &outputs, matches, out);
     }
     let is_file = Path::new(name).exists() || outputs.iter().any(|output| output.flag != "json");
     if !is_file && let Some(list) = lens_list::named_like(name, !outputs.is_empty())? {
@@ -301,30 +305,37 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     Ok(0)
 }
 
-/// Writes the survey of a folder: as text, JSON or CSV, or as a page.
+/// Writes the survey of a folder, or of several lenses: as text, JSON or CSV, or as a page.
 fn survey(
-    folder: &Path,
+    names: &[&str],
     outputs: &[&Output],
     matches: &ArgMatches,
     out: &mut dyn Write,
 ) -> Result<i32> {
-    const POSSIBLE: [&str; 3] = ["json", "csv", "sheet"];
-    if let Some(other) = outputs
-        .iter()
-        .find(|output| !POSSIBLE.contains(&output.flag))
-    {
-        let error = format!(
-            "`--{}` needs one lens, and `{}` is a folder",
-            other.flag,
-            folder.display()
-        );
-        return Err(Diagnostic::error(error)
-            .with_help("a folder takes --json, --csv FILE and --sheet FILE.html"));
+    const POSSIBLE: [&str; 6] = ["json", "csv", "sheet", "glass-catalogue", "gap", "work"];
+    let is_given =
+        |name: &&str| matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine);
+    let lens_options = options::lens_options().map(|option| option.name);
+    let conditions = CONDITIONS.iter().chain(&BATCH).map(|(name, ..)| *name);
+    let others = lens_options.chain(conditions).filter(is_given);
+    let asked = outputs.iter().map(|output| output.flag).chain(others);
+    if let Some(other) = asked.into_iter().find(|name| !POSSIBLE.contains(name)) {
+        let what = match names {
+            [folder] => format!("`{folder}` is a folder"),
+            _ => format!("{} are named", names.len()),
+        };
+        let error = format!("`--{other}` needs one lens, and {what}");
+        return Err(Diagnostic::error(error).with_help(
+            "a folder and several lenses take --json, --csv FILE and --sheet FILE.html",
+        ));
     }
     let (choice, _) =
         LensChoice::from_options("", &flags::given_options(matches), &mut Sink::new())?;
     let work = options::work(&flags::given_options(matches))?;
-    let survey = LensSurvey::of(folder, &choice.reading()?, work)?;
+    let survey = match names {
+        [folder] => LensSurvey::of(Path::new(folder), &choice.reading()?, work)?,
+        names => LensSurvey::of_names(names, &choice.reading()?, work),
+    };
     if outputs.is_empty() {
         return save(survey.text(), None, out);
     }

@@ -1,4 +1,5 @@
-//! `ivcam lens FOLDER`: one line for each lens file of a folder, as text, JSON, CSV or a page.
+//! `ivcam lens FOLDER`: one line for each lens file of a folder, or for several lenses, as text,
+//! JSON, CSV or a page.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -23,7 +24,7 @@ const SHARED: [&str; 3] = ["dat", "json", "txt"];
 
 /// What a survey says of a file.
 struct SurveyRow {
-    /// The path below the folder.
+    /// The path below the folder, or the name.
     file: String,
     /// The lens, with its data; or why it is not read.
     lens: Result<SurveyedLens>,
@@ -73,6 +74,17 @@ impl LensSurvey {
                 let help = format!("their names end in .{}", ENDINGS.join(", ."));
                 Err(Diagnostic::not_found(message).with_help(help))
             }
+        }
+    }
+
+    /// Opens lenses by their names or files, in this order. `work` is the limit of each.
+    pub(super) fn of_names(names: &[&str], reading: &Reading, work: WorkLimit) -> Self {
+        let rows = names.par_iter().map(|name| SurveyRow {
+            file: (*name).to_owned(),
+            lens: opened(Path::new(name), reading, work),
+        });
+        Self {
+            rows: rows.collect(),
         }
     }
 
