@@ -9,8 +9,8 @@ use ivcam_optics::lens::Focus;
 use ivcam_optics::lens_export::{
     CameraModel, Chosen, Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
-use ivcam_optics::prescription::Prescription;
 use ivcam_optics::prescription::formats::write::{Target, write_at};
+use ivcam_optics::prescription::{About, Prescription};
 
 use super::lens_request::{Content, Request, no_image};
 use super::{parsed, text, value};
@@ -164,8 +164,7 @@ impl Export<'_> {
     /// reaches to the film.
     fn prescription(&self, target: Target) -> Result<Content> {
         let (lens, setting) = (&self.request.lens, self.request.setting());
-        let mut prescription = lens.prescription().clone();
-        drop_old_notes(&mut prescription, &self.request.choice);
+        let mut prescription = restated(self.request, target);
         let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
         let focus = setting
             .conjugate(lens)
@@ -180,6 +179,27 @@ impl Export<'_> {
         }
         Ok(Content::Text(text))
     }
+}
+
+/// Returns the prescription with what its file states, as far as the lens is still that of the
+/// file. In Zemax's and CODE V's formats it states the field of the data sheet, if its file does
+/// not state one.
+pub(super) fn restated(request: &Request<'_>, target: Target) -> Prescription {
+    let (lens, setting) = (&request.lens, request.setting());
+    let mut prescription = lens.prescription().clone();
+    drop_old_notes(&mut prescription, &request.choice);
+    let about = About::of(&prescription);
+    let has_field = about.field_degrees.is_some() || about.image_height.is_some();
+    let needs_field = matches!(target, Target::Zemax | Target::CodeV) && !has_field;
+    if needs_field && let Some(height) = setting.full_height(lens) {
+        // Micrometers are enough of a field that nobody states.
+        let height = (1e3 * height).round() / 1e3;
+        super::status!(
+            "field: the lens states none; that of the data sheet is written, {height} mm on the film"
+        );
+        prescription.image_height = Some(height);
+    }
+    prescription
 }
 
 /// Returns the name of an EXR file without its ending, which may be in capitals.
@@ -262,6 +282,60 @@ mod tests {
         let error = printed("--export opencv").unwrap_err();
         assert_eq!(error.message, "`--export` needs a lens");
         assert!(error.help.unwrap().contains("lists the lenses"));
+    }
+
+    #[test]
+    fn several_lenses_have_a_line_each_and_no_options_of_one() {
+        let text = printed("double-gauss biotar no-such-lens").unwrap();
+        let lines: Vec<&str> = text.lines().collect();
+        for (line, name) in lines[1..]
+            .iter()
+            .zip(["double-gauss", "biotar", "no-such-lens"])
+        {
+            assert!(line.trim_start().starts_with(name), "{text}");
+        }
+        assert!(
+            lines[1].contains("100.7") && lines[3].contains("not read"),
+            "{text}"
+        );
+        for option in ["--efl 50mm", "--fields 0,10", "--seed 1", "--psf a.png"] {
+            let error = printed(&format!("double-gauss biotar {option}")).unwrap_err();
+            assert!(
+                error.message.ends_with("needs one lens, and 2 are named"),
+                "{error}"
+            );
+        }
+        assert!(
+            printed("double-gauss biotar --json")
+                .unwrap()
+                .starts_with('[')
+        );
+    }
+
+    /// A doublet of Zemax at wavelengths of its own, without a field.
+    #[test]
+    fn the_sheet_names_wavelengths_and_an_export_has_the_field_of_the_sheet() {
+        let file = std::env::temp_dir().join(format!("ivcam-own-{}.zmx", std::process::id()));
+        let text = "VERS 1\nMODE SEQ\nENPD 10\nWAVM 1 0.45 1\nWAVM 2 0.55 1\nWAVM 3 0.64 1\nPWAV 2\n\
+            SURF 0\n  DISZ INFINITY\nSURF 1\n  STOP\n  CURV 0.02\n  DISZ 5\n  GLAS N-BK7\n  DIAM 5\n\
+            SURF 2\n  CURV 0\n  DISZ 95\n  DIAM 6\nSURF 3\n  CURV 0\n";
+        std::fs::write(&file, text).unwrap();
+        let sheet = printed(&file.display().to_string());
+        let zemax = printed(&format!("{} --export zmx --film 24", file.display()));
+        std::fs::remove_file(file).unwrap();
+        let sheet = sheet.unwrap();
+        let heads = sheet
+            .lines()
+            .find(|line| line.contains("distortion  "))
+            .unwrap();
+        assert!(heads.ends_with("   450 nm    640 nm"), "{sheet}");
+        assert!(!sheet.contains("lateral F"), "{sheet}");
+        let zemax = zemax.unwrap();
+        assert!(
+            zemax.contains("\nFTYP 3 0 3 3 ") && zemax.contains(" 8.4 12\n"),
+            "{zemax}"
+        );
+        assert!(printed("biogon").unwrap().contains("lateral F lateral C\n"));
     }
 
     #[test]

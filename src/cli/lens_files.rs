@@ -9,6 +9,7 @@ use ivcam_optics::prescription::formats::write::{Target, write};
 use ivcam_render::camera::{film_plane, lens_in_scene};
 
 use super::lens_csv;
+use super::lens_export;
 use super::lens_request::{Content, Request, no_image};
 use super::trace_rays::Traced;
 
@@ -21,7 +22,8 @@ pub(super) fn ending(file: &str) -> String {
 /// Writes the prescription, and warns about data that the format cannot express.
 pub(super) fn prescription(request: &Request<'_>, file: &str) -> Result<Content> {
     let target = Target::of(Path::new(file))?;
-    let (text, left_out) = write(request.lens.prescription(), target)?;
+    let lens = lens_export::restated(request, target);
+    let (text, left_out) = write(&lens, target)?;
     for what in left_out {
         super::status!("warning: `{file}` leaves out {what}");
     }

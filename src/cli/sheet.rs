@@ -241,9 +241,22 @@ fn conditions(page: &mut Page, sheet: &LensSheet) {
 
 /// Adds the curves as a table over the image height.
 fn curves(page: &mut Page, sheet: &LensSheet) {
+    // Wavelengths that are not lines have three or more digits and a unit.
+    let [short, _, long] = sheet.line_names();
+    let is_named = |name: &str| name.len() == 1;
+    let color = match is_named(&short) && is_named(&long) {
+        true => [short, long].map(|name| format!("lateral {name}")),
+        false => [short, long],
+    };
+    if !color[0].starts_with("lateral") {
+        page.heads(&CURVE, "|||||||lateral|lateral");
+    }
     page.heads(
         &CURVE,
-        "height|angle|distortion|light|at film|tangential|sagittal|lateral F|lateral C",
+        &format!(
+            "height|angle|distortion|light|at film|tangential|sagittal|{}|{}",
+            color[0], color[1]
+        ),
     );
     page.heads(&CURVE, "mm|deg|%||deg|mm|mm|\u{b5}m|\u{b5}m");
     for row in sheet.fields.iter().step_by(8) {
