@@ -40,11 +40,12 @@ impl FileBytes {
     /// Says that the bytes before an offset will hardly be read again, so that the memory of a
     /// mapped file can be used for something else.
     pub fn release_before(&self, offset: usize) {
-        match self {
-            Self::Read(_) => {}
-            #[cfg(target_os = "linux")]
-            Self::Mapped(file) => file.release_before(offset),
+        #[cfg(target_os = "linux")]
+        if let Self::Mapped(file) = self {
+            file.release_before(offset);
         }
+        #[cfg(not(target_os = "linux"))]
+        let _ = offset;
     }
 }
 

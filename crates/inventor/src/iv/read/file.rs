@@ -37,7 +37,7 @@ pub(super) fn read_into(
     }
     let is_binary = header.encoding.is_binary(&bytes);
     // A large file is not kept: its text is read again if a message quotes it.
-    let (mut source, file) = match bytes {
+    let (mut source, file): (_, Option<FileBytes>) = match bytes {
         FileBytes::Read(bytes) => (Source::new(name, bytes), None),
         #[cfg(target_os = "linux")]
         FileBytes::Mapped(_) => (Source::on_disk(name, bytes.len()), Some(bytes)),
