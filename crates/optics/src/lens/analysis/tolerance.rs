@@ -196,6 +196,10 @@ fn drawn(nominal: &[f64], tolerances: &[Tolerance], trial: u64, seed: u64) -> Ve
     std::iter::zip(nominal, tolerances).map(draw).collect()
 }
 
+/// Whether a lens passes, its largest rms spot, its figure for each requirement, and whether each
+/// tolerance is in the outer half of its range.
+type Trial = (bool, f64, Vec<f64>, Vec<bool>);
+
 /// The yield of a lens. Trials are numbered, and each depends on the seed and its number alone, so
 /// that the result is the same at any number of threads.
 ///
@@ -219,7 +223,7 @@ pub fn yield_of(
     let nominal: Vec<f64> = tolerances.iter().map(value).collect::<Result<_>>()?;
     let merit = Merit::of(lens, setting)
         .ok_or_else(|| missing(format!("`{}` has no image to describe", lens.name())))?;
-    let made: Vec<Result<(bool, f64, Vec<f64>, Vec<bool>)>> = (0..trials as u64)
+    let made: Vec<Result<Trial>> = (0..trials as u64)
         .into_par_iter()
         .map(|trial| {
             let changes = drawn(&nominal, tolerances, trial, seed);
