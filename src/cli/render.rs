@@ -522,7 +522,6 @@ fn write_picture(
             warning.iter().for_each(|warning| print_diagnostic(warning));
             print_glow(session, options, picture);
         }
-        print_glow(session, options, picture);
     };
     if options.layers.is_none() && options.denoiser.is_none() {
         let picture = session.develop_last(exposure, command);
@@ -595,14 +594,6 @@ fn render_in_strips(
     }
     print_glow(session, options, &made.sample);
     Ok((report, counts))
-}
-
-/// Prints the shading model in which the luminous shapes of a dark picture would shine.
-fn print_glow(session: &Session, options: &OutputOptions, picture: &Picture) {
-    let notice = session.glow_notice(picture).filter(|_| !options.quiet);
-    if let Some(line) = notice {
-        super::status!("{line}");
-    }
 }
 
 /// Prints the session's notices.
