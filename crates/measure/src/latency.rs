@@ -1,6 +1,6 @@
-//! Measures the latency of the window: from its start with a scene to the first frame; from a change
-//! to its first frame, to the first one at the resolution of the view, and to an estimated error of
-//! 2%; through the engine that the window uses.
+//! Measures the latency of the window: from its start with a scene to the first frame; from a
+//! change to its first frame, to the first one at the resolution of the view, and to an estimated
+//! error of 2%; through the engine that the window uses.
 //!
 //! `cargo run --release -p measure -- latency -- SCENE...` prints a table.
 

@@ -159,7 +159,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "exposure",
         Takes::One("FACTOR|auto"),
-        "multiplies the exposure; 1 renders white on the axis as white; auto: metered through the lens [1]",
+        "a factor; 1 renders white on the axis as white; auto: metered [1]",
     )
     .plan(
         |plan, words, _| {
@@ -169,7 +169,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
             }
             // Beyond these, exposures overflow single precision.
             let factor = |word: &str| positive(word).filter(|x| (1e-30..=1e30).contains(x));
-            let expects = "auto, which meters it, or a factor from 1e-30 to 1e30; a stop more is 2, a stop less 0.5";
+            let expects = "a factor from 1e-30 to 1e30, or auto, which meters it; a stop more is 2, a stop less 0.5";
             set(&mut plan.exposure, words.parsed("exposure", expects, factor)?);
             Ok(())
         },
