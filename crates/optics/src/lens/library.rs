@@ -199,7 +199,7 @@ mod tests {
     #[test]
     fn a_focal_length_in_place_of_a_name_lists_lenses_near_it() {
         let help = |word: &str| {
-            let error = Lens::open(word).err().expect("there is no such lens");
+            let error = Lens::open(word).expect_err("there is no such lens");
             assert!(error.message.contains("is a focal length"), "{error}");
             error.help.clone().unwrap_or_default()
         };
@@ -212,7 +212,7 @@ mod tests {
             );
         }
         assert!(!help("1200mm").contains("there are"));
-        let error = Lens::open("biogom").err().expect("there is no such lens");
+        let error = Lens::open("biogom").expect_err("there is no such lens");
         assert!(error.help.is_some_and(|help| help.contains("`biogon`")));
     }
 }
