@@ -9,6 +9,10 @@ use crate::prescription::glass::medium::D_LINE;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Plane;
 
+/// The largest factor of a scale, and one over the smallest. A lens of 100 mm would be as large as
+/// the orbit of Earth.
+const LARGEST_FACTOR: f64 = 1e12;
+
 impl Prescription {
     /// The first-order data in the plane of the axis and y at a wavelength.
     pub(crate) fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
@@ -19,11 +23,12 @@ impl Prescription {
     ///
     /// # Errors
     ///
-    /// Returns an error for an afocal lens, which has no focal length.
+    /// Returns an error for an afocal lens, which has no focal length, and for a factor that is
+    /// negative or beyond 1e12.
     pub fn scaled_to(&self, efl: Mm, wavelength_nm: f64) -> Result<Self> {
         let old = self.first_order(wavelength_nm).efl();
         let factor = efl.0 / old;
-        if !(factor > 0.0 && factor.is_finite()) {
+        if !(1.0 / LARGEST_FACTOR..=LARGEST_FACTOR).contains(&factor) {
             return Err(Diagnostic::error(format!(
                 "`{}` has a focal length of {old} mm and can't be scaled to {} mm",
                 self.name, efl.0

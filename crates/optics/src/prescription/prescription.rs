@@ -680,12 +680,7 @@ fn clamp_to_radius(
     sink: &mut Sink,
     place: &impl Fn(usize, Column) -> Span,
 ) {
-    let k = match surface.shape {
-        Shape::Sphere => 0.0,
-        Shape::Conic { k } if k > -1.0 => k,
-        _ => return,
-    };
-    let widest = 1.0 / (surface.curvature.per_mm().abs() * (1.0 + k).sqrt());
+    let widest = surface.widest_cap();
     if surface.semi_diameter.is_finite() && surface.semi_diameter > widest * (1.0 + 1e-12) {
         sink.warn(
             place(i, Column::SemiDiameter),

@@ -283,6 +283,17 @@ pub struct Surface {
 }
 
 impl Surface {
+    /// The largest semi-diameter of a sphere or an ellipsoid of revolution, in millimeters: that of
+    /// its equator. It is infinite for other shapes.
+    pub(crate) fn widest_cap(&self) -> f64 {
+        let k = match self.shape {
+            Shape::Sphere => 0.0,
+            Shape::Conic { k } if k > -1.0 => k,
+            _ => return f64::INFINITY,
+        };
+        1.0 / (self.curvature.per_mm().abs() * (1.0 + k).sqrt())
+    }
+
     /// A spherical surface, or a plane with a radius of 0.
     pub fn sphere(radius: f64, thickness: f64, medium: Medium, semi_diameter: f64) -> Self {
         Self {

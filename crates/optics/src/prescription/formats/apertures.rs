@@ -155,7 +155,8 @@ pub(super) fn close_open_stop(lens: &mut Prescription, sink: &mut Sink) {
     let Some((limit, entrance)) = narrowest.filter(|(_, r)| r.is_finite()) else {
         return;
     };
-    let radius = entrance * heights[stop].abs();
+    let beam = entrance * heights[stop].abs();
+    let radius = beam.min(lens.surfaces[stop].widest_cap());
     if radius > 0.0 {
         let message = format!(
             "the stop, surface {stop}, has no aperture: it is as wide as the beam on the axis that \
