@@ -7,7 +7,7 @@ use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
 use crate::prescription::formats::dat::columns::{self, Heading};
 use crate::prescription::formats::dat::gap::{self, Candidate, Stated};
 use crate::prescription::formats::dat::lines::{Cell, lines};
-use crate::prescription::formats::dat::row::{Row, parsed_rows};
+use crate::prescription::formats::dat::row::{LensRow, parsed_rows};
 use crate::prescription::formats::format::{Format, Gap};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::{D_LINE, Medium};
@@ -74,7 +74,7 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
 }
 
-fn is_open(row: &Row) -> bool {
+fn is_open(row: &LensRow) -> bool {
     row.diameter.is_infinite()
 }
 
@@ -83,7 +83,7 @@ fn is_open(row: &Row) -> bool {
 /// # Errors
 ///
 /// Returns an error if a row needs the beam and the comments do not state it.
-fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[Row]) -> Result<Beam> {
+fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[LensRow]) -> Result<Beam> {
     let about = About::of_notes(notes);
     let f_number = stated_f_number(notes);
     let beam = Beam {
@@ -110,7 +110,7 @@ fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[Row]) -> Result<
 /// evidence speaks for.
 fn candidate(
     file: PrescriptionReader<'_>,
-    rows: &[Row],
+    rows: &[LensRow],
     notes: &[String],
     beam: Beam,
     stated: Stated,
@@ -310,7 +310,7 @@ fn is_heading(comment: &str) -> bool {
 }
 
 /// Makes the lens of the rows, with these thicknesses.
-fn build(file: PrescriptionReader<'_>, rows: &[Row], gaps: &[f64]) -> Prescription {
+fn build(file: PrescriptionReader<'_>, rows: &[LensRow], gaps: &[f64]) -> Prescription {
     let mut draft = file.draft(None);
     for (row, gap) in rows.iter().zip(gaps) {
         let medium = match (&row.glass, row.index) {
@@ -352,7 +352,7 @@ pub(in crate::prescription::formats) fn adopt_a_stop(lens: &mut Prescription) {
 /// Warns if the last thickness, which is the distance to the film in a printed table, differs from
 /// the back focal distance by more than 5% of the focal length: a row or a digit is then probably
 /// missing, as in the table of the 1999 paper.
-fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[Row], sink: &mut Sink) {
+fn warn_if_a_row_is_lost(lens: &Prescription, rows: &[LensRow], sink: &mut Sink) {
     let Some(focal) = lens.first_order(D_LINE).focal else {
         return;
     };

@@ -17,7 +17,7 @@ const ROW: &str = "a row is: radius, thickness, index, aperture diameter";
 
 /// A row of the table. A column that the file leaves empty is `None`.
 #[derive(Default)]
-pub(super) struct Row {
+pub(super) struct LensRow {
     pub(super) radius: f64,
     pub(super) gap: f64,
     pub(super) index: Option<f64>,
@@ -38,7 +38,7 @@ pub(super) struct Row {
     pub(super) spans: Places,
 }
 
-impl Row {
+impl LensRow {
     /// The shape of the surface.
     pub(super) fn shape(&self) -> Shape {
         let conic = Shape::Sphere.with_conic(self.conic);
@@ -64,13 +64,13 @@ pub(super) fn parsed_rows(
     file: PrescriptionReader<'_>,
     lines: &[Vec<Cell<'_>>],
     heading: Option<&Heading>,
-) -> Result<Vec<Row>> {
+) -> Result<Vec<LensRow>> {
     let heading = heading.filter(|h| h.columns.len() >= 3);
     let by_value = columns::order_of_five(lines);
     if let (Some(heading), Some(first)) = (heading, lines.first()) {
         check_heading(file, heading, first)?;
     }
-    let mut rows: Vec<Row> = Vec::with_capacity(lines.len());
+    let mut rows: Vec<LensRow> = Vec::with_capacity(lines.len());
     let mut before = 1.0;
     for cells in lines {
         let unnamed = by_value.filter(|_| cells.len() >= 5).unwrap_or(&FOUR);
@@ -161,7 +161,7 @@ fn is_flat(cell: &Cell<'_>) -> bool {
 
 impl RowReader<'_, '_> {
     /// Makes a row of the cells of a line.
-    fn row(&self, cells: &[Cell<'_>]) -> Result<Row> {
+    fn row(&self, cells: &[Cell<'_>]) -> Result<LensRow> {
         if let Some(stop) = self.short_stop(cells)? {
             return Ok(stop);
         }
@@ -180,11 +180,11 @@ impl RowReader<'_, '_> {
         let Some((cells, columns)) = found else {
             return Err(self.wrong_count(cells));
         };
-        let mut row = Row {
+        let mut row = LensRow {
             is_marked: mark.is_some(),
             diameter: f64::INFINITY,
             spans: [cells.first().map_or(Span::at(0), |cell| cell.word.span); 4],
-            ..Row::default()
+            ..LensRow::default()
         };
         for (cell, column) in cells.iter().zip(columns) {
             self.read(&mut row, cell, column)?;
@@ -256,7 +256,7 @@ impl RowReader<'_, '_> {
     }
 
     /// Reads a cell of a column.
-    fn read(&self, row: &mut Row, cell: &Cell<'_>, column: Column) -> Result<()> {
+    fn read(&self, row: &mut LensRow, cell: &Cell<'_>, column: Column) -> Result<()> {
         let span = cell.word.span;
         match column {
             Column::Radius => {
@@ -294,7 +294,7 @@ impl RowReader<'_, '_> {
         Ok(())
     }
 
-    fn index(&self, row: &mut Row, cell: &Cell<'_>) -> Result<()> {
+    fn index(&self, row: &mut LensRow, cell: &Cell<'_>) -> Result<()> {
         row.is_mirror = cell.word.is("mirror");
         row.index = match cell.number {
             Some(_) => Some(self.number(cell)?),
@@ -321,7 +321,7 @@ impl RowReader<'_, '_> {
 
     /// A stop of three numbers, which has no radius or no index: the paper's stop has the index of
     /// the medium before it. None for any other line.
-    fn short_stop(&self, cells: &[Cell<'_>]) -> Result<Option<Row>> {
+    fn short_stop(&self, cells: &[Cell<'_>]) -> Result<Option<LensRow>> {
         let aperture = self.columns.iter().find(|c| c.is_aperture());
         let numbers: Option<Vec<f64>> = cells.iter().map(|cell| cell.number).collect();
         let at = match (numbers.as_deref(), aperture) {
@@ -332,11 +332,11 @@ impl RowReader<'_, '_> {
         };
         let [gap, aperture_value] = [1, 3].map(|i: usize| self.number(&cells[at[i]]));
         let half = aperture == Some(&Column::SemiDiameter);
-        Ok(Some(Row {
+        Ok(Some(LensRow {
             gap: gap?,
             diameter: aperture_value? * if half { 2.0 } else { 1.0 },
             spans: at.map(|i| cells[i].word.span),
-            ..Row::default()
+            ..LensRow::default()
         }))
     }
 
