@@ -13,7 +13,8 @@ use serde_json::{Value as Json, json};
 
 use super::convert::{self, ConvertedFile};
 use super::folder_mode::{
-    FileProgress, create_folder, failure_line, keep_files_of_others, output_folder, problem_text,
+    FileProgress, create_folder, failure_line, keep_files_of_others, nothing_to_draw_line,
+    output_folder, problem_text,
 };
 use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
@@ -227,8 +228,7 @@ impl ConversionSum {
         self.damaged += usize::from(converted.is_damaged);
         if converted.conversion.is_empty {
             self.empty += 1;
-            let more = problems.iter().map(|problems| format!("; {problems}"));
-            let line = format!("{}: nothing to draw{}", job.name, more.collect::<String>());
+            let line = nothing_to_draw_line(job, problems.as_deref());
             self.list(job, "nothing to draw", problems, converted.source);
             return Some(line);
         }

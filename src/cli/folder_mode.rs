@@ -134,6 +134,12 @@ pub(crate) fn problem_text(job: &Job, problems: &[Diagnostic]) -> Option<String>
     Some(format!("{}, such as {worst}", counted(count, "problem")))
 }
 
+/// Returns the line about a scene with nothing to draw, with the text about its problems.
+pub(crate) fn nothing_to_draw_line(job: &Job, problems: Option<&str>) -> String {
+    let more = problems.map(|problems| format!("; {problems}"));
+    format!("{}: nothing to draw{}", job.name, more.unwrap_or_default())
+}
+
 /// Returns the line about a scene that failed.
 pub(crate) fn failure_line(job: &Job, error: &Diagnostic) -> String {
     let message = error.in_line_of(&job.input.display().to_string());

@@ -10,7 +10,8 @@ use ivcam_inventor::pose::ViewDirection;
 use serde_json::{Value as Json, json};
 
 use super::folder_mode::{
-    FileProgress, create_folder, failure_line, keep_files_of_others, output_folder, problem_text,
+    FileProgress, create_folder, failure_line, keep_files_of_others, nothing_to_draw_line,
+    output_folder, problem_text,
 };
 use super::{ERROR, flags, print_warnings, render, switch, text};
 use crate::archive::{Job, Jobs, MadePicture, Naming, Record, for_each, make_picture};
@@ -167,8 +168,7 @@ impl Sum {
             Ok(made) if made.is_empty => {
                 self.empty += 1;
                 let problems = problem_text(job, &made.problems);
-                let more = problems.iter().map(|problems| format!("; {problems}"));
-                let line = format!("{}: nothing to draw{}", job.name, more.collect::<String>());
+                let line = nothing_to_draw_line(job, problems.as_deref());
                 self.list(job, "nothing to draw", None, problems);
                 Some(line)
             }
