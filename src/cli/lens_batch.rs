@@ -320,7 +320,7 @@ fn requirement_lines(table: &ToleranceTable, found: &Yield, setting: &MeritSetti
         );
     }
     for (i, requirement) in table.requirements.iter().enumerate() {
-        let (least, name) = (requirement.is_least(), &table.required[i]);
+        let name = &table.required[i];
         let nominal = match requirement.worst(&found.nominal) {
             None => {
                 let _ = writeln!(text, "{name}: not met where there is no light");
@@ -335,12 +335,11 @@ fn requirement_lines(table: &ToleranceTable, found: &Yield, setting: &MeritSetti
             value if !value.is_finite() => "no light".to_owned(),
             value => format!("{value:.5}"),
         };
-        let (median, most) = match (requirement, least) {
-            (Requirement::FocalLength(..), _) => {
-                (figure(0.5), format!("{} to {}", figure(0.05), figure(0.95)))
-            }
-            (_, true) => (figure(0.5), format!("{} or more", figure(0.1))),
-            (_, false) => (figure(0.5), format!("{} or less", figure(0.9))),
+        let median = figure(0.5);
+        let most = match requirement {
+            Requirement::FocalLength(..) => format!("{} to {}", figure(0.05), figure(0.95)),
+            _ if requirement.is_least() => format!("{} or more", figure(0.1)),
+            _ => format!("{} or less", figure(0.9)),
         };
         let met = if requirement.is_met(&found.nominal) {
             ""

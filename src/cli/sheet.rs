@@ -243,14 +243,13 @@ fn conditions(page: &mut Page, sheet: &LensSheet) {
 fn curves(page: &mut Page, sheet: &LensSheet) {
     // Wavelengths that are not lines have three or more digits and a unit.
     let [short, _, long] = sheet.line_names();
-    let is_named = |name: &str| name.len() == 1;
-    let color = match is_named(&short) && is_named(&long) {
+    let color = match short.len() == 1 && long.len() == 1 {
         true => [short, long].map(|name| format!("lateral {name}")),
-        false => [short, long],
+        false => {
+            page.heads(&CURVE, "|||||||lateral|lateral");
+            [short, long]
+        }
     };
-    if !color[0].starts_with("lateral") {
-        page.heads(&CURVE, "|||||||lateral|lateral");
-    }
     page.heads(
         &CURVE,
         &format!(
