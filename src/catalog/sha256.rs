@@ -1,10 +1,32 @@
 //! The hash SHA-256, by which an archive states that a file is unchanged.
 
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{self, Write};
 use std::path::Path;
 
 use sha2::{Digest, Sha256};
+
+/// The hash of what is written to it.
+#[derive(Default)]
+pub(super) struct HashWriter(Sha256);
+
+impl HashWriter {
+    /// Returns the hash as 64 hexadecimal digits.
+    pub(super) fn finish(self) -> String {
+        hex(&self.0.finalize())
+    }
+}
+
+impl Write for HashWriter {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
 
 /// Returns the hash of some bytes.
 pub(super) fn digest(bytes: &[u8]) -> [u8; 32] {
@@ -15,18 +37,10 @@ pub(super) fn digest(bytes: &[u8]) -> [u8; 32] {
 ///
 /// # Errors
 /// Returns an error if the file cannot be read.
-pub(super) fn of_file(path: &Path) -> std::io::Result<String> {
-    let mut hash = Sha256::new();
-    let mut reader = BufReader::with_capacity(1 << 16, File::open(path)?);
-    loop {
-        let part = reader.fill_buf()?;
-        if part.is_empty() {
-            return Ok(hex(&hash.finalize()));
-        }
-        hash.update(part);
-        let length = part.len();
-        reader.consume(length);
-    }
+pub(super) fn of_file(path: &Path) -> io::Result<String> {
+    let mut hash = HashWriter::default();
+    io::copy(&mut File::open(path)?, &mut hash)?;
+    Ok(hash.finish())
 }
 
 /// Returns bytes as hexadecimal digits.

@@ -22,7 +22,7 @@ use super::needs::{inside, needs, size_and_time, typefaces, units};
 use super::notes::{notes, producer};
 use super::options::CatalogOptions;
 use super::place;
-use super::sha256;
+use super::sha256::{self, HashWriter};
 use super::tree::{MOST_PROBLEMS, SceneDetail, tree};
 use crate::archive::{Job, one_color};
 use crate::photo::{
@@ -102,8 +102,9 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
 
 /// Returns the hash of a scene's nodes as they are written, or `None` if there are no nodes.
 fn scene_sha256(document: &Document) -> Option<String> {
-    let written = || sha256::digest(&document.write(Format::Ascii));
-    (!document.roots.is_empty()).then(|| sha256::hex(&written()))
+    let mut hash = HashWriter::default();
+    let written = document.write_to(Format::Ascii, &mut hash);
+    (written.is_ok() && !document.roots.is_empty()).then(|| hash.finish())
 }
 
 /// Returns the addresses, relative to the page of a scene, of the files that it needs and that a

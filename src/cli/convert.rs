@@ -19,7 +19,7 @@ use super::flags::{FONTS, LIMIT, MEMORY, WORK};
 use super::meter::{MeterKind, waiting};
 use super::outputs::{FORCE, is_forced, is_standard_stream, keep_inputs};
 use super::{parsed, print_diagnostic, print_warnings, status, switch, text};
-use crate::export::{Conversion, ExportOptions, Target, convert, rewritten, source_report};
+use crate::export::{Conversion, ExportOptions, Target, convert, rewriting, source_report};
 
 /// The names of the formats of Inventor and VRML, for `--to`.
 const REWRITTEN: [&str; 3] = ["ascii", "binary", "iv"];
@@ -187,11 +187,12 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let code = if lost { LOSSES } else { 0 };
     match output {
         None => {
-            let written = out.write_all(&conversion.bytes).and_then(|()| out.flush());
+            let written = put(&conversion, &document, wanted, out).and_then(|()| out.flush());
+            Budget::current().check()?;
             Ok(super::exit_code(written)?.max(code))
         }
         Some(path) => {
-            write(&conversion, path)?;
+            write(&conversion, &document, wanted, path)?;
             Ok(code)
         }
     }
@@ -205,14 +206,14 @@ pub(super) fn joined(mut report: Json, more: Json) -> Json {
     report
 }
 
-/// Converts a document.
+/// Converts a document. What only rewrites it has no bytes, which [`write()`] makes.
 pub(super) fn converted(
     document: &Document,
     output: ConvertedFile,
     options: &ExportOptions,
 ) -> Result<Conversion> {
     let conversion = match output {
-        ConvertedFile::Rewritten(format) => rewritten(document, format, options),
+        ConvertedFile::Rewritten(format) => rewriting(document, format, options),
         ConvertedFile::Exported(target) => convert(document, target, options)?,
     };
     // Writing ends early if the work is stopped.
@@ -221,14 +222,39 @@ pub(super) fn converted(
 }
 
 /// Writes a converted scene. The file itself is written last, so that those beside it are there.
-pub(super) fn write(conversion: &Conversion, path: &Path) -> Result<()> {
+pub(super) fn write(
+    conversion: &Conversion,
+    document: &Document,
+    format: ConvertedFile,
+    path: &Path,
+) -> Result<()> {
     for (name, bytes) in &conversion.beside {
         let beside = path.with_file_name(name);
         let folder = folder_of(&beside);
         std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
         write_whole(&beside, |file| file.write_all(bytes))?;
     }
-    write_whole(path, |file| file.write_all(&conversion.bytes))
+    let mut stopped = Ok(());
+    let written = write_whole(path, |file| {
+        put(conversion, document, format, file)?;
+        stopped = Budget::current().check();
+        let failure = |_| std::io::Error::from(std::io::ErrorKind::Interrupted);
+        stopped.as_ref().copied().map_err(failure)
+    });
+    stopped.and(written)
+}
+
+/// Puts out the bytes of a converted scene. They end early if the work is stopped.
+fn put(
+    conversion: &Conversion,
+    document: &Document,
+    format: ConvertedFile,
+    to: &mut dyn Write,
+) -> std::io::Result<()> {
+    match format {
+        ConvertedFile::Rewritten(format) => document.write_to(format, to),
+        ConvertedFile::Exported(_) => to.write_all(&conversion.bytes),
+    }
 }
 
 /// Returns the options of a conversion.

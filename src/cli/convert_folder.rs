@@ -187,7 +187,7 @@ impl FolderBatch<'_> {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
             convert::keep_scene(&conversion, &job.output, &job.input, document)?;
-            convert::write(&conversion, &job.output)?;
+            convert::write(&conversion, document, output, &job.output)?;
             // The bytes of many scenes may wait to be counted.
             (conversion.bytes, conversion.beside) = Default::default();
         }

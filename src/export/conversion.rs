@@ -50,7 +50,10 @@ pub struct Conversion {
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
     let has_own_nodes = document.is_vrml97() || document.is_x3d();
     if target == Target::Inventor && !has_own_nodes {
-        return Ok(rewritten(document, Format::Ascii, options));
+        return Ok(Conversion {
+            bytes: document.write(Format::Ascii),
+            ..rewriting(document, Format::Ascii, options)
+        });
     }
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
@@ -127,8 +130,9 @@ fn light_by_levels(model: &mut Model, losses: &mut Losses) {
     }
 }
 
-/// Writes a scene in the language of its file, Inventor or VRML97, as text or in binary.
-pub(crate) fn rewritten(
+/// Reports what a scene loses in the language of its file, Inventor or VRML97, as text or in binary.
+/// The bytes are left to [`Document::write_to`], which needs no memory for them.
+pub(crate) fn rewriting(
     document: &Document,
     format: Format,
     options: &ExportOptions,
@@ -140,7 +144,6 @@ pub(crate) fn rewritten(
     let compile = &options.model.compile;
     let taken = snapshot(document, &snapshot_options(options.time), compile);
     Conversion {
-        bytes: document.write(format),
         losses,
         is_empty: draws_nothing(&taken, compile),
         keeps_addresses: true,

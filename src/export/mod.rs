@@ -34,7 +34,7 @@ mod web3d;
 mod tests;
 
 pub(crate) use base64::base64;
-pub(crate) use conversion::rewritten;
+pub(crate) use conversion::rewriting;
 pub use conversion::{Conversion, ExportOptions, convert};
 pub use losses::{Loss, Losses};
 pub(crate) use source_report::source_report;

@@ -6,7 +6,9 @@
 use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
+use std::io;
 
+use super::output::Output;
 use super::protos::{instanced, instances_in, protos_by_body};
 use super::spelling::{Tokens, class_name, described, field_order, has_type_first};
 use super::text_values::{self, list, quoted};
@@ -18,8 +20,8 @@ use crate::iv::encoding::text;
 use crate::iv::x3d_names::in_x3d;
 
 /// Writes a document as text.
-pub(super) fn write(document: &Document) -> Vec<u8> {
-    Ascii::new(document).document()
+pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<()> {
+    Ascii::new(document, Output::to(to)).document()
 }
 
 /// The largest number of indentation levels that are written. Without it the size of a file would
@@ -55,7 +57,7 @@ struct Ascii<'d> {
     vrml97: bool,
     /// Whether fields have the names of X3D.
     x3d: bool,
-    out: String,
+    out: Output<'d>,
     indent: usize,
     /// Whether this is the first of two passes, which only records the order of the nodes.
     dry: bool,
@@ -76,12 +78,12 @@ struct Ascii<'d> {
 }
 
 impl<'d> Ascii<'d> {
-    fn new(document: &'d Document) -> Self {
+    fn new(document: &'d Document, out: Output<'d>) -> Self {
         Self {
             document,
             vrml97: document.is_vrml97() || document.is_x3d(),
             x3d: document.is_x3d(),
-            out: String::new(),
+            out,
             indent: 0,
             dry: false,
             visited: Vec::new(),
@@ -94,8 +96,8 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Writes the whole document and returns the file's bytes.
-    fn document(mut self) -> Vec<u8> {
+    /// Writes the whole document.
+    fn document(mut self) -> io::Result<()> {
         match (self.x3d, self.vrml97) {
             (true, _) => self.x3d_head(),
             (false, true) => self.out.push_str("#VRML V2.0 utf8\n\n"),
@@ -105,7 +107,7 @@ impl<'d> Ascii<'d> {
         self.protos_within(None);
         let roots = &self.document.roots;
         self.scope(roots, &self.document.stated_routes);
-        self.out.into_bytes()
+        self.out.finish()
     }
 
     /// Writes the first lines of X3D's classic encoding.
@@ -118,7 +120,7 @@ impl<'d> Ascii<'d> {
         for (name, content) in &self.document.meta {
             let _ = writeln!(self.out, "META {} {}", quoted(name), quoted(content));
         }
-        self.out.push('\n');
+        self.out.push_str("\n");
     }
 
     /// Returns the keyword for the access of an entry of an interface.
@@ -191,8 +193,7 @@ impl<'d> Ascii<'d> {
 
     fn start_line(&mut self) {
         if !self.dry {
-            self.out
-                .extend(std::iter::repeat_n("  ", self.indent.min(DEEPEST_INDENT)));
+            self.out.indent(self.indent.min(DEEPEST_INDENT));
         }
     }
 

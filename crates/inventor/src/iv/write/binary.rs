@@ -1,7 +1,9 @@
 //! Writes the binary format V2.1, whose layout `read::binary` describes.
 
 use std::collections::HashSet;
+use std::io;
 
+use super::output::Output;
 use super::spelling::{
     Tokens, bit_names, class_name, described, enumeration, field_order, has_type_first,
 };
@@ -46,7 +48,7 @@ enum BinaryTask<'d> {
 /// The state of the binary writer.
 struct BinaryWriter<'d> {
     document: &'d Document,
-    out: Vec<u8>,
+    out: Output<'d>,
     /// The nodes in the order in which they were visited, repeated visits included.
     visited: Vec<NodeId>,
     /// The nodes that this pass has written.
@@ -56,10 +58,10 @@ struct BinaryWriter<'d> {
 
 /// Writes a document in the binary format. It makes two passes, of which the first finds the nodes
 /// that are used more than once.
-pub(super) fn write(document: &Document) -> Vec<u8> {
+pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<()> {
     let mut writer = BinaryWriter {
         document,
-        out: Vec::new(),
+        out: Output::discarded(),
         visited: Vec::new(),
         written: HashSet::new(),
         tokens: Tokens::default(),
@@ -67,21 +69,22 @@ pub(super) fn write(document: &Document) -> Vec<u8> {
     writer.run();
     writer.tokens = Tokens::new(document, &writer.visited);
     writer.written.clear();
-    writer.out.clear();
-    writer.out.extend_from_slice(HEADER);
+    writer.out = Output::to(to);
+    writer.out.push_bytes(HEADER);
     writer.run();
-    writer.out
+    writer.out.finish()
 }
 
 impl<'d> BinaryWriter<'d> {
     fn word(&mut self, n: u32) {
-        self.out.extend_from_slice(&n.to_be_bytes());
+        self.out.push_bytes(&n.to_be_bytes());
     }
 
     /// Appends bytes and pads them to a multiple of four.
     fn bytes(&mut self, bytes: &[u8]) {
-        self.out.extend_from_slice(bytes);
-        self.out.resize(self.out.len().next_multiple_of(4), 0);
+        self.out.push_bytes(bytes);
+        let padding = bytes.len().next_multiple_of(4) - bytes.len();
+        self.out.push_bytes(&[0; 3][..padding]);
     }
 
     fn string(&mut self, text: &str) {
@@ -280,7 +283,7 @@ impl<'d> BinaryWriter<'d> {
     }
 
     fn double(&mut self, n: f64) {
-        self.out.extend_from_slice(&n.to_bits().to_be_bytes());
+        self.out.push_bytes(&n.to_bits().to_be_bytes());
     }
 
     fn rotation(&mut self, r: &Rotation) {

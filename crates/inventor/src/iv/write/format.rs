@@ -1,6 +1,7 @@
 //! The formats in which a document is written, and the features that a format cannot express.
 
 use std::collections::HashMap;
+use std::io;
 
 use super::protos::protos_by_body;
 use super::{ascii, binary};
@@ -20,9 +21,21 @@ pub enum Format {
 impl Document {
     /// Writes the document and returns the file's bytes.
     pub fn write(&self, format: Format) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let written = self.write_to(format, &mut bytes);
+        written.expect("memory takes all bytes");
+        bytes
+    }
+
+    /// Writes the document in pieces of at most 64 kB and a string, so that a large file is never in
+    /// memory whole. It ends early if the work is stopped, which the caller must ask for.
+    ///
+    /// # Errors
+    /// Returns the first error of the destination.
+    pub fn write_to(&self, format: Format, to: &mut dyn io::Write) -> io::Result<()> {
         match format {
-            Format::Ascii => ascii::write(self),
-            Format::Binary => binary::write(self),
+            Format::Ascii => ascii::write(self, to),
+            Format::Binary => binary::write(self, to),
         }
     }
 

@@ -6,6 +6,7 @@
 mod ascii;
 mod binary;
 mod format;
+mod output;
 mod protos;
 mod spelling;
 mod text_values;

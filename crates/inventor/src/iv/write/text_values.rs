@@ -4,20 +4,23 @@ use std::fmt::Write as _;
 
 use ivcam_base::work::until_stopped;
 
+use super::output::Output;
 use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
 
 /// Returns a value that contains no nodes as text.
 pub(crate) fn value_text(value: &Value, kind: FieldType) -> String {
-    let mut text = String::new();
-    put(&mut text, 0, value, kind, &[]);
-    text
+    let mut bytes = Vec::new();
+    let mut out = Output::to(&mut bytes);
+    put(&mut out, 0, value, kind, &[]);
+    out.finish().expect("memory takes all bytes");
+    String::from_utf8(bytes).expect("pieces of text")
 }
 
 /// Appends a value that contains no nodes.
 pub(super) fn put(
-    out: &mut String,
+    out: &mut Output<'_>,
     indent: usize,
     value: &Value,
     kind: FieldType,
@@ -92,40 +95,49 @@ fn boolean(b: bool) -> &'static str {
     if b { "TRUE" } else { "FALSE" }
 }
 
-fn integer(out: &mut String, n: i32) {
-    let _ = write!(out, "{n}");
+fn integer(out: &mut Output<'_>, n: i32) {
+    out.push_str(itoa::Buffer::new().format(n));
 }
 
 /// Appends the shortest text that reads back as the same number.
-fn float(out: &mut String, n: f32) {
-    let plain = n == 0.0 || (1e-5..1e9).contains(&n.abs());
+fn float(out: &mut Output<'_>, n: f32) {
+    if (1e-5..1e9).contains(&n.abs()) {
+        return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
+    }
     let _ = match n {
         n if n.is_nan() => write!(out, "nan"),
-        n if plain || n.is_infinite() => write!(out, "{n}"),
+        n if n == 0.0 || n.is_infinite() => write!(out, "{n}"),
         n => write!(out, "{n:e}"),
     };
 }
 
 /// Appends the shortest text that reads back as the same number.
-fn double(out: &mut String, n: f64) {
-    let plain = n == 0.0 || (1e-5..1e15).contains(&n.abs());
+fn double(out: &mut Output<'_>, n: f64) {
+    if (1e-5..1e15).contains(&n.abs()) {
+        return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
+    }
     let _ = match n {
         n if n.is_nan() => write!(out, "nan"),
-        n if plain || n.is_infinite() => write!(out, "{n}"),
+        n if n == 0.0 || n.is_infinite() => write!(out, "{n}"),
         n => write!(out, "{n:e}"),
     };
 }
 
-fn numbers<T>(out: &mut String, list: &[T], one: impl Fn(&mut String, &T)) {
+/// Returns a number without the fraction `.0` of whole numbers.
+fn without_fraction(text: &str) -> &str {
+    text.strip_suffix(".0").unwrap_or(text)
+}
+
+fn numbers<T>(out: &mut Output<'_>, list: &[T], one: impl Fn(&mut Output<'_>, &T)) {
     for (i, n) in until_stopped(list.iter()).enumerate() {
         if i > 0 {
-            out.push(' ');
+            out.push_str(" ");
         }
         one(out, n);
     }
 }
 
-fn floats(out: &mut String, list: &[f32]) {
+fn floats(out: &mut Output<'_>, list: &[f32]) {
     numbers(out, list, |out, n| float(out, *n));
 }
 
@@ -135,11 +147,11 @@ fn rotation(r: &Rotation) -> [f32; 4] {
 
 /// Appends a list in brackets with `in_line` values per line, or a single value without brackets.
 pub(super) fn list<T>(
-    out: &mut String,
+    out: &mut Output<'_>,
     indent: usize,
     list: &[T],
     in_line: usize,
-    one: impl Fn(&mut String, &T),
+    one: impl Fn(&mut Output<'_>, &T),
 ) {
     if let [value] = list {
         return one(out, value);
@@ -147,12 +159,11 @@ pub(super) fn list<T>(
     out.push_str("[ ");
     for (i, value) in until_stopped(list.iter()).enumerate() {
         if i > 0 {
-            out.push(',');
             if i % in_line == 0 {
-                out.push('\n');
-                out.extend(std::iter::repeat_n("  ", indent + 1));
+                out.push_str(",\n");
+                out.indent(indent + 1);
             } else {
-                out.push(' ');
+                out.push_str(", ");
             }
         }
         one(out, value);
@@ -160,7 +171,7 @@ pub(super) fn list<T>(
     out.push_str(" ]");
 }
 
-fn image(out: &mut String, image: &Image, solid: bool) {
+fn image(out: &mut Output<'_>, image: &Image, solid: bool) {
     let _ = write!(out, "{} {}", image.width, image.height);
     if solid {
         let _ = write!(out, " {}", image.depth);
@@ -199,5 +210,33 @@ fn bit_mask(n: i32, names: &[(&str, i64)]) -> String {
     match bit_names(n, names).as_slice() {
         [one] => one.clone(),
         several => format!("({})", several.join(" | ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn numbers_read_back_and_are_as_short_as_those_of_the_standard_library(
+            bits: u32,
+            exponent in -70i32..70,
+            fraction: u64,
+        ) {
+            let single = f32::from_bits(bits);
+            let text = value_text(&Value::Float(single), FieldType::SFFloat);
+            let shortest = [single.to_string(), format!("{single:e}")].map(|text| text.len());
+            let again: f32 = text.parse().expect("a number");
+            prop_assert!(again.to_bits() == bits || single.is_nan());
+            prop_assert!(shortest.contains(&text.len()));
+            let double = (1.0 + fraction as f64 * 2f64.powi(-64)) * 2f64.powi(exponent);
+            let text = value_text(&Value::Double(double), FieldType::SFDouble);
+            let shortest = [double.to_string(), format!("{double:e}")].map(|text| text.len());
+            prop_assert_eq!(text.parse(), Ok(double));
+            prop_assert!(shortest.contains(&text.len()));
+        }
     }
 }
