@@ -48,17 +48,10 @@ pub(super) fn parse(text: &str) -> Result<XmlElement, String> {
                 let done = open.pop().unwrap_or_default();
                 parent(&mut open).children.push(done);
             }
-            Event::Text(text) => {
-                let text = text.decode().map_err(|e| wrong(e.to_string()))?;
-                parent(&mut open).text.push_str(&text);
-            }
-            Event::CData(text) => {
-                let text = text.decode().map_err(|e| wrong(e.to_string()))?;
-                parent(&mut open).text.push_str(&text);
-            }
+            Event::Text(text) => parent(&mut open).text.push_str(&text),
+            Event::CData(text) => parent(&mut open).text.push_str(&text),
             Event::GeneralRef(name) => {
-                let name = name.decode().map_err(|e| wrong(e.to_string()))?;
-                let name = format!("&{name};");
+                let name = format!("&{};", &*name);
                 let letter = unescape(&name).map_err(|e| wrong(e.to_string()))?;
                 parent(&mut open).text.push_str(&letter);
             }
@@ -83,14 +76,14 @@ fn element(start: &BytesStart<'_>) -> Result<XmlElement, String> {
     let mut attributes = Vec::new();
     for attribute in start.attributes() {
         let attribute = attribute.map_err(|e| e.to_string())?;
-        let name = String::from_utf8_lossy(attribute.key.as_ref()).into_owned();
+        let name = attribute.key.as_ref().to_owned();
         let value = attribute
             .normalized_value(XmlVersion::Implicit1_0)
             .map_err(|e| e.to_string())?;
         attributes.push((name, value.into_owned()));
     }
     Ok(XmlElement {
-        name: String::from_utf8_lossy(start.name().as_ref()).into_owned(),
+        name: start.name().as_ref().to_owned(),
         attributes,
         ..XmlElement::default()
     })
