@@ -242,7 +242,8 @@ impl<'a> TimelineReader<'a> {
         let [word] = self.exactly(name, values)?;
         let length = parse_length(word.text, LengthUnit::Meter).map(Meters::from);
         match length {
-            Some(Meters(d)) if d > 0.0 => Ok(d),
+            // Interpolation needs the reciprocal, which is infinite below 6e-309.
+            Some(Meters(d)) if d > 0.0 && d.recip().is_finite() => Ok(d),
             _ => Err(self
                 .wrong(word.span, "not a distance to focus at")
                 .with_help("give meters such as 1.2, or a length such as 40cm, or inf")),

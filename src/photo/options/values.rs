@@ -47,11 +47,11 @@ pub(super) fn pair<T: std::str::FromStr>(word: &str) -> Option<(T, T)> {
     Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
 }
 
-/// Parses a distance greater than 0. A number without a unit is in meters.
+/// Parses a distance greater than 0 that has a reciprocal. A number without a unit is in meters.
 pub(super) fn distance(word: &str) -> Option<Meters> {
     parse_length(word, LengthUnit::Meter)
-        .filter(|l| l.0 > 0.0)
         .map(Meters::from)
+        .filter(|d| d.0 > 0.0 && d.0.recip().is_finite())
 }
 
 /// Returns the text that [`distance`] reads as exactly this distance. [`distance`] converts meters
