@@ -4,7 +4,7 @@ use ivcam::cli::lens_output;
 use ivcam::diag::{Severity, Sink};
 use ivcam::glam::{DVec2, DVec3};
 use ivcam::lens::{
-    FieldPoint, Focus, Plane, PointSpreads, RayRows, SheetSetting, Toward, TracedRows,
+    FieldPoint, Focus, Meridian, PointSpreads, RayRows, SheetSetting, Toward, TracedRows,
     shipped_names,
 };
 use ivcam::photo::LensChoice;
@@ -250,7 +250,7 @@ impl PyLens {
         on_x: bool,
         film_z: f64,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let plane = if on_x { Plane::X } else { Plane::Y };
+        let plane = if on_x { Meridian::X } else { Meridian::Y };
         let heights = heights.as_slice()?;
         let at = |height: &f64| match self.lens.distortion(plane, *height, film_z) {
             Some(found) => [found.angle, found.f_tan, found.f_theta],

@@ -9,7 +9,7 @@ use ivcam_optics::lens::Focus;
 use ivcam_optics::lens_export::{
     CameraModel, Chosen, Frame, StMaps, View, lensfun, opencv, opentrackio, osl, ros,
 };
-use ivcam_optics::prescription::formats::write::{Target, write_at};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write_at};
 use ivcam_optics::prescription::{About, Prescription};
 
 use super::lens_request::{Content, Request, no_image};
@@ -31,9 +31,9 @@ const FORMATS: [(&str, Write); 10] = [
     ("stmap", |export| export.maps()),
     ("psf", |export| export.point_spreads()),
     ("osl", |export| osl(&export.view()?).map(Content::Text)),
-    ("zmx", |export| export.prescription(Target::Zemax)),
-    ("seq", |export| export.prescription(Target::CodeV)),
-    ("json", |export| export.prescription(Target::Json)),
+    ("zmx", |export| export.prescription(OutputFormat::Zemax)),
+    ("seq", |export| export.prescription(OutputFormat::CodeV)),
+    ("json", |export| export.prescription(OutputFormat::Json)),
 ];
 
 type Write = fn(&Export<'_>) -> Result<Content>;
@@ -162,7 +162,7 @@ impl Export<'_> {
 
     /// Writes the prescription as it is focused: with a focus, the gap behind the last surface
     /// reaches to the film.
-    fn prescription(&self, target: Target) -> Result<Content> {
+    fn prescription(&self, target: OutputFormat) -> Result<Content> {
         let (lens, setting) = (&self.request.lens, self.request.setting());
         let mut prescription = restated(self.request, target);
         let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
@@ -184,13 +184,13 @@ impl Export<'_> {
 /// Returns the prescription with what its file states, as far as the lens is still that of the
 /// file. In Zemax's and CODE V's formats it states the field of the data sheet, if its file does
 /// not state one.
-pub(super) fn restated(request: &Request<'_>, target: Target) -> Prescription {
+pub(super) fn restated(request: &Request<'_>, target: OutputFormat) -> Prescription {
     let (lens, setting) = (&request.lens, request.setting());
     let mut prescription = lens.prescription().clone();
     drop_old_notes(&mut prescription, &request.choice);
     let about = About::of(&prescription);
     let has_field = about.field_degrees.is_some() || about.image_height.is_some();
-    let needs_field = matches!(target, Target::Zemax | Target::CodeV) && !has_field;
+    let needs_field = matches!(target, OutputFormat::Zemax | OutputFormat::CodeV) && !has_field;
     if needs_field && let Some(height) = setting.full_height(lens) {
         // Micrometers are enough of a field that nobody states.
         let height = (1e3 * height).round() / 1e3;

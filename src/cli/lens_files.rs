@@ -5,7 +5,7 @@ use std::path::Path;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, html_page, point_spreads, svg_page};
 use ivcam_optics::picture::PictureFormat;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_render::camera::{film_plane, lens_in_scene};
 
 use super::lens_csv;
@@ -21,7 +21,7 @@ pub(super) fn ending(file: &str) -> String {
 
 /// Writes the prescription, and warns about data that the format cannot express.
 pub(super) fn prescription(request: &Request<'_>, file: &str) -> Result<Content> {
-    let target = Target::of(Path::new(file))?;
+    let target = OutputFormat::of(Path::new(file))?;
     let lens = lens_export::restated(request, target);
     let (text, left_out) = write(&lens, target)?;
     for what in left_out {

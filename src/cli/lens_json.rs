@@ -4,7 +4,7 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::lens::{
-    Aberrations, About, FirstOrder, Focus, Lens, LensSheet, Plane, Prescription, Pupil, Shape,
+    Aberrations, About, FirstOrder, Focus, Lens, LensSheet, Meridian, Prescription, Pupil, Shape,
     Surface,
 };
 use ivcam_optics::prescription::Focal;
@@ -79,7 +79,7 @@ fn lens(lens: &Lens, focus: Option<&Focus>) -> Object {
     ]);
     all.extend(first_order(lens.first_order()));
     if !surfaces.iter().all(|s| s.shape.is_rotational()) {
-        let in_x = first_order(&lens.first_order_in(Plane::X));
+        let in_x = first_order(&lens.first_order_in(Meridian::X));
         all.insert("x_plane", Field::Object(in_x));
     }
     if let Some(focus) = focus {

@@ -8,7 +8,7 @@ use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
 use ivcam_base::files::escaped;
 use ivcam_base::work::{Budget, WorkLimit};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
-use ivcam_optics::lens::{Lens, Plane, SheetSetting, open_prescription};
+use ivcam_optics::lens::{Lens, Meridian, SheetSetting, open_prescription};
 use ivcam_optics::prescription::Reading;
 use rayon::prelude::*;
 
@@ -269,7 +269,7 @@ fn opened(path: &Path, reading: &Reading, work: WorkLimit) -> Result<SurveyedLen
         let setting = SheetSetting::default();
         let edge = setting.conjugate(&lens).and_then(|conjugate| {
             let height = setting.full_height(&lens)?;
-            lens.distortion(Plane::Y, height, conjugate.film_z)
+            lens.distortion(Meridian::Y, height, conjugate.film_z)
         });
         let half_field = edge.map(|edge| edge.angle.to_degrees());
         let distortion = edge.map(|edge| match edge.angle.to_degrees() < 60.0 {

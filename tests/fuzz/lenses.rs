@@ -9,7 +9,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{FocusMethod, Lens, LensRay, Toward};
 use ivcam_optics::prescription::formats;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::glass::agf;
 use ivcam_optics::prescription::{Medium, Prescription, Surface};
 use ivcam_render::camera::{Aim, Camera, LensCamera};
@@ -36,7 +36,12 @@ pub(super) fn lens(bytes: &[u8]) {
     let Some(lens) = read(bytes) else {
         return;
     };
-    for target in [Target::Columns, Target::Zemax, Target::CodeV, Target::Json] {
+    for target in [
+        OutputFormat::Columns,
+        OutputFormat::Zemax,
+        OutputFormat::CodeV,
+        OutputFormat::Json,
+    ] {
         let Ok((text, _)) = write(&lens, target) else {
             continue;
         };
@@ -47,7 +52,7 @@ pub(super) fn lens(bytes: &[u8]) {
             (effective(&lens) - breaks(&lens)..=lens.surfaces.len()).contains(&count),
             "{count} surfaces, written as {target:?}:\n{text}"
         );
-        if target == Target::Json {
+        if target == OutputFormat::Json {
             assert_eq!(
                 without_places(&again),
                 without_places(&lens),

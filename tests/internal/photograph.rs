@@ -12,7 +12,7 @@ use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_optics::film::{Film, FilmFormat, Resolution};
-use ivcam_optics::lens::{FilmPlace, Focus, FocusMethod, Lens, LensRay, Movements, Plane};
+use ivcam_optics::lens::{FilmPlace, Focus, FocusMethod, Lens, LensRay, Meridian, Movements};
 use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
 use ivcam_render::camera::{Aim, Camera, LensCamera};
 use ivcam_render::render::{Render, Stop};
@@ -298,7 +298,9 @@ fn check_distortion(name: &str) {
         .iter()
         .map(|at| {
             let height = at.length();
-            let bent = bench.lens.distortion(Plane::Y, height, bench.focus.film_z);
+            let bent = bench
+                .lens
+                .distortion(Meridian::Y, height, bench.focus.film_z);
             let bent = bent.unwrap();
             let slope = libm::tan(bent.angle) / height;
             let point = DVec3::new(at.x * slope, at.y * slope, -1.0) * depth;

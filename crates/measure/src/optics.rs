@@ -13,7 +13,7 @@ use glam::{DVec2, DVec3};
 use ivcam_base::math::lanes::Width;
 use ivcam_base::math::{Meters, Mm};
 use ivcam_optics::lens::{
-    Bundle, FilmPlace, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Plane,
+    Bundle, FilmPlace, Focus, FocusFault, FocusMethod, LANES, Lens, LensRay, LossKind, Meridian,
     PupilTarget, PupilWindow, RearElement, Toward, optics,
 };
 use ivcam_optics::prescription::{FirstOrder, formats, glass};
@@ -188,7 +188,10 @@ fn reference(folder: &Path, table: &mut Table) {
 /// front vertex, relative to the size of the lens if they are near 0.
 fn first_order(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
     let mut worst: f64 = 0.0;
-    for (key, plane) in [("first_order", Plane::Y), ("first_order_x_plane", Plane::X)] {
+    for (key, plane) in [
+        ("first_order", Meridian::Y),
+        ("first_order_x_plane", Meridian::X),
+    ] {
         let exact = &entry[key];
         if exact.is_null() {
             continue;
@@ -416,7 +419,7 @@ fn pictures(folder: &Path, table: &mut Table) {
 
 fn distortion(lens: &Lens, entry: &Value, name: &str, table: &mut Table) -> f64 {
     let mut worst: f64 = 0.0;
-    for (key, plane) in [("distortion", Plane::Y), ("distortion_x", Plane::X)] {
+    for (key, plane) in [("distortion", Meridian::Y), ("distortion_x", Meridian::X)] {
         let film_z = num(&entry[key]["film_z"]) + lens.length();
         for row in entry[key]["rows"].as_array().into_iter().flatten() {
             let Some(ours) = lens.distortion(plane, num(&row["h"]), film_z) else {

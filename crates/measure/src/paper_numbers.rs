@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use glam::{DVec2, DVec3, Vec3};
 use ivcam::photo::{CameraChoice, Era, Plan, Session};
 use ivcam_base::math::{Meters, Mm};
-use ivcam_optics::lens::{Focus, FocusMethod, Lens, LensRay, Plane};
+use ivcam_optics::lens::{Focus, FocusMethod, Lens, LensRay, Meridian};
 use ivcam_render::bvh::Ray;
 
 use super::paper_page::PageNumbers;
@@ -308,7 +308,7 @@ fn figures_1_and_2() -> String {
         };
         let film_z = film_at(&full, meters);
         let bend = |height| {
-            let d = full.distortion(Plane::Y, height, film_z);
+            let d = full.distortion(Meridian::Y, height, film_z);
             d.map_or(f64::NAN, |d| 100.0 * d.f_tan)
         };
         // With f of the film at infinity, focusing would count as distortion, so distortion is the

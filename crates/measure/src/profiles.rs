@@ -16,7 +16,7 @@ use ivcam_base::diag::Result;
 use ivcam_base::math::Mm;
 use ivcam_optics::diagram::chart::{Chart, Series};
 use ivcam_optics::diagram::drawing::{Anchor, Drawing};
-use ivcam_optics::lens::{Lens, Plane};
+use ivcam_optics::lens::{Lens, Meridian};
 use serde::Deserialize;
 
 /// The wavelengths of a sensor's colors in nanometers: about the means of its sensitivities.
@@ -109,7 +109,7 @@ fn trace(profile: &Profile) -> Result<Traced> {
     let [red, green, blue] = [RED, GREEN, BLUE].map(|nm| lens.at_wavelength(nm));
     let film_z = green.best_focus(f64::INFINITY).unwrap_or(f64::NAN);
     let heights: Vec<f64> = profile.distortion.iter().map(|p| p[0]).collect();
-    let angle = |height: f64| Some(green.distortion(Plane::Y, height, film_z)?.angle);
+    let angle = |height: f64| Some(green.distortion(Meridian::Y, height, film_z)?.angle);
     // A fish-eye is measured against f θ.
     let is_fish_eye = angle(9.0).is_some_and(|a| a > 1.3);
     let projected = |a: f64| if is_fish_eye { a } else { libm::tan(a) };

@@ -7,7 +7,7 @@ use ivcam_base::diag::{Sink, Source};
 use ivcam_base::math::lanes::Width;
 use ivcam_optics::lens::{Bundle, Lens, LensRay, Shape, Toward};
 use ivcam_optics::prescription::formats;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 
 const CURVATURE: f64 = 0.03;
 const CONIC: f64 = -0.4;
@@ -120,17 +120,21 @@ fn json_keeps_an_asphere_along_a_normal_and_other_formats_refuse_it() {
         con.prescription().surfaces[0].shape,
         Shape::Asphere { .. }
     ));
-    let (text, _) = write(bfs.prescription(), Target::Json).unwrap();
+    let (text, _) = write(bfs.prescription(), OutputFormat::Json).unwrap();
     let source = Arc::new(Source::new("a.json", text.into_bytes()));
     let again = formats::read(&source, &mut Sink::new()).unwrap();
     assert_eq!(
         again.surfaces[0].shape,
         bfs.prescription().surfaces[0].shape
     );
-    for target in [Target::Columns, Target::Zemax, Target::CodeV] {
+    for target in [
+        OutputFormat::Columns,
+        OutputFormat::Zemax,
+        OutputFormat::CodeV,
+    ] {
         let error = write(bfs.prescription(), target).unwrap_err();
         assert!(error.to_string().contains("surface 0"), "{error}");
-        assert!(write(con.prescription(), target).is_ok() || target == Target::Columns);
+        assert!(write(con.prescription(), target).is_ok() || target == OutputFormat::Columns);
     }
 }
 

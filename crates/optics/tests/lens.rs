@@ -8,7 +8,7 @@ use ivcam_base::work::{Budget, WorkLimit};
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{
     Bundle, ExitPupil, FilmPlace, FocusMethod, Iris, LANES, Lens, LensRay, LensSheet, LossKind,
-    Movements, Plane, Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names,
+    Meridian, Movements, Prescription, PupilTarget, PupilWindow, Surface, Toward, shipped_names,
     trace::ray::unit,
 };
 use ivcam_optics::prescription::Medium;
@@ -527,8 +527,8 @@ fn a_cylinder_has_power_in_one_plane_only() {
     let mut surface = Surface::sphere(50.0, 0.0, Medium::constant(1.5), 10.0);
     surface.shape = ivcam_optics::lens::Shape::CylinderY;
     let lens = Lens::new(Prescription::new("cylinder", vec![surface]));
-    assert!(lens.first_order_in(Plane::Y).focal.is_none());
-    let focal = lens.first_order_in(Plane::X).focal.unwrap();
+    assert!(lens.first_order_in(Meridian::Y).focal.is_none());
+    let focal = lens.first_order_in(Meridian::X).focal.unwrap();
     // The focal length in the fluid is n' R / (n' − n).
     assert!((focal.efl - 150.0).abs() < 1e-12);
     let along = LensRay {

@@ -10,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, Severity, Sink, Source};
 use ivcam_base::math::Meters;
 use ivcam_optics::lens::{FocusMethod, Lens, LensSheet, SheetSetting, open_prescription};
 use ivcam_optics::prescription::formats;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::{Prescription, Reading};
 
 use super::folder::Folder;
@@ -156,7 +156,7 @@ fn a_stated_f_number_may_be_that_of_real_rays_or_of_paraxial_ones() {
     let (paraxial, real) = (lens.first_order().f_number(), lens.real_f_number());
     let (paraxial, real) = (paraxial.unwrap(), real.unwrap());
     assert!((paraxial / real - 1.0).abs() > 0.03, "{paraxial} {real}");
-    let (text, _) = write(lens.prescription(), Target::Zemax).unwrap();
+    let (text, _) = write(lens.prescription(), OutputFormat::Zemax).unwrap();
     let scratch = Folder::new("stated-f-number");
     let warnings = |f_number: f64| -> Vec<String> {
         let stated = format!("MODE SEQ\nFNUM {f_number} 0\n");
@@ -209,7 +209,7 @@ fn the_system_data_of_a_design_program_go_in_and_out() {
     };
     assert_eq!(says("vignetting factors are left out: VDYN, VCYN"), 1);
     assert_eq!(says("n_d and V_d alone of SK16"), 1);
-    let (zemax, left_out) = write(&lens, Target::Zemax).unwrap();
+    let (zemax, left_out) = write(&lens, OutputFormat::Zemax).unwrap();
     assert!(left_out.is_empty(), "{left_out:?}");
     for line in [
         "ENPD 10",
@@ -224,10 +224,10 @@ fn the_system_data_of_a_design_program_go_in_and_out() {
         assert!(zemax.lines().any(|found| found == line), "{line}: {zemax}");
     }
     assert_eq!(read_text("a.zmx", &zemax).0, lens);
-    let json = write(&lens, Target::Json).unwrap().0;
+    let json = write(&lens, OutputFormat::Json).unwrap().0;
     assert_eq!(read_text("a.json", &json).0, lens);
     assert!(json.contains("\"V_d\": 47.1,"), "{json}");
-    let (code_v, _) = write(&lens, Target::CodeV).unwrap();
+    let (code_v, _) = write(&lens, OutputFormat::CodeV).unwrap();
     for line in [
         "WL 656.2725 587.5618 450",
         "REF 2",
@@ -265,12 +265,12 @@ fn the_system_data_of_a_design_program_go_in_and_out() {
 #[test]
 fn a_changed_lens_states_the_beam_that_it_has() {
     let (lens, _) = read_text("a.zmx", SYSTEM);
-    let half = write(&lens.scaled(0.5), Target::Zemax).unwrap().0;
+    let half = write(&lens.scaled(0.5), OutputFormat::Zemax).unwrap().0;
     assert!(half.contains("\nENPD 5\n"), "{half}");
     let closed = Lens::new(lens)
         .with_stop(ivcam_base::math::Mm(2.0))
         .unwrap();
-    let closed = write(closed.prescription(), Target::Zemax).unwrap().0;
+    let closed = write(closed.prescription(), OutputFormat::Zemax).unwrap().0;
     assert!(
         closed.contains("\nFLOA\n") && !closed.contains("ENPD"),
         "{closed}"
@@ -289,7 +289,7 @@ fn what_is_left_out_of_a_lens_of_code_v_is_said() {
         let found = sink.items().iter().filter(|d| d.message.contains(words));
         assert_eq!(found.count(), 1, "{words}");
     }
-    let (code_v, left_out) = write(&lens, Target::CodeV).unwrap();
+    let (code_v, left_out) = write(&lens, OutputFormat::CodeV).unwrap();
     assert!(left_out.is_empty(), "{left_out:?}");
     for line in ["FNO 5", "WTW 1 2 1", "YRI 0 7 10"] {
         assert!(
@@ -297,14 +297,14 @@ fn what_is_left_out_of_a_lens_of_code_v_is_said() {
             "{line}: {code_v}"
         );
     }
-    let zemax = write(&lens, Target::Zemax).unwrap().0;
+    let zemax = write(&lens, OutputFormat::Zemax).unwrap().0;
     assert!(
         zemax.contains("FTYP 3 0 3 3 ") && zemax.contains("YFLN 0 7 10\n"),
         "{zemax}"
     );
     // A lens without a field: fields of 0, and a line that says so.
     let (lens, _) = read_text("a.dat", "50 1 1.5 20\n0 99 1 20\n");
-    for target in [Target::Zemax, Target::CodeV] {
+    for target in [OutputFormat::Zemax, OutputFormat::CodeV] {
         let left_out = write(&lens, target).unwrap().1;
         assert!(
             left_out.iter().any(|what| what.contains("the field")),

@@ -7,7 +7,7 @@ use ivcam_optics::lens::analysis::aberrations::seidel::SeidelSums;
 use ivcam_optics::lens::{
     Bundle, Coating, GhostPair, Lens, LensRay, Prescription, Shape, Surface, Toward,
 };
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::{Medium, Reading};
 use serde_json::Value;
 
@@ -201,9 +201,9 @@ fn an_obstruction_takes_its_light_and_leaves_the_f_number() {
 fn mirrors_are_the_same_in_all_formats_that_hold_them() {
     let lens = Lens::named("mirror-500").unwrap();
     for (target, ending) in [
-        (Target::Json, "json"),
-        (Target::Zemax, "zmx"),
-        (Target::CodeV, "seq"),
+        (OutputFormat::Json, "json"),
+        (OutputFormat::Zemax, "zmx"),
+        (OutputFormat::CodeV, "seq"),
     ] {
         let (text, _) = write(lens.prescription(), target).unwrap();
         let file =
@@ -230,7 +230,7 @@ fn mirrors_are_the_same_in_all_formats_that_hold_them() {
             );
         }
     }
-    let refused = write(lens.prescription(), Target::Columns).unwrap_err();
+    let refused = write(lens.prescription(), OutputFormat::Columns).unwrap_err();
     assert!(refused.message.contains("in its middle"), "{refused}");
 }
 

@@ -7,7 +7,7 @@ use ivcam_base::diag::{Sink, Source};
 use ivcam_base::math::lanes::Width;
 use ivcam_optics::lens::{Bundle, Iris, Lens, LensRay, Toward};
 use ivcam_optics::prescription::formats::read;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 
 use crate::tilts::all_light_is_found;
 
@@ -89,9 +89,9 @@ fn outlines_are_read_and_written() {
         let lens = zemax(lines);
         assert!(grid().filter(|[x, y]| passes(&lens, *x, *y)).count() > 40);
         let is_rectangle = lines.contains("SQAP");
-        for target in [Target::Json, Target::Zemax, Target::CodeV] {
+        for target in [OutputFormat::Json, OutputFormat::Zemax, OutputFormat::CodeV] {
             let (text, left_out) = write(lens.prescription(), target).unwrap();
-            let keeps = is_rectangle || target == Target::Json;
+            let keeps = is_rectangle || target == OutputFormat::Json;
             let says = left_out
                 .iter()
                 .any(|what| what.contains("the outline of surface 0"));
@@ -101,7 +101,7 @@ fn outlines_are_read_and_written() {
                 "{lines} {target:?}"
             );
         }
-        let error = write(lens.prescription(), Target::Columns).unwrap_err();
+        let error = write(lens.prescription(), OutputFormat::Columns).unwrap_err();
         assert!(error.message.contains("not round"), "{error}");
     }
     let code_v = |lines: &str| {

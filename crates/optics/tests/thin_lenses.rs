@@ -8,7 +8,7 @@ use ivcam_optics::lens::analysis::aberrations::seidel::SeidelSums;
 use ivcam_optics::lens::analysis::diffraction::Openings;
 use ivcam_optics::lens::{Beam, Conjugate, Lens, Prescription, Shape, Surface, Wavefront};
 use ivcam_optics::prescription::Medium;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use serde_json::Value;
 
 use crate::tilts::{bundles_and_ways_back_agree, differences, lens_of, systems_of};
@@ -116,14 +116,14 @@ fn bundles_and_rays_from_the_film_take_the_same_paths_through_ideal_lenses() {
 #[test]
 fn lenses_with_ideal_ones_are_written_or_refused() {
     for (name, lens, rays) in systems_of("thin_lenses.json", zemax) {
-        for target in [Target::Zemax, Target::Json] {
+        for target in [OutputFormat::Zemax, OutputFormat::Json] {
             let (text, _) = write(lens.prescription(), target).unwrap();
             let [off, turned] = differences(&lens_of(&name, text), &rays);
             assert!(off < 1e-11 && turned < 1e-12, "{name}: {off:e} {turned:e}");
         }
-        for target in [Target::CodeV, Target::Columns] {
+        for target in [OutputFormat::CodeV, OutputFormat::Columns] {
             let error = write(lens.prescription(), target).unwrap_err();
-            let of_mirrors = target == Target::Columns && lens.prescription().has_mirrors();
+            let of_mirrors = target == OutputFormat::Columns && lens.prescription().has_mirrors();
             assert!(
                 of_mirrors || error.message.contains("ideal lens"),
                 "{error}"

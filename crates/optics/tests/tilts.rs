@@ -9,7 +9,7 @@ use ivcam_optics::lens::{
     Coating, Lens, LensRay, Prescription, PupilTarget, SeidelSums, Surface, Toward,
 };
 use ivcam_optics::prescription::formats::read;
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::{Decenter, Medium, SurfaceFrame};
 use serde_json::Value;
 
@@ -174,7 +174,7 @@ fn a_tilted_lens_may_be_reversed_and_scaled() {
 #[test]
 fn tilts_are_the_same_in_all_formats_that_hold_them() {
     for (name, lens, rays) in reference() {
-        for target in [Target::Json, Target::Zemax, Target::CodeV] {
+        for target in [OutputFormat::Json, OutputFormat::Zemax, OutputFormat::CodeV] {
             let (text, _) = write(lens.prescription(), target).unwrap();
             let again = lens_of(&name, text);
             for ray in rays_of(&rays) {
@@ -185,7 +185,7 @@ fn tilts_are_the_same_in_all_formats_that_hold_them() {
                 assert!(off < 1e-10, "{name} {target:?} {off:e}");
             }
         }
-        let refused = write(lens.prescription(), Target::Columns).unwrap_err();
+        let refused = write(lens.prescription(), OutputFormat::Columns).unwrap_err();
         assert!(refused.message.contains("surface"), "{refused}");
     }
 }

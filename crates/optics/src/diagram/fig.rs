@@ -23,7 +23,7 @@ const RAYS: usize = 39;
 const SOFT: usize = 43;
 
 /// The style of a line: thickness in 1/80 inch, colors by number, and xfig's depth.
-struct Look {
+struct LineStyle {
     style: i32,
     thickness: i32,
     pen: usize,
@@ -46,8 +46,8 @@ impl Drawing {
     }
 }
 
-fn look(ink: Ink, dashed: bool) -> Look {
-    let line = |pen, thickness, depth| Look {
+fn look(ink: Ink, dashed: bool) -> LineStyle {
+    let line = |pen, thickness, depth| LineStyle {
         style: i32::from(dashed),
         thickness,
         pen,
@@ -55,22 +55,22 @@ fn look(ink: Ink, dashed: bool) -> Look {
         depth,
     };
     match ink {
-        Ink::Axis => Look {
+        Ink::Axis => LineStyle {
             style: 3,
             ..line(GRAY, 1, 60)
         },
-        Ink::Glass(n) => Look {
+        Ink::Glass(n) => LineStyle {
             fill: Some(GLASS + usize::from(n.min(3))),
             ..line(EDGE, 1, 55)
         },
         Ink::Stop => line(INK, 3, 40),
         Ink::Film => line(INK, 2, 40),
         Ink::Ray(n) => line(RAYS + usize::from(n % 4), 1, 50),
-        Ink::Lost(n) => Look {
+        Ink::Lost(n) => LineStyle {
             style: 2,
             ..line(RAYS + usize::from(n % 4), 1, 50)
         },
-        Ink::Plane => Look {
+        Ink::Plane => LineStyle {
             style: 1,
             ..line(SOFT, 1, 45)
         },
@@ -92,7 +92,7 @@ impl Fig {
         at.map(|v| (v * self.scale).round() as i64)
     }
 
-    fn polyline(&mut self, look: &Look, points: &[[f64; 2]], closed: bool) {
+    fn polyline(&mut self, look: &LineStyle, points: &[[f64; 2]], closed: bool) {
         let mut points: Vec<[i64; 2]> = points.iter().map(|p| self.place(*p)).collect();
         if closed && let Some(first) = points.first() {
             points.push(*first);
@@ -144,7 +144,7 @@ impl DrawingOutput for Fig {
     }
 
     fn cross(&mut self, [x, y]: [f64; 2], size: f64, ink: Ink) {
-        let look = Look {
+        let look = LineStyle {
             style: 0,
             ..look(ink, false)
         };

@@ -11,7 +11,7 @@ use super::numbers::{round_number, tidy};
 use super::section::{LensDiagram, SectionOptions};
 use crate::lens::analysis::aberrations::report::Aberrations;
 use crate::lens::{
-    About, FieldRow, Lens, LensSheet, Modulation, Plane, PointImage, Shape, Surface, Zone,
+    About, FieldRow, Lens, LensSheet, Meridian, Modulation, PointImage, Shape, Surface, Zone,
 };
 
 const CHART_HEIGHT: f64 = 190.0;
@@ -195,7 +195,7 @@ fn tables(page: &mut Drawing, lens: &Lens, sheet: Option<&LensSheet>, top: f64) 
         rows.push(("angular magnification", Some(optics.matrix[3])));
     }
     if !lens.prescription().is_rotational() {
-        let across = lens.first_order_in(Plane::X).focal;
+        let across = lens.first_order_in(Meridian::X).focal;
         rows.push(("focal length across, in x", across.map(|f| f.efl)));
         rows.push(("rear focal point in x", across.map(|f| f.rear_focal_point)));
     }

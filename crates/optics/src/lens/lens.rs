@@ -15,7 +15,7 @@ use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
 use crate::prescription::prescription::{Iris, Prescription};
-use crate::prescription::surface::{Plane, Surface};
+use crate::prescription::surface::{Meridian, Surface};
 
 /// The wavelengths of visible light, in nanometers.
 pub(crate) const VISIBLE: RangeInclusive<f64> = 380.0..=780.0;
@@ -58,7 +58,7 @@ impl Lens {
             elements.push(element);
             z += facings[i + 1] * surface.thickness;
         }
-        let first_order = FirstOrder::of(&prescription, &indices, Plane::Y);
+        let first_order = FirstOrder::of(&prescription, &indices, Meridian::Y);
         let reflects = |s: &Surface| s.coating != Coating::Ideal;
         Self {
             reflects: prescription.surfaces.iter().any(reflects),
@@ -138,7 +138,7 @@ impl Lens {
     }
 
     /// The first-order data in a plane. The two planes differ only for cylinders and toroids.
-    pub fn first_order_in(&self, plane: Plane) -> FirstOrder {
+    pub fn first_order_in(&self, plane: Meridian) -> FirstOrder {
         FirstOrder::of(
             &self.prescription,
             &self.prescription.indices(self.wavelength_nm),

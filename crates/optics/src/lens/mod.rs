@@ -24,7 +24,7 @@ pub use crate::prescription::Gap;
 pub use crate::prescription::Reading;
 pub use crate::prescription::{FirstOrder, Pupil};
 pub use crate::prescription::{Iris, Prescription};
-pub use crate::prescription::{Plane, Shape, Surface};
+pub use crate::prescription::{Meridian, Shape, Surface};
 pub use analysis::aberrations::fans::{FanRay, Fans, WavefrontFit};
 pub use analysis::aberrations::merit::{Merit, MeritFilm, MeritPoint, MeritSetting};
 pub use analysis::aberrations::report::{Aberrations, PointAberrations};

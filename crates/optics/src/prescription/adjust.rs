@@ -7,7 +7,7 @@ use crate::prescription::about::About;
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::medium::D_LINE;
 use crate::prescription::prescription::Prescription;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The largest factor of a scale, and one over the smallest. A lens of 100 mm would be as large as
 /// the orbit of Earth.
@@ -16,7 +16,7 @@ const LARGEST_FACTOR: f64 = 1e12;
 impl Prescription {
     /// The first-order data in the plane of the axis and y at a wavelength.
     pub(crate) fn first_order(&self, wavelength_nm: f64) -> FirstOrder {
-        FirstOrder::of(self, &self.indices(wavelength_nm), Plane::Y)
+        FirstOrder::of(self, &self.indices(wavelength_nm), Meridian::Y)
     }
 
     /// Scales the lens to a focal length at a wavelength.

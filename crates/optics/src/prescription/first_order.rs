@@ -10,7 +10,7 @@
 //! the rear plane is in front of the front one. A lens without power (a telescope) is not an error.
 
 use crate::prescription::prescription::Prescription;
-use crate::prescription::surface::{Plane, Shape, Surface};
+use crate::prescription::surface::{Meridian, Shape, Surface};
 
 /// The first-order data of a lens in one plane. Positions are in millimeters from the front vertex,
 /// with +z toward the film. Behind an odd number of mirrors, z is counted from the last vertex
@@ -113,7 +113,7 @@ impl FirstOrder {
 
     /// Computes the data of a prescription, with the index in front of every surface and, last, the
     /// one behind the lens.
-    pub(crate) fn of(prescription: &Prescription, indices: &[f64], plane: Plane) -> Self {
+    pub(crate) fn of(prescription: &Prescription, indices: &[f64], plane: Meridian) -> Self {
         let surfaces = &prescription.surfaces;
         let facings = prescription.facings();
         let gaps = surfaces.iter().zip(&facings[1..]);
@@ -183,7 +183,7 @@ fn pupil(z: f64, scale: f64, radius: f64) -> Option<Pupil> {
 }
 
 /// The surface marked as the stop, or the one that an axial beam from infinity fills first.
-fn stop_of(surfaces: &[Surface], indices: &[f64], plane: Plane) -> Option<usize> {
+fn stop_of(surfaces: &[Surface], indices: &[f64], plane: Meridian) -> Option<usize> {
     if let Some(marked) = surfaces.iter().position(|s| s.is_stop) {
         return Some(marked);
     }
@@ -207,7 +207,7 @@ fn sum(terms: impl Iterator<Item = f64>) -> f64 {
 
 /// Traces (y, n u) of paraxial rays from the vertex of a surface, in front of it, to that of the
 /// next one, or behind the last surface.
-fn cross(surfaces: &[Surface], indices: &[f64], plane: Plane, i: usize, rays: &mut [(Dd, Dd)]) {
+fn cross(surfaces: &[Surface], indices: &[f64], plane: Meridian, i: usize, rays: &mut [(Dd, Dd)]) {
     let surface = &surfaces[i];
     let step = match surface.is_mirror {
         true => Dd::new(surface.index_step([indices[i]; 2])),
@@ -244,7 +244,7 @@ impl Matrix {
     fn through(
         surfaces: &[Surface],
         indices: &[f64],
-        plane: Plane,
+        plane: Meridian,
         from: usize,
         to: usize,
     ) -> Self {
@@ -281,12 +281,12 @@ impl Matrix {
 }
 
 /// The curvature at the vertex, computed from the radius as it was written in the file.
-fn curvature(surface: &Surface, plane: Plane) -> Dd {
+fn curvature(surface: &Surface, plane: Meridian) -> Dd {
     let plain = surface.vertex_curvature(plane);
     let inverse = |radius: f64| Dd::new(1.0).div(Dd::new(radius));
     match &surface.shape {
         _ if plain == 0.0 => Dd::new(0.0),
-        Shape::Toroid { across, .. } if plane == Plane::X => inverse(across.radius()),
+        Shape::Toroid { across, .. } if plane == Meridian::X => inverse(across.radius()),
         Shape::Asphere { terms, .. }
         | Shape::NormalAsphere { terms, .. }
         | Shape::Toroid { terms, .. }
@@ -375,7 +375,7 @@ mod tests {
             .collect();
         let prescription = Prescription::new("test", surfaces);
         let indices = prescription.indices(587.6);
-        FirstOrder::of(&prescription, &indices, Plane::Y)
+        FirstOrder::of(&prescription, &indices, Meridian::Y)
     }
 
     /// EFL = n D / (4 (n − 1)), BFL = EFL − D/2 (any textbook).

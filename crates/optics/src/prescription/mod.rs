@@ -32,4 +32,4 @@ pub use first_order::{FirstOrder, Focal, Pupil};
 pub use formats::{Gap, Reading};
 pub use glass::{Catalogue, Coating, Medium};
 pub use prescription::{FocusGroup, Iris, Prescription, StatedBeam, ZoomPosition};
-pub use surface::{Curvature, Plane, Shape, Surface};
+pub use surface::{Curvature, Meridian, Shape, Surface};

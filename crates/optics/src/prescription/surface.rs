@@ -77,7 +77,7 @@ impl Curvature {
 /// A plane through the axis. First-order data differ between the two only for cylinders and
 /// toroids.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Plane {
+pub enum Meridian {
     /// The plane of the axis and x.
     X,
     /// The plane of the axis and y.
@@ -353,7 +353,7 @@ impl Surface {
     /// The power per millimeter in a plane with the axis, given the indices in front of the surface
     /// and behind it: the change of the index times the slope of a first-order ray, over −1 times
     /// its height.
-    pub(crate) fn power(&self, indices: [f64; 2], plane: Plane) -> f64 {
+    pub(crate) fn power(&self, indices: [f64; 2], plane: Meridian) -> f64 {
         match self.shape {
             Shape::ThinLens { focal_length } => 1.0 / focal_length,
             _ => self.index_step(indices) * self.vertex_curvature(plane),
@@ -383,13 +383,13 @@ impl Surface {
     }
 
     /// The curvature at the vertex in the plane of the axis and y, or of the axis and x.
-    pub(crate) fn vertex_curvature(&self, plane: Plane) -> f64 {
+    pub(crate) fn vertex_curvature(&self, plane: Meridian) -> f64 {
         let c = self.curvature.per_mm();
         match (&self.shape, plane) {
-            (Shape::CylinderX, Plane::X) | (Shape::CylinderY, Plane::Y) => 0.0,
-            (Shape::Toroid { across, .. }, Plane::X) => across.per_mm(),
+            (Shape::CylinderX, Meridian::X) | (Shape::CylinderY, Meridian::Y) => 0.0,
+            (Shape::Toroid { across, .. }, Meridian::X) => across.per_mm(),
             (Shape::Asphere { terms, .. } | Shape::NormalAsphere { terms, .. }, _)
-            | (Shape::Toroid { terms, .. }, Plane::Y) => c + 2.0 * terms[2],
+            | (Shape::Toroid { terms, .. }, Meridian::Y) => c + 2.0 * terms[2],
             _ => c,
         }
     }

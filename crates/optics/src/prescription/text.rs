@@ -51,6 +51,9 @@ pub(crate) struct Word<'a> {
     pub span: Span,
 }
 
+/// The words of a line.
+pub(crate) type Words<'a> = Vec<Word<'a>>;
+
 impl<'a> Word<'a> {
     /// Makes a word of a piece of text that begins at byte `start` of its file.
     pub(crate) fn at(piece: &'a str, text: &'a str, start: usize) -> Self {
@@ -83,7 +86,7 @@ impl<'a> Word<'a> {
 pub(crate) type Failure<'a> = nom::error::Error<&'a str>;
 
 /// Returns the words of a piece of text that begins at byte `start` of its file.
-pub(crate) fn words(piece: &str, start: usize) -> Vec<Word<'_>> {
+pub(crate) fn words(piece: &str, start: usize) -> Words<'_> {
     let blank = take_while(|c: char| c.is_whitespace() || c.is_control());
     let word = alt((quoted('"'), quoted('\''), take_till1(char::is_whitespace)));
     let located = |text| Word::at(piece, text, start);

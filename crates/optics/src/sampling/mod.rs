@@ -15,5 +15,5 @@ pub use filter::Filter;
 pub use filter::FilterTable;
 pub use hash::{mix, unit};
 pub use path_points::PathPoints;
-pub use sampler::{PixelSampler, Samples};
+pub use sampler::{CameraSamples, PixelSampler};
 pub use sampler::{Sampler, SamplerKind};

@@ -209,7 +209,7 @@ impl PixelSampler {
 
 /// A batch of samples, in the order of the requests.
 #[derive(Clone, Debug, Default)]
-pub struct Samples {
+pub struct CameraSamples {
     /// The points of the pixel in the unit square. The caller may replace them by points of the
     /// picture.
     pub film: [Vec<f64>; 2],
@@ -220,7 +220,7 @@ pub struct Samples {
     pending: PendingPoints,
 }
 
-impl Samples {
+impl CameraSamples {
     /// The number of samples that were drawn.
     pub fn len(&self) -> usize {
         self.film[0].len()

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec2, DVec3};
 use ivcam_inventor::pose::{CameraPose, FilmPlane};
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{FilmPlace, Lens, PupilWindow, RearElement};
-use ivcam_optics::sampling::{DiscMap, Samples};
+use ivcam_optics::sampling::{CameraSamples, DiscMap};
 
 use super::aim::{Aim, aimed, film_point};
 use super::lens_camera::white_irradiance;
@@ -44,7 +44,7 @@ impl FilmCamera {
     }
 
     /// Makes the rays of samples.
-    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+    pub(super) fn shoot(&self, samples: &CameraSamples, rays: &mut CameraRays) {
         for i in 0..samples.len() {
             let [x, y] = samples.film.each_ref().map(|at| at[i]);
             let pupil = samples.pupil.each_ref().map(|at| at[i]);

@@ -2,7 +2,7 @@
 
 use ivcam_base::math::lanes::{LANES, Lane};
 use ivcam_optics::film::FilmFormat;
-use ivcam_optics::sampling::{Samples, mix, unit};
+use ivcam_optics::sampling::{CameraSamples, mix, unit};
 
 /// Retries per lost ray. If at most 20% are lost, 0.2^16 ≈ 7e-12 remain lost.
 pub(super) const ROUNDS: u64 = 16;
@@ -62,7 +62,7 @@ impl FilmSamples {
     }
 
     /// Takes the samples from number `first` on.
-    pub(super) fn take_from(&mut self, format: FilmFormat, samples: &Samples, first: usize) {
+    pub(super) fn take_from(&mut self, format: FilmFormat, samples: &CameraSamples, first: usize) {
         let count = (samples.len() - first).min(LANES);
         let copy = |lane: &mut Lane, all: &[f64]| {
             lane[count..].fill(all[first]);

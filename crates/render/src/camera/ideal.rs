@@ -16,7 +16,7 @@ use ivcam_base::math::{Meters, Mm};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::FilmFormat;
 use ivcam_optics::lens::{FilmPlace, FirstOrder, Focus, FocusMethod, Movements, PlaceFault};
-use ivcam_optics::sampling::Samples;
+use ivcam_optics::sampling::CameraSamples;
 
 use super::aim::equation_1;
 use super::film_samples::FilmSamples;
@@ -97,7 +97,7 @@ impl IdealLens {
     /// The ray for a point of the picture from 0 to 1 and a point of the unit square.
     pub(super) fn ray(&self, place: [f64; 2], pupil: [f64; 2]) -> CameraRay {
         let one = |[a, b]: [f64; 2]| [vec![a], vec![b]];
-        let mut samples = Samples::default();
+        let mut samples = CameraSamples::default();
         (samples.film, samples.pupil) = (one(place), one(pupil));
         let mut rays = CameraRays::default();
         self.shoot(&samples, &mut rays);
@@ -111,7 +111,7 @@ impl IdealLens {
     }
 
     /// Makes the rays of samples.
-    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+    pub(super) fn shoot(&self, samples: &CameraSamples, rays: &mut CameraRays) {
         let mut lanes = FilmSamples::default();
         for first in (0..samples.len()).step_by(LANES) {
             lanes.take_from(self.format, samples, first);
@@ -223,7 +223,7 @@ mod tests {
     /// The rays of a film point through 256 points of the aperture, in camera space in meters, with
     /// their weights.
     fn beam(lens: &IdealLens, pose: &CameraPose, place: [f64; 2]) -> Vec<(DVec3, DVec3, f64)> {
-        let mut samples = Samples::default();
+        let mut samples = CameraSamples::default();
         for k in 0..256 {
             samples.film[0].push(place[0]);
             samples.film[1].push(place[1]);

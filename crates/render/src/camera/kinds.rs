@@ -6,7 +6,7 @@ use glam::{DMat3, DVec2, DVec3};
 use ivcam_base::math::lanes::{LANES, Vec3Lanes, bits, of_lane};
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_optics::lens::{Bundle, PupilWindow};
-use ivcam_optics::sampling::Samples;
+use ivcam_optics::sampling::CameraSamples;
 use ivcam_optics::spectrum::SETS;
 
 use super::aim::film_point;
@@ -71,7 +71,7 @@ impl Camera {
     /// other wavelengths that may correct them.
     pub(crate) fn shoot(
         &self,
-        samples: &Samples,
+        samples: &CameraSamples,
         bundle: &mut Bundle,
         rays: &mut CameraRays,
         corrections: &mut SpectralCorrections,

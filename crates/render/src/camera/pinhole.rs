@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec2, DVec3};
 use ivcam_base::math::lanes::{LANES, Lane, SimdKernel, dispatch};
 use ivcam_inventor::pose::{CameraPose, Projection, ViewExtent};
-use ivcam_optics::sampling::Samples;
+use ivcam_optics::sampling::CameraSamples;
 
 use super::rays::{CameraRay, CameraRays, ExitRays};
 
@@ -120,7 +120,7 @@ impl Pinhole {
     }
 
     /// Makes the rays of samples.
-    pub(super) fn shoot(&self, samples: &Samples, rays: &mut CameraRays) {
+    pub(super) fn shoot(&self, samples: &CameraSamples, rays: &mut CameraRays) {
         for first in (0..samples.len()).step_by(LANES) {
             let count = LANES.min(samples.len() - first);
             let [mut x, mut y] = [[0.0; LANES]; 2];
@@ -216,7 +216,7 @@ mod tests {
                 ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
             };
             let pinhole = Pinhole::new(&pose, 1.5);
-            let mut samples = Samples::default();
+            let mut samples = CameraSamples::default();
             for i in 0..75 {
                 let place = f64::from(i) / 74.0;
                 samples.film[0].push(place);

@@ -8,7 +8,7 @@
 
 use ivcam_base::math::lanes::{LANES, bits};
 use ivcam_optics::lens::{Aims, Bundle, Transmittances, Vignetting};
-use ivcam_optics::sampling::Samples;
+use ivcam_optics::sampling::CameraSamples;
 
 use super::film_samples::{AimedSample, FilmSamples, ROUNDS};
 use super::lens_camera::LensCamera;
@@ -54,7 +54,12 @@ impl Shooting<'_> {
 impl LensCamera {
     /// Makes the rays of samples at the lens's own wavelength. Lost rays are aimed again from their
     /// film points until they get through, up to [`ROUNDS`] times.
-    pub(super) fn shoot(&self, samples: &Samples, bundle: &mut Bundle, rays: &mut CameraRays) {
+    pub(super) fn shoot(
+        &self,
+        samples: &CameraSamples,
+        bundle: &mut Bundle,
+        rays: &mut CameraRays,
+    ) {
         let mut shooting = Shooting {
             camera: self,
             vignetting: self
@@ -117,7 +122,7 @@ mod tests {
                 };
                 let means: Vec<f64> = (0..1024)
                     .map(|pixel| {
-                        let mut samples = Samples::default();
+                        let mut samples = CameraSamples::default();
                         samples.request(&sampler.pixel(pixel, [0, 0]), 0..64);
                         samples.draw();
                         samples.film = place.map(|at| vec![at; 64]);

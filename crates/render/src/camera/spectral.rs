@@ -18,7 +18,7 @@ use std::iter::zip;
 
 use ivcam_base::math::lanes::{LANES, Lane, Lanes, SimdKernel, Vec3Lanes, bits, dispatch};
 use ivcam_optics::lens::{Aims, Bundle, Lens};
-use ivcam_optics::sampling::Samples;
+use ivcam_optics::sampling::CameraSamples;
 use ivcam_optics::spectrum::{HERO, MAIN, OTHERS, SETS};
 
 use super::aim::film_point;
@@ -159,7 +159,7 @@ impl LensCamera {
     pub(super) fn shoot_by_wavelength(
         &self,
         lenses: &SpectralLenses,
-        samples: &Samples,
+        samples: &CameraSamples,
         bundle: &mut Bundle,
         rays: &mut CameraRays,
         corrections: &mut SpectralCorrections,
@@ -531,7 +531,7 @@ mod tests {
     }
 
     /// The colors of samples by the rays of the main wavelength, with corrections.
-    fn fast(camera: &LensCamera, samples: &Samples) -> Vec<DVec3> {
+    fn fast(camera: &LensCamera, samples: &CameraSamples) -> Vec<DVec3> {
         let lenses = camera.spectral.as_ref().unwrap();
         let (mut bundle, mut rays) = (Bundle::default(), CameraRays::default());
         let (mut corrections, mut accepted) =
@@ -557,7 +557,7 @@ mod tests {
     }
 
     /// The color of a sample whose rays of all wavelengths are traced, none again.
-    fn plain(camera: &LensCamera, samples: &Samples, sample: usize) -> DVec3 {
+    fn plain(camera: &LensCamera, samples: &CameraSamples, sample: usize) -> DVec3 {
         let lenses = camera.spectral.as_ref().unwrap();
         let [film, pupil] =
             [&samples.film, &samples.pupil].map(|at| [at[0][sample], at[1][sample]]);
@@ -602,7 +602,7 @@ mod tests {
                 let (mut sum, mut squares, mut known) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
                 for first in (0..N).step_by(1 << 10) {
                     let indices = first..first + (1 << 10);
-                    let mut samples = Samples::default();
+                    let mut samples = CameraSamples::default();
                     samples.request(&pixel, indices.clone());
                     samples.draw();
                     samples.film = film.map(|at| vec![at; indices.len()]);

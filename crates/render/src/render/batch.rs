@@ -6,7 +6,7 @@ use glam::DVec3;
 use ivcam_base::math::lanes::{LANES, Lanes, SimdKernel, Vec3Lanes, bits, dispatch, set_lane};
 use ivcam_optics::film::{Exposed, Resolution};
 use ivcam_optics::lens::Bundle;
-use ivcam_optics::sampling::{PathPoints, Sampler, Samples};
+use ivcam_optics::sampling::{CameraSamples, PathPoints, Sampler};
 
 use super::exposure::Counts;
 use super::passes::Render;
@@ -45,7 +45,7 @@ impl SimdKernel for BatchPlace<'_> {
 /// Collects samples of a tile and traces them when the batch is full.
 pub(super) struct Batch<'a> {
     render: &'a Render<'a>,
-    samples: Samples,
+    samples: CameraSamples,
     /// The column and the row of each sample's pixel.
     pixels: [Vec<f64>; 2],
     /// The weight of each sample's light.
@@ -89,7 +89,7 @@ impl<'a> Batch<'a> {
     pub(super) fn new(render: &'a Render<'a>) -> Self {
         Self {
             render,
-            samples: Samples::default(),
+            samples: CameraSamples::default(),
             pixels: Default::default(),
             weights: Vec::new(),
             slots: Vec::new(),
@@ -453,7 +453,7 @@ fn shade_packet(
 #[inline(never)]
 fn shade_weighed(
     (shader, finder): (&Shader<'_>, &LampFinder<'_>),
-    (samples, paths): (&Samples, &[PathPoints]),
+    (samples, paths): (&CameraSamples, &[PathPoints]),
     rays: &CameraRays,
     (hits, glow): (&mut [PacketHits], &mut Vec<Lanes<f32>>),
     radiances: &mut [Vec3Lanes],

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use crate::lens::lens::Lens;
 use crate::lens::trace::element::Form;
 use crate::lens::trace::ray::{LensRay, Toward};
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The ideal lenses of a system, each with the place of the object that it sees.
 ///
@@ -33,7 +33,7 @@ impl ObjectsOfIdealLenses {
             if is_ideal(i) {
                 objects.push((i, -u / y));
             }
-            u = (n[0] * u - y * surface.power(n, Plane::Y)) / n[1];
+            u = (n[0] * u - y * surface.power(n, Meridian::Y)) / n[1];
             y += surface.thickness * u;
         }
         Self { objects }

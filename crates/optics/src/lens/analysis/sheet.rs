@@ -17,7 +17,7 @@ use crate::lens::optics::breathing::Breathing;
 use crate::lens::optics::focus::Focus;
 use crate::prescription::about::About;
 use crate::prescription::glass::medium::line_name;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The number of steps of the curves over frequency.
 const FREQUENCIES: usize = 40;
@@ -263,7 +263,7 @@ fn lit_beam(lens: &Lens, height: f64, conjugate: Conjugate) -> Option<Beam<'_>> 
 
 /// The angle in the scene of the chief ray that arrives at a height, in radians.
 fn angle_at(lens: &Lens, height: f64, film_z: f64) -> Option<f64> {
-    Some(lens.distortion(Plane::Y, height, film_z)?.angle).filter(|a| a.is_finite())
+    Some(lens.distortion(Meridian::Y, height, film_z)?.angle).filter(|a| a.is_finite())
 }
 
 /// Half of the film's diagonal: the value in the file, or the height at which the stated field

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use crate::lens::lens::Lens;
 use crate::lens::optics::focus::{Focus, FocusMethod};
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The field and the exposure of a lens focused at one distance.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -64,7 +64,7 @@ impl Lens {
         let magnified = pupils.map(|(en, ex)| ex.semi_diameter / en.semi_diameter);
         let working = |(n, p): (f64, f64)| n * (1.0 + focus.magnification.abs() / p);
         let height = self.lit_height(image_height, focus.film_z);
-        let chief = self.distortion(Plane::Y, height, focus.film_z);
+        let chief = self.distortion(Meridian::Y, height, focus.film_z);
         Breathing {
             distance: focus.distance.is_finite().then_some(focus.distance),
             magnification: if focus.distance.is_finite() {

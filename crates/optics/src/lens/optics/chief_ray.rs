@@ -7,7 +7,7 @@ use glam::{DVec2, DVec3};
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::{LensRay, Toward};
 use crate::lens::trace::tracer::Tracer;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The angle of a chief ray, and the deviation of its image height from two ideal projections.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,8 +136,8 @@ impl Lens {
 
     /// The distortion at a film point at a height on the x axis or the y axis, in millimeters; none
     /// if it has no chief ray.
-    pub fn distortion(&self, plane: Plane, height: f64, film_z: f64) -> Option<Distortion> {
-        let axis = if plane == Plane::X {
+    pub fn distortion(&self, plane: Meridian, height: f64, film_z: f64) -> Option<Distortion> {
+        let axis = if plane == Meridian::X {
             DVec2::X
         } else {
             DVec2::Y

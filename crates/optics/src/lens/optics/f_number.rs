@@ -12,7 +12,7 @@ use ivcam_base::math::Mm;
 use crate::lens::lens::Lens;
 use crate::lens::trace::ray::LensRay;
 use crate::prescription::prescription::Iris;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 impl Lens {
     /// The f-number by real rays: the focal length over the diameter of the widest beam parallel to
@@ -34,7 +34,7 @@ impl Lens {
         let n = if lens.is_rotational() {
             efl / (2.0 * height)
         } else {
-            let other = lens.first_order_in(Plane::X).focal;
+            let other = lens.first_order_in(Meridian::X).focal;
             let across = lens.axial_reach(DVec2::X).0;
             match other {
                 Some(focal) => (efl * focal.efl.abs()).sqrt() / (2.0 * (height * across).sqrt()),

@@ -4,7 +4,7 @@ use crate::lens::lens::Lens;
 use crate::lens::optics::focus::{Focus, FocusFault, FocusMethod, focus};
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::prescription::{FocusGroup, Prescription};
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// Moves the focusing group until a distance, in millimeters, is in focus on the film at its
 /// position for infinity. Returns the lens with its gaps changed. The group stays between its
@@ -99,7 +99,7 @@ impl<'a> GroupTravel<'a> {
     fn error(&self, shift: f64, distance: f64) -> Option<f64> {
         let moved = self.moved(shift);
         let indices = moved.indices(self.lens.wavelength());
-        let optics = FirstOrder::of(&moved, &indices, Plane::Y);
+        let optics = FirstOrder::of(&moved, &indices, Meridian::Y);
         let image = focus(&optics, FocusMethod::Film, distance).ok()?;
         Some(image.film_z - self.film_at(shift))
     }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use glam::DVec2;
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
-use crate::lens::pupil::support::{Corners, SIDES};
+use crate::lens::pupil::support::{PolygonCorners, SIDES};
 use crate::lens::pupil::symmetry::WedgeCopy;
 
 /// A patch over an interval of film radii. The second coordinate is not used.
@@ -38,7 +38,7 @@ pub(super) struct PupilPatch<const L: usize, const Q: usize> {
     /// The center of the polygon, relative to that of the outline.
     middle: [DVec2; L],
     /// The corners of the polygon. The first is repeated at the end.
-    corners: [Corner<L, Q>; SIDES + 1],
+    corners: [PolygonCorner<L, Q>; SIDES + 1],
     /// The triangle that contains the middle of each of [`STARTS`] equal parts of the mean area.
     /// The search for a triangle starts there, and nearly always ends there.
     starts: [u8; STARTS],
@@ -54,7 +54,7 @@ const STARTS: usize = 1024;
 /// processor's cache.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(64))]
-struct Corner<const L: usize, const Q: usize> {
+struct PolygonCorner<const L: usize, const Q: usize> {
     /// The corner relative to the center of the polygon.
     offset: [DVec2; L],
     /// Twice the area of the triangles before the corner.
@@ -133,12 +133,13 @@ impl<const L: usize, const Q: usize> PupilPatch<L, Q> {
         (low, high): ([f64; 2], [f64; 2]),
         inverse: [f64; 2],
         centers: [DVec2; L],
-        polygons: [&Corners; L],
+        polygons: [&PolygonCorners; L],
     ) -> Self {
-        let mut corners: [Corner<L, Q>; SIDES + 1] = std::array::from_fn(|j| Corner {
-            offset: linear_through(polygons.map(|polygon| polygon.offset(j))),
-            before: [0.0; Q],
-        });
+        let mut corners: [PolygonCorner<L, Q>; SIDES + 1] =
+            std::array::from_fn(|j| PolygonCorner {
+                offset: linear_through(polygons.map(|polygon| polygon.offset(j))),
+                before: [0.0; Q],
+            });
         for j in 0..SIDES {
             let twice: [f64; Q] = cross(&corners[j].offset, &corners[j + 1].offset);
             corners[j + 1].before = std::array::from_fn(|k| corners[j].before[k] + twice[k]);
@@ -209,10 +210,10 @@ impl<const L: usize, const Q: usize> PupilPatch<L, Q> {
     }
 
     /// The corners of the polygon from a film point in a direction.
-    pub(super) fn polygon(&self, at: [f64; 2], direction: DVec2) -> Corners {
+    pub(super) fn polygon(&self, at: [f64; 2], direction: DVec2) -> PolygonCorners {
         let center = self.center::<false>(at, direction);
-        let corner = |c: &Corner<L, Q>| center + linear::<false, L>(&c.offset, at);
-        Corners {
+        let corner = |c: &PolygonCorner<L, Q>| center + linear::<false, L>(&c.offset, at);
+        PolygonCorners {
             center,
             all: self.corners.each_ref().map(corner),
         }
@@ -221,7 +222,9 @@ impl<const L: usize, const Q: usize> PupilPatch<L, Q> {
 
 /// The triangle that contains the middle of each of [`STARTS`] equal parts of the area, averaged
 /// over a patch.
-fn starts<const L: usize, const Q: usize>(corners: &[Corner<L, Q>; SIDES + 1]) -> [u8; STARTS] {
+fn starts<const L: usize, const Q: usize>(
+    corners: &[PolygonCorner<L, Q>; SIDES + 1],
+) -> [u8; STARTS] {
     let mean = |j: usize| -> f64 {
         let terms = corners[j].before.iter().enumerate();
         terms

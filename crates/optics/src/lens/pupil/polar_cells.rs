@@ -10,7 +10,7 @@ use crate::lens::pupil::polar_table::{Branch, POINTS, PolarCell, PolarTable, RAD
 use crate::lens::pupil::radial_table::support_around;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
 use crate::lens::pupil::search::pupil_search::PupilSearch;
-use crate::lens::pupil::support::{InterpolationError, MARGIN, Normals, Support};
+use crate::lens::pupil::support::{InterpolationError, MARGIN, SideNormals, Support};
 use crate::lens::pupil::symmetry::inverse;
 
 /// A cell is halved until interpolation between its corners cuts off less than this fraction of the
@@ -42,7 +42,7 @@ pub(super) struct CenteredOutline {
 
 impl CenteredOutline {
     /// The outline from a film point in a direction.
-    fn new(outline: &PupilOutline, direction: DVec2, normals: &Normals) -> Self {
+    fn new(outline: &PupilOutline, direction: DVec2, normals: &SideNormals) -> Self {
         let center = outline.guess.center();
         Self {
             center: inverse(direction).rotate(center),
@@ -51,7 +51,7 @@ impl CenteredOutline {
     }
 
     /// The support from a film point in a direction.
-    pub(super) fn seen_from(&self, direction: DVec2, normals: &Normals) -> Support {
+    pub(super) fn seen_from(&self, direction: DVec2, normals: &SideNormals) -> Support {
         self.support.shifted(direction.rotate(self.center), normals)
     }
 
@@ -73,7 +73,7 @@ impl CenteredOutline {
 }
 
 /// A cell by its lowest node and its size, in lattice steps.
-type Extent = ([u32; 2], [u32; 2]);
+type CellBounds = ([u32; 2], [u32; 2]);
 
 /// The nodes of the finest lattice, each measured at most once.
 pub(super) struct Lattice<'a> {
@@ -160,7 +160,7 @@ impl<'a> Lattice<'a> {
 
     /// Measures the outlines from the nine nodes of a cell. The corners are measured first, because
     /// the search at the other nodes starts from them.
-    fn measure(&mut self, (low, size): Extent) -> CellNodes {
+    fn measure(&mut self, (low, size): CellBounds) -> CellNodes {
         let mut all = [None; 9];
         let mut guess: Option<OutlineGuess> = None;
         // The film point that the guess comes from.
@@ -197,7 +197,7 @@ impl<'a> Lattice<'a> {
     }
 
     /// Makes a cell from its nodes; none if no light reaches them.
-    fn cell(&self, (low, size): Extent, nodes: &CellNodes) -> Option<PolarCell> {
+    fn cell(&self, (low, size): CellBounds, nodes: &CellNodes) -> Option<PolarCell> {
         let (table, error) = (self.table, nodes.errors.all);
         let first = nodes.outlines.iter().flatten().next()?;
         let is_interpolated = error.ratio <= 1.0;
@@ -227,7 +227,7 @@ impl<'a> Lattice<'a> {
 
     /// The coordinate in which a cell is halved, outward (0) or around (1); none if its error is
     /// within the bounds or it is too small to be halved.
-    fn split_axis(&self, (low, size): Extent, nodes: &CellNodes) -> Option<usize> {
+    fn split_axis(&self, (low, size): CellBounds, nodes: &CellNodes) -> Option<usize> {
         let is_dark = nodes.outlines.iter().all(Option::is_none);
         let is_halved = match is_dark {
             true => size[0] > self.finest[0] / 8,
@@ -273,7 +273,11 @@ struct CellErrors {
 }
 
 impl CellNodes {
-    fn new(nodes: [Option<PupilOutline>; 9], directions: [DVec2; 3], normals: &Normals) -> Self {
+    fn new(
+        nodes: [Option<PupilOutline>; 9],
+        directions: [DVec2; 3],
+        normals: &SideNormals,
+    ) -> Self {
         let outlines = std::array::from_fn(|k| {
             let outline = nodes[k].as_ref()?;
             Some(CenteredOutline::new(outline, directions[k / 3], normals))
@@ -302,7 +306,7 @@ impl CellNodes {
     }
 
     /// The hull of all outlines, of which `first` is one, around the mean of their centers.
-    fn hull(&self, first: &CenteredOutline, normals: &Normals) -> CenteredOutline {
+    fn hull(&self, first: &CenteredOutline, normals: &SideNormals) -> CenteredOutline {
         let lit = || (0..9).filter_map(|k| Some((k, self.outlines[k].as_ref()?)));
         let centers = lit().map(|(_, outline)| outline.center);
         let center = centers.sum::<DVec2>() / lit().count() as f64;

@@ -18,7 +18,7 @@ use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::patch::{Located, PolarPatch};
 use crate::lens::pupil::polar_cells::{CenteredOutline, Lattice};
 use crate::lens::pupil::pupil_table::PupilTable;
-use crate::lens::pupil::support::{Corners, Normals, normals_along};
+use crate::lens::pupil::support::{PolygonCorners, SideNormals, normals_along};
 use crate::lens::pupil::symmetry::{Symmetry, WedgeCopy, unit};
 use crate::lens::pupil::vignetting::{Vignetting, unvignetted_fraction, unvignetted_over};
 
@@ -58,7 +58,7 @@ pub(super) struct PolarTable {
     copies: Vec<WedgeCopy>,
     /// The lens at one wavelength, or at the shortest, its own and the longest.
     pub lenses: Vec<Lens>,
-    pub normals: Normals,
+    pub normals: SideNormals,
     /// The tree of each starting cell, from the axis outward. It is measured when a film point in
     /// the cell is first asked for, and independently of the others, so that the order of the
     /// requests does not change the result.
@@ -169,7 +169,8 @@ impl PolarTable {
                 high if high >= 1.0 => f64::INFINITY,
                 high => high,
             });
-            let polygons = corners.map(|outline| Corners::new(&outline.support, &self.normals));
+            let polygons =
+                corners.map(|outline| PolygonCorners::new(&outline.support, &self.normals));
             let mut patch = PolarPatch::new(
                 0,
                 (low, high),
@@ -198,7 +199,7 @@ impl PolarTable {
             };
             let outline = CenteredOutline::mix(&row(j / 2), &row(j.div_ceil(2)), 0.5);
             let support = outline.seen_from(self.direction(film), &self.normals);
-            let polygon = Corners::new(&support, &self.normals);
+            let polygon = PolygonCorners::new(&support, &self.normals);
             unvignetted_fraction(&self.lenses[lens], self.point(film)?, &polygon)
         })
     }

@@ -5,7 +5,7 @@ use glam::DVec2;
 use crate::lens::pupil::patch::Located;
 use crate::lens::pupil::polar_table::PolarTable;
 use crate::lens::pupil::radial_table::RadialTable;
-use crate::lens::pupil::support::{Corners, SIDES};
+use crate::lens::pupil::support::{PolygonCorners, SIDES};
 use crate::lens::pupil::symmetry::WedgeCopy;
 
 /// The polygon at which rays from one film point are aimed.
@@ -53,7 +53,7 @@ impl<'a> PupilPolygon<'a> {
     }
 
     /// The corners before rotation and reflection.
-    fn unplaced(&self) -> Corners {
+    fn unplaced(&self) -> PolygonCorners {
         match &self.shape {
             PolygonShape::Radial(table, film) => table.polygon(film.patch.number, film.at[0]),
             PolygonShape::Polar(film) => film.patch.polygon(film.at, film.direction),
@@ -149,7 +149,7 @@ mod tests {
         // direction.
         let polygons = [1.0, 1.0, 3.0, 3.0].map(|radius| {
             let support = Support([radius; SIDES]);
-            Corners::new(&support, &normals)
+            PolygonCorners::new(&support, &normals)
         });
         let center = |k: usize| DVec2::new([0.0, 2.0][k % 2], 0.0);
         let patch = PolarPatch::new(
@@ -192,7 +192,7 @@ mod tests {
         let round = Support([1.5; SIDES]).shifted(DVec2::X, &normals);
         let cut = normals.map(|n| (1.5 + n.x).min(1.5 - 0.5 * n.x));
         // The minimum of two supports is not a support itself: take that of the corners.
-        let lens = Corners::new(&Support(cut), &normals);
+        let lens = PolygonCorners::new(&Support(cut), &normals);
         let cut = Support(normals.map(|normal| {
             let reach = lens.all.iter().map(|c| c.dot(normal));
             reach.fold(f64::NEG_INFINITY, f64::max)

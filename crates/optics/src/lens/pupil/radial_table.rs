@@ -8,7 +8,9 @@ use crate::lens::pupil::film_row::FilmRow;
 use crate::lens::pupil::patch::{Located, RadialPatch};
 use crate::lens::pupil::pupil_table::PupilTable;
 use crate::lens::pupil::search::outline::{OutlineGuess, PupilOutline};
-use crate::lens::pupil::support::{Corners, InterpolationError, MARGIN, Normals, SIDES, Support};
+use crate::lens::pupil::support::{
+    InterpolationError, MARGIN, PolygonCorners, SIDES, SideNormals, Support,
+};
 use crate::lens::pupil::symmetry::WedgeCopy;
 use crate::lens::pupil::vignetting::Vignetting;
 
@@ -36,15 +38,15 @@ const BINS: usize = 256;
 
 /// Film radii in millimeters, ascending from 0, each with the support of the outline as seen from
 /// the film point (radius, 0). No light reaches film points beyond the last radius.
-pub(super) type Nodes = Vec<(f64, Support)>;
+pub(super) type RadialNodes = Vec<(f64, Support)>;
 
 /// The pupils by film radius.
 #[derive(Clone, Debug)]
 pub(super) struct RadialTable {
-    normals: Normals,
-    nodes: Nodes,
+    normals: SideNormals,
+    nodes: RadialNodes,
     /// The polygon of each node.
-    polygons: Vec<Corners>,
+    polygons: Vec<PolygonCorners>,
     /// The patches between the nodes.
     pub patches: Vec<RadialPatch>,
     bins_per_mm: f64,
@@ -71,7 +73,7 @@ impl RadialTable {
         let mut radii: Vec<f64> = nodes.map(|(radius, _)| *radius).collect();
         radii.sort_by(f64::total_cmp);
         radii.dedup();
-        let mut nodes = Nodes::new();
+        let mut nodes = RadialNodes::new();
         for radius in radii {
             let at: Vec<Option<Support>> = tables.iter().map(|t| t.widest_at(radius)).collect();
             nodes.extend(support_around(&at).map(|support| (radius, support)));
@@ -89,11 +91,11 @@ impl RadialTable {
     }
 
     /// Prepares the patches between nodes.
-    pub(super) fn new(nodes: Nodes, normals: Normals) -> Self {
+    pub(super) fn new(nodes: RadialNodes, normals: SideNormals) -> Self {
         let polygons = nodes
             .iter()
-            .map(|(_, support)| Corners::new(support, &normals));
-        let polygons: Vec<Corners> = polygons.collect();
+            .map(|(_, support)| PolygonCorners::new(support, &normals));
+        let polygons: Vec<PolygonCorners> = polygons.collect();
         let patch = |i: usize| {
             let [low, high] = [i, i + 1].map(|i| nodes[i].0);
             let length = high - low;
@@ -134,7 +136,7 @@ impl RadialTable {
     }
 
     /// The polygon of a film point at (radius, 0), from its patch and the coordinate in it.
-    pub(super) fn polygon(&self, patch: usize, t: f64) -> Corners {
+    pub(super) fn polygon(&self, patch: usize, t: f64) -> PolygonCorners {
         self.polygons[patch].mix(&self.polygons[patch + 1], t)
     }
 
@@ -233,7 +235,7 @@ pub(super) fn support_around(supports: &[Option<Support>]) -> Option<Support> {
 
 /// Measures the nodes of a table whose first outline is given. Intervals are halved until the
 /// interpolation error is within [`MAX_CUT`] and [`MAX_ADDED`].
-fn measured_nodes(row: &FilmRow<'_>, first: PupilOutline) -> Nodes {
+fn measured_nodes(row: &FilmRow<'_>, first: PupilOutline) -> RadialNodes {
     let mut done = vec![(0.0, first)];
     // The radii that are not in the table yet, in descending order.
     let mut pending: Vec<(f64, Option<PupilOutline>)> = Vec::new();
@@ -291,11 +293,11 @@ fn measured_nodes(row: &FilmRow<'_>, first: PupilOutline) -> Nodes {
 
 /// The nodes for a lens from which no light reaches the middle of the film. All film points have
 /// the disc of radius `disc_radius`, if light reaches any.
-fn disc_nodes(row: &FilmRow<'_>, disc_radius: impl Fn() -> f64) -> Nodes {
+fn disc_nodes(row: &FilmRow<'_>, disc_radius: impl Fn() -> f64) -> RadialNodes {
     let steps = 4 * FIRST_NODES;
     let radius = |i: usize| row.film_radius * i as f64 / steps as f64;
     if !(0..=steps).any(|i| row.outline(radius(i), None).is_some()) {
-        return Nodes::new();
+        return RadialNodes::new();
     }
     let disc = Support([disc_radius(); SIDES]);
     vec![(0.0, disc), (row.film_radius, disc)]

@@ -19,16 +19,16 @@ pub(crate) const SIDES: usize = 32;
 pub(super) const MARGIN: f64 = 0.004;
 
 /// The outward unit normals of the sides, counterclockwise.
-pub(crate) type Normals = [DVec2; SIDES];
+pub(crate) type SideNormals = [DVec2; SIDES];
 
 /// The normals for a lens without straight iris edges. The first is +x.
-pub(super) fn even_normals() -> Normals {
+pub(super) fn even_normals() -> SideNormals {
     std::array::from_fn(|j| unit(TAU * j as f64 / SIDES as f64))
 }
 
 /// The normals with the nearest one rotated onto the normal of each edge of an iris. Opposite sides
 /// stay parallel.
-pub(super) fn normals_along(edges: &[DVec2]) -> Normals {
+pub(super) fn normals_along(edges: &[DVec2]) -> SideNormals {
     const HALF: usize = SIDES / 2;
     let mut normals = even_normals();
     for edge in edges {
@@ -69,7 +69,7 @@ impl Support {
     }
 
     /// The outline moved by a vector.
-    pub(super) fn shifted(&self, by: DVec2, normals: &Normals) -> Self {
+    pub(super) fn shifted(&self, by: DVec2, normals: &SideNormals) -> Self {
         self.map(|j, own| own + by.dot(normals[j]))
     }
 
@@ -82,7 +82,7 @@ impl Support {
     }
 
     /// Whether a point lies outside the outline.
-    pub(super) fn is_outside(&self, p: DVec2, normals: &Normals) -> bool {
+    pub(super) fn is_outside(&self, p: DVec2, normals: &SideNormals) -> bool {
         let mut sides = normals.iter().zip(&self.0);
         sides.any(|(normal, reach)| p.dot(*normal) > *reach)
     }
@@ -99,16 +99,16 @@ impl Support {
 
 /// The corners of the polygon of a support, which is divided into triangles around a point inside.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Corners {
+pub(super) struct PolygonCorners {
     /// The mean of the corners.
     pub center: DVec2,
     /// The corners, counterclockwise. The first is repeated at the end.
     pub all: [DVec2; SIDES + 1],
 }
 
-impl Corners {
+impl PolygonCorners {
     /// The corners between the supporting lines of a support.
-    pub(super) fn new(support: &Support, normals: &Normals) -> Self {
+    pub(super) fn new(support: &Support, normals: &SideNormals) -> Self {
         let mut all = [DVec2::ZERO; SIDES + 1];
         let mut center = DVec2::ZERO;
         for j in 0..SIDES {

@@ -17,7 +17,7 @@ use crate::lens::lens::Lens;
 use crate::lens::optics::film_place::FilmPlace;
 use crate::lens::pupil::patch::{biquadratic_through, quadratic_through};
 use crate::lens::pupil::radial_table::RadialTable;
-use crate::lens::pupil::support::{Corners, SIDES};
+use crate::lens::pupil::support::{PolygonCorners, SIDES};
 
 /// Every aim in this fraction of the area, from the center outward, must get through; otherwise the
 /// unvignetted fraction is left unknown, and lost rays stay lost. It is .95 or more in all but a
@@ -99,7 +99,11 @@ impl Vignetting {
 
 /// Measures the unvignetted fraction of a polygon at which rays from a film point are aimed; none
 /// if the polygon is not open in one piece. The film point is in lens space, in millimeters.
-pub(super) fn unvignetted_fraction(lens: &Lens, film: DVec3, polygon: &Corners) -> Option<f64> {
+pub(super) fn unvignetted_fraction(
+    lens: &Lens,
+    film: DVec3,
+    polygon: &PolygonCorners,
+) -> Option<f64> {
     const { assert!(LANES == SIDES) }
     let [corners, next] =
         [0, 1].map(|k| -> [DVec2; SIDES] { std::array::from_fn(|j| polygon.offset(j + k)) });

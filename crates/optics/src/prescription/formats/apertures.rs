@@ -9,7 +9,7 @@ use ivcam_base::diag::{Sink, Span};
 use crate::prescription::first_order::FirstOrder;
 use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::{Prescription, StatedFNumber};
-use crate::prescription::surface::{Plane, Surface};
+use crate::prescription::surface::{Meridian, Surface};
 
 /// The relative difference of the f-numbers of a design program's file that counts as a
 /// contradiction.
@@ -17,7 +17,7 @@ pub(super) const F_NUMBER_TOLERANCE: f64 = 5e-3;
 
 /// The beam as a file describes it.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Beam {
+pub(super) struct SystemData {
     /// The diameter of the entrance pupil.
     pub entrance_diameter: Option<f64>,
     /// The f-number of the image.
@@ -36,7 +36,7 @@ pub(super) struct Beam {
     pub stated: Option<Span>,
 }
 
-impl Beam {
+impl SystemData {
     /// Takes over the entrance pupil that a file states at a place; 0 states none.
     pub(super) fn state_entrance(&mut self, diameter: f64, span: Span) {
         self.entrance_diameter = Some(diameter).filter(|d| *d > 0.0);
@@ -72,14 +72,14 @@ impl Beam {
 
 /// Fills in the semi-diameters that are not finite. Returns the numbers of their surfaces; none if
 /// the beam is not known.
-pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> Vec<usize> {
+pub(super) fn fill(lens: &mut Prescription, beam: SystemData) -> Vec<usize> {
     let is_open = |&i: &usize| !lens.surfaces[i].semi_diameter.is_finite();
     let open: Vec<usize> = (0..lens.surfaces.len()).filter(is_open).collect();
     if open.is_empty() {
         return open;
     }
     let indices = lens.indices(D_LINE);
-    let optics = FirstOrder::of(lens, &indices, Plane::Y);
+    let optics = FirstOrder::of(lens, &indices, Meridian::Y);
     let stop = lens.stop().unwrap_or(0);
     let ones = heights(lens, &indices, (1.0, 0.0));
     let entrance = beam.entrance_diameter.or_else(|| {
@@ -125,7 +125,7 @@ pub(super) fn fill(lens: &mut Prescription, beam: Beam) -> Vec<usize> {
 /// Notes the f-number that the file states, or that follows from its entrance pupil, if paraxial
 /// rays through the apertures contradict it by more than a relative tolerance.
 /// The file may mean real rays, which only `lens` can trace.
-pub(super) fn note_f_number(lens: &mut Prescription, beam: Beam, tolerance: f64) {
+pub(super) fn note_f_number(lens: &mut Prescription, beam: SystemData, tolerance: f64) {
     let Some(span) = beam.stated else { return };
     let optics = lens.first_order(D_LINE);
     let (Some(focal), Some(found)) = (optics.focal, optics.f_number()) else {
@@ -172,14 +172,15 @@ pub(super) fn close_open_stop(lens: &mut Prescription, sink: &mut Sink) {
 /// Warns of a lens without power. A telescope has none, but so has a file read wrongly.
 pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
     let indices = lens.indices(D_LINE);
-    let in_y = FirstOrder::of(lens, &indices, Plane::Y).focal;
+    let in_y = FirstOrder::of(lens, &indices, Meridian::Y).focal;
     if in_y
-        .or(FirstOrder::of(lens, &indices, Plane::X).focal)
+        .or(FirstOrder::of(lens, &indices, Meridian::X).focal)
         .is_some()
     {
         return;
     }
-    let bends = |(i, s): (usize, &Surface)| s.power([indices[i], indices[i + 1]], Plane::Y) != 0.0;
+    let bends =
+        |(i, s): (usize, &Surface)| s.power([indices[i], indices[i + 1]], Meridian::Y) != 0.0;
     let place = lens.surfaces.first().map_or(Span::at(0), |s| s.span);
     if lens.surfaces.iter().enumerate().any(bends) {
         sink.warn(
@@ -200,7 +201,7 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
     let mut heights = Vec::with_capacity(lens.surfaces.len());
     for (i, surface) in lens.surfaces.iter().enumerate() {
         heights.push(y);
-        nu -= y * surface.power([indices[i], indices[i + 1]], Plane::Y);
+        nu -= y * surface.power([indices[i], indices[i + 1]], Meridian::Y);
         y += surface.thickness * nu / indices[i + 1];
     }
     heights
@@ -221,10 +222,10 @@ mod tests {
             Surface::sphere(-100.0, 0.0, Medium::air(), free),
         ];
         let mut lens = Prescription::new("a", surfaces);
-        let beam = Beam {
+        let beam = SystemData {
             entrance_diameter: Some(4.0),
             half_field: 45.0,
-            ..Beam::default()
+            ..SystemData::default()
         };
         assert_eq!(fill(&mut lens, beam), [0, 1, 2]);
         let radii: Vec<f64> = lens.surfaces.iter().map(|s| s.semi_diameter).collect();

@@ -12,16 +12,16 @@ use std::iter;
 
 use ivcam_base::diag::{Result, Sink};
 
-use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, note_f_number};
-use crate::prescription::formats::format::Format;
-use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader, open_if_zero};
+use crate::prescription::formats::apertures::{F_NUMBER_TOLERANCE, SystemData, note_f_number};
+use crate::prescription::formats::format::PrescriptionFormat;
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, SurfaceSpans, open_if_zero};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, ZoomPosition};
 use crate::prescription::surface::{MAX_POWER, Shape, Surface};
-use crate::prescription::text::{Word, lines};
+use crate::prescription::text::{Word, Words, lines};
 
 /// The text of the Optical Bench, recognized by the heading of its table.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "Optical Bench",
     recognizes: |text| {
         let mut lines = text.lines().map(str::trim);
@@ -33,17 +33,15 @@ pub(crate) static FORMAT: Format = Format {
 /// The largest number of zoom positions.
 const MAX_POSITIONS: usize = 100;
 
-/// A line: the values between its tabs, which may be empty.
-type Line<'a> = Vec<Word<'a>>;
-
-/// The sections of a file of the Optical Bench.
+/// The sections of a file of the Optical Bench. A line is the values between its tabs, which may be
+/// empty.
 struct BenchReader<'a> {
     file: PrescriptionReader<'a>,
     title: Option<&'a str>,
-    constants: Vec<Line<'a>>,
-    variables: Vec<Line<'a>>,
-    surfaces: Vec<Line<'a>>,
-    aspheres: Vec<Line<'a>>,
+    constants: Vec<Words<'a>>,
+    variables: Vec<Words<'a>>,
+    surfaces: Vec<Words<'a>>,
+    aspheres: Vec<Words<'a>>,
 }
 
 /// Reads the text of the Optical Bench.
@@ -54,7 +52,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     reader.aspheres(&mut draft.lens)?;
     let line = reader.variable("F-Number");
     if let Some(line) = line.filter(|_| draft.lens.zoom.is_empty()) {
-        let mut beam = Beam::default();
+        let mut beam = SystemData::default();
         let f_number = reader.stated("F-Number", 0).unwrap_or(0.0);
         beam.state_f_number(f_number, line[0].span);
         note_f_number(&mut draft.lens, beam, F_NUMBER_TOLERANCE);
@@ -63,7 +61,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
 }
 
 /// The values of a line. A line that has lost its tabs is divided at its blanks.
-fn values(line: &str, start: usize) -> Line<'_> {
+fn values(line: &str, start: usize) -> Words<'_> {
     let word = |text| Word::at(line, text, start);
     match line.contains('\t') {
         true => line.split('\t').map(str::trim).map(word).collect(),
@@ -112,7 +110,7 @@ impl<'a> BenchReader<'a> {
     }
 
     /// The line of a variable distance, or of another value in that section.
-    fn variable(&self, name: &str) -> Option<&Line<'a>> {
+    fn variable(&self, name: &str) -> Option<&Words<'a>> {
         self.variables.iter().find(|line| line[0].is(name))
     }
 
@@ -163,7 +161,7 @@ impl<'a> BenchReader<'a> {
 
     /// A row: number, radius, thickness, index, diameter, Abbe number and glass. A row without tabs
     /// that is of air has no index.
-    fn surface(&self, row: &Line<'a>, before: &Medium) -> Result<(Surface, Places)> {
+    fn surface(&self, row: &Words<'a>, before: &Medium) -> Result<(Surface, SurfaceSpans)> {
         let cell = |at: usize| row.get(at).copied().filter(|word| !word.text.is_empty());
         let (Some(number), Some(radius), Some(thickness)) = (cell(0), cell(1), cell(2)) else {
             let help = "a surface is: number, radius, thickness, index, diameter, Abbe number";
@@ -227,7 +225,7 @@ impl<'a> BenchReader<'a> {
             .filter_map(|(i, row)| Some((i, *row.get(2).filter(|word| !is_number(word))?)))
             .collect();
         let values = |(_, name): &(usize, Word<'a>)| {
-            let numbers = |line: &Line<'a>| line.iter().skip(1).filter(|w| is_number(w)).count();
+            let numbers = |line: &Words<'a>| line.iter().skip(1).filter(|w| is_number(w)).count();
             self.variable(name.text).map_or(0, numbers)
         };
         let count = varied.iter().map(values).max().unwrap_or(0);
@@ -279,7 +277,7 @@ impl<'a> BenchReader<'a> {
     fn aspheres(&self, lens: &mut Prescription) -> Result<()> {
         let powers = self.powers()?;
         for line in &self.aspheres {
-            let same = |row: &Line<'a>| row[0].text == line[0].text;
+            let same = |row: &Words<'a>| row[0].text == line[0].text;
             let Some(surface) = self.surfaces.iter().position(same) else {
                 let message = format!("there is no surface `{}`", line[0].text);
                 return Err(self.file.fail(line[0].span, message));

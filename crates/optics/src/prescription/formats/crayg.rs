@@ -8,15 +8,15 @@
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::format::Format;
-use crate::prescription::formats::reader::{Draft, Places, PrescriptionReader};
+use crate::prescription::formats::format::PrescriptionFormat;
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, SurfaceSpans};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, ZoomPosition};
 use crate::prescription::surface::{Curvature, Shape, Surface};
 use crate::prescription::text::{Word, lines, words};
 
 /// crayg's files, recognized by the headings of their sections.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "crayg",
     recognizes: |text| {
         let has = |heading: &str| {
@@ -98,7 +98,7 @@ fn surface(
     row: &[Word<'_>],
     before: &Medium,
     sink: &mut Sink,
-) -> Result<(Surface, Places)> {
+) -> Result<(Surface, SurfaceSpans)> {
     let [radius, thickness, index, semi_diameter, rest @ ..] = row else {
         let last = row.last().map_or(Span::at(0), |word| word.span);
         let message = format!("too few values in this row: {} instead of 7", row.len());

@@ -5,8 +5,8 @@
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::format::Format;
-use crate::prescription::formats::reader::{Places, PrescriptionReader};
+use crate::prescription::formats::format::PrescriptionFormat;
+use crate::prescription::formats::reader::{PrescriptionReader, SurfaceSpans};
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
@@ -14,7 +14,7 @@ use crate::prescription::surface::{Curvature, Shape, Surface};
 use crate::prescription::text::{Word, lines, words};
 
 /// The `.lens` tables, recognized by the line above their rows.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "lens flare table",
     recognizes: |text| text.lines().any(|line| line.trim() == "surfaces:"),
     read,
@@ -56,7 +56,7 @@ fn surface(
     file: PrescriptionReader<'_>,
     row: &[Word<'_>],
     before: &Medium,
-) -> Result<(Surface, Places)> {
+) -> Result<(Surface, SurfaceSpans)> {
     let [radius, thickness, index, abbe, semi_diameter, rest @ ..] = row else {
         let last = row.last().map_or(Span::at(0), |word| word.span);
         let message = format!("too few numbers in this row: {} instead of 5", row.len());

@@ -8,7 +8,7 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
 
 /// A file format of prescriptions.
-pub(crate) struct Format {
+pub(crate) struct PrescriptionFormat {
     /// The name in messages.
     #[cfg_attr(
         not(test),

@@ -11,7 +11,7 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, Span};
 use serde_json::Value;
 
 use crate::prescription::formats::dat::adopt_a_stop;
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::index_table;
 use crate::prescription::formats::json_text::{JsonPlaces, parse};
 use crate::prescription::formats::reader::PrescriptionReader;
@@ -20,7 +20,7 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Shape, Surface};
 
 /// ISET's JSON.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "JSON of ISET",
     recognizes: |text| text.trim_start().starts_with('{') && is_iset(text),
     read,

@@ -32,7 +32,7 @@ use serde_json::{Map, Value};
 
 use crate::prescription::about::KEYS;
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::json_text::{JsonPlaces, parse};
 use crate::prescription::formats::origin::at_zoom_list;
 use crate::prescription::formats::reader::{PrescriptionReader, spelling};
@@ -69,7 +69,7 @@ const COLUMNS: [&[&str]; 4] = [
 ];
 
 /// ivcam's own JSON, schema `ivlens-1`.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "JSON",
     recognizes: |text| text.trim_start().starts_with('{'),
     read,

@@ -6,7 +6,7 @@ use ivcam_base::diag::{Diagnostic, Result, Source, Span};
 use serde::de::IgnoredAny;
 use serde_json::{Deserializer, Value};
 
-use crate::prescription::formats::reader::Places;
+use crate::prescription::formats::reader::SurfaceSpans;
 
 /// Parses a JSON text.
 pub(super) fn parse(source: &Arc<Source>) -> Result<Value> {
@@ -79,7 +79,7 @@ impl JsonPlaces {
 
     /// The values of the columns of a surface: each is that of the first of the names that the
     /// surface has.
-    pub(super) fn columns(&self, surface: usize, names: [&[&str]; 4]) -> Places {
+    pub(super) fn columns(&self, surface: usize, names: [&[&str]; 4]) -> SurfaceSpans {
         names.map(|names| self.value(surface, names))
     }
 

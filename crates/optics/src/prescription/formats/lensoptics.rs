@@ -8,7 +8,7 @@
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::{Prescription, ZoomPosition};
@@ -17,7 +17,7 @@ use crate::prescription::text::{Word, lines, words};
 
 /// lensoptics' files, recognized by their rows: those of air have no index, and those of glass have
 /// it behind a word.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "lensoptics",
     recognizes: |text| {
         let has = |is_row: &dyn Fn(&[&str]) -> bool| {

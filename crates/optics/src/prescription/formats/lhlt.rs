@@ -7,8 +7,8 @@
 use ivcam_base::diag::{Result, Sink, Span};
 use serde_json::Value;
 
-use crate::prescription::formats::apertures::Beam;
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::apertures::SystemData;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::loose::{finite, numbers, parse};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero};
 use crate::prescription::glass::Medium;
@@ -16,7 +16,7 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape, Surface};
 
 /// LensHH's lenses.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "LensHH",
     recognizes: |text| {
         let has = |key: &str| text.contains(key);
@@ -111,7 +111,7 @@ fn medium(file: PrescriptionReader<'_>, row: &Value) -> Result<Medium> {
 }
 
 /// The aperture and the largest field.
-fn beam(root: &Value, object: &Value) -> Beam {
+fn beam(root: &Value, object: &Value) -> SystemData {
     let aperture = &root["Aperture"];
     let value = finite(aperture.get("Value")).filter(|value| *value > 0.0);
     let has_kind = |kind: &str| value.filter(|_| aperture["Type"] == kind);
@@ -123,7 +123,7 @@ fn beam(root: &Value, object: &Value) -> Beam {
     let largest = sizes.fold(0.0, f64::max);
     let kind = root["FieldType"].as_str().unwrap_or("");
     let is = |word: &str| kind.contains(word);
-    Beam {
+    SystemData {
         entrance_diameter: has_kind("EPD"),
         f_number: has_kind("FNumber"),
         half_field: if is("Angle") { largest } else { 0.0 },
@@ -131,7 +131,7 @@ fn beam(root: &Value, object: &Value) -> Beam {
         object_height: (is("Object") && is("Height")).then_some(largest),
         object_distance: finite(object.get("Thickness")),
         stated: value.map(|_| Span::at(0)),
-        ..Beam::default()
+        ..SystemData::default()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 //!
-//! Each format has a file or a folder with its `Format`. What the readers share is in `reader`
-//! (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a file),
-//! `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose` (JSON) and
+//! Each format has a file or a folder with its `PrescriptionFormat`. What the readers share is in
+//! `reader` (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a
+//! file), `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose` (JSON) and
 //! `index_table` (glasses by their indices at several wavelengths).
 
 mod apertures;
@@ -31,12 +31,12 @@ pub mod write;
 mod write_seq;
 mod zmx;
 
-pub(crate) use format::Format;
+pub(crate) use format::PrescriptionFormat;
 pub use format::{Gap, Reading};
 pub use read::read;
 
 /// The formats that are read; a file is in the first that recognizes it.
-pub(crate) static FORMATS: [&Format; 13] = [
+pub(crate) static FORMATS: [&PrescriptionFormat; 13] = [
     &iset::FORMAT,
     &roa::FORMAT,
     &optiland::FORMAT,

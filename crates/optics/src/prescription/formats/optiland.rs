@@ -13,8 +13,8 @@ use serde_json::Value;
 use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::{Decenter, SurfaceFrame, inverse};
 use crate::prescription::forbes::ForbesSet;
-use crate::prescription::formats::apertures::Beam;
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::apertures::SystemData;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::loose::{finite, numbers, parse};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::medium::Medium;
@@ -25,7 +25,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 const MAX_NESTING: usize = 64;
 
 /// optiland's JSON.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "optiland",
     recognizes: |text| text.trim_start().starts_with('{') && text.contains("\"surface_group\""),
     read,
@@ -34,7 +34,7 @@ pub(crate) static FORMAT: Format = Format {
 fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let root = parse(file.source)?;
     let mut draft = draft(file, &root, sink)?;
-    let beam = Beam {
+    let beam = SystemData {
         object_distance: object_distance(&root),
         ..beam(&root)
     };
@@ -63,7 +63,7 @@ fn state_wavelengths(draft: &mut Draft, root: &Value) {
 }
 
 /// The beam of the file: its aperture and its largest field.
-fn beam(root: &Value) -> Beam {
+fn beam(root: &Value) -> SystemData {
     let aperture = &root["aperture"];
     let kind = aperture["type"]
         .as_str()
@@ -80,7 +80,7 @@ fn beam(root: &Value) -> Beam {
     let field = field
         .or(root["fields"]["field_type"].as_str())
         .unwrap_or("");
-    Beam {
+    SystemData {
         entrance_diameter: value.filter(|_| kind == "EPD"),
         f_number: value.filter(|_| kind == "imageFNO"),
         half_field: match field {
@@ -90,7 +90,7 @@ fn beam(root: &Value) -> Beam {
         image_height: field.contains("mage").then_some(largest),
         object_height: (field.contains("bject") && !field.contains("ngle")).then_some(largest),
         stated: value.map(|_| Span::at(0)),
-        ..Beam::default()
+        ..SystemData::default()
     }
 }
 

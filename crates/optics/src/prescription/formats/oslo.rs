@@ -10,10 +10,10 @@ use std::collections::BTreeMap;
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::apertures::Beam;
+use crate::prescription::formats::apertures::SystemData;
 use crate::prescription::formats::commands::commands;
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::index_table;
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero, refused};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
@@ -22,7 +22,7 @@ use crate::prescription::surface::{Curvature, Surface};
 use crate::prescription::text::Word;
 
 /// OSLO's lens files, recognized by a line that is `NXT`.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "OSLO",
     recognizes: |text| {
         let plain = |line: &str| line.split("//").next().unwrap_or("").trim().to_owned();
@@ -56,7 +56,7 @@ struct OsloReader<'a> {
     draft: Draft,
     /// The wavelengths of model glasses in nanometers.
     wavelengths: Vec<f64>,
-    beam: Beam,
+    beam: SystemData,
     /// The decenters of surfaces, by their numbers.
     decenters: BTreeMap<usize, StatedDecenter>,
     ended: bool,
@@ -68,7 +68,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
         draft: file.draft(None),
         // OSLO's default wavelengths.
         wavelengths: vec![D_LINE, F_LINE, C_LINE],
-        beam: Beam::default(),
+        beam: SystemData::default(),
         decenters: BTreeMap::new(),
         ended: false,
     };

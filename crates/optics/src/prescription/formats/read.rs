@@ -190,9 +190,9 @@ mod tests {
         for name in ["double-gauss", "canon-70-200", "phone"] {
             let lens = crate::lens::Lens::named(name).unwrap();
             for target in [
-                write::Target::Columns,
-                write::Target::Zemax,
-                write::Target::Json,
+                write::OutputFormat::Columns,
+                write::OutputFormat::Zemax,
+                write::OutputFormat::Json,
             ] {
                 texts.extend(write::write(lens.prescription(), target).map(|(text, _)| text));
             }

@@ -10,7 +10,9 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use ivcam_base::math::LengthUnit;
 
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
-use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, fill, note_f_number};
+use crate::prescription::formats::apertures::{
+    F_NUMBER_TOLERANCE, SystemData, fill, note_f_number,
+};
 use crate::prescription::formats::format::Reading;
 use crate::prescription::glass::{Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, StatedBeam, check, check_count};
@@ -18,7 +20,7 @@ use crate::prescription::surface::Surface;
 use crate::prescription::text::{self, Word};
 
 /// The places of the numbers of a surface, in the order of [`Column`].
-pub(super) type Places = [Span; 4];
+pub(super) type SurfaceSpans = [Span; 4];
 
 /// A file that is being read, with the options of reading.
 #[derive(Clone, Copy)]
@@ -34,7 +36,7 @@ pub(super) struct Draft {
     /// What has been read so far.
     pub lens: Prescription,
     /// The places of the numbers of each surface of `lens`.
-    pub places: Vec<Places>,
+    pub places: Vec<SurfaceSpans>,
     /// The length of the file's unit in millimeters.
     pub unit: f64,
     /// The decenter of the axis behind the last surface, for the next surface.
@@ -184,7 +186,7 @@ impl<'a> PrescriptionReader<'a> {
 
 impl Draft {
     /// Adds a surface behind the others, on the axis as it is there.
-    pub(super) fn push(&mut self, mut surface: Surface, places: Places) {
+    pub(super) fn push(&mut self, mut surface: Surface, places: SurfaceSpans) {
         let pending = std::mem::take(&mut self.pending);
         if !pending.is_none() {
             let frame = surface
@@ -213,7 +215,7 @@ impl Draft {
 
     /// Gives surfaces without an aperture that of the beam, and keeps its field, and an f-number
     /// that contradicts the apertures.
-    pub(super) fn limit(&mut self, beam: Beam, sink: &mut Sink) {
+    pub(super) fn limit(&mut self, beam: SystemData, sink: &mut Sink) {
         self.derived = fill(&mut self.lens, beam);
         if !self.derived.is_empty() {
             let message = "apertures that the file leaves out are those of its beam";
@@ -226,7 +228,7 @@ impl Draft {
     }
 
     /// Keeps the field of a beam. That of an object height is the height of its image.
-    pub(super) fn state_field(&mut self, beam: Beam, sink: &mut Sink) {
+    pub(super) fn state_field(&mut self, beam: SystemData, sink: &mut Sink) {
         let stated = |value: &f64| *value > 0.0 && value.is_finite();
         self.lens.half_field = Some(beam.half_field).filter(stated);
         let height = beam.height_in_image(&self.lens).filter(stated);

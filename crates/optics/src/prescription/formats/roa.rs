@@ -11,9 +11,9 @@ use serde_json::Value;
 
 use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::SurfaceFrame;
-use crate::prescription::formats::apertures::{Beam, F_NUMBER_TOLERANCE, note_f_number};
+use crate::prescription::formats::apertures::{F_NUMBER_TOLERANCE, SystemData, note_f_number};
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
-use crate::prescription::formats::format::Format;
+use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::loose::{finite, numbers, parse};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::medium::{D_LINE, Formula, Medium};
@@ -21,7 +21,7 @@ use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape, Surface};
 
 /// ray-optics' models.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "ray-optics",
     recognizes: |text| {
         text.trim_start().starts_with('{')
@@ -257,7 +257,7 @@ impl RayOpticsReader<'_> {
     }
 
     /// The widest field, which is an angle in the scene or a height on the film.
-    fn field(&self) -> Beam {
+    fn field(&self) -> SystemData {
         let field = attributes(&attributes(&self.model["optical_spec"])["field_of_view"]);
         let key = ["key", "_key"]
             .iter()
@@ -274,7 +274,7 @@ impl RayOpticsReader<'_> {
             true => largest * first(field, &["_value", "value"]).unwrap_or(0.0),
             false => largest,
         };
-        Beam {
+        SystemData {
             half_field: if is("object") && is("angle") {
                 widest
             } else {
@@ -283,7 +283,7 @@ impl RayOpticsReader<'_> {
             image_height: (is("image") && is("height")).then_some(widest),
             object_height: (is("object") && is("height")).then_some(widest),
             object_distance: finite(attributes(&gaps[0]).get("thi")),
-            ..Beam::default()
+            ..SystemData::default()
         }
     }
 
@@ -296,7 +296,7 @@ impl RayOpticsReader<'_> {
     }
 
     /// The aperture that the model states, in image or object space.
-    fn beam(&self) -> Option<Beam> {
+    fn beam(&self) -> Option<SystemData> {
         let pupil = attributes(&attributes(&self.model["optical_spec"])["pupil"]);
         let value = finite(pupil.get("value")).filter(|v| *v > 0.0)?;
         let key = ["key", "_key"]
@@ -304,16 +304,16 @@ impl RayOpticsReader<'_> {
             .find_map(|key| pupil[*key].as_array())?;
         let kind = key.last()?.as_str()?;
         let is_object = key.iter().any(|word| word == "object");
-        let beam = Beam {
+        let beam = SystemData {
             stated: Some(Span::at(0)),
-            ..Beam::default()
+            ..SystemData::default()
         };
         match kind {
-            "f/#" if !is_object => Some(Beam {
+            "f/#" if !is_object => Some(SystemData {
                 f_number: Some(value),
                 ..beam
             }),
-            "pupil" | "epd" if is_object => Some(Beam {
+            "pupil" | "epd" if is_object => Some(SystemData {
                 entrance_diameter: Some(value),
                 ..beam
             }),

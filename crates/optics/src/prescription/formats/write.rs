@@ -24,7 +24,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 /// A format that can be written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Target {
+pub enum OutputFormat {
     /// pbrt's four columns, `.dat`.
     Columns,
     /// Zemax's sequential files, `.zmx`.
@@ -35,7 +35,7 @@ pub enum Target {
     Json,
 }
 
-impl Target {
+impl OutputFormat {
     /// The format with the extension of a file name.
     pub fn of(path: &Path) -> Result<Self> {
         let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("");
@@ -54,21 +54,25 @@ impl Target {
 }
 
 /// A prescription as text, and what the format left out.
-pub fn write(lens: &Prescription, target: Target) -> Result<(String, Vec<String>)> {
+pub fn write(lens: &Prescription, target: OutputFormat) -> Result<(String, Vec<String>)> {
     write_at(lens, target, f64::INFINITY)
 }
 
 /// A prescription as text, with the distance of the object from the front vertex in millimeters,
 /// which Zemax and CODE V keep; and what the format left out.
-pub fn write_at(lens: &Prescription, target: Target, object: f64) -> Result<(String, Vec<String>)> {
+pub fn write_at(
+    lens: &Prescription,
+    target: OutputFormat,
+    object: f64,
+) -> Result<(String, Vec<String>)> {
     // Files have the signs of the straight axis.
     let folded = lens.has_mirrors().then(|| lens.folded());
     let lens = folded.as_ref().unwrap_or(lens);
     match target {
-        Target::Columns => columns(lens),
-        Target::Zemax => zemax(lens, object),
-        Target::CodeV => code_v(lens, object),
-        Target::Json => Ok((json(lens), Vec::new())),
+        OutputFormat::Columns => columns(lens),
+        OutputFormat::Zemax => zemax(lens, object),
+        OutputFormat::CodeV => code_v(lens, object),
+        OutputFormat::Json => Ok((json(lens), Vec::new())),
     }
 }
 
@@ -757,7 +761,7 @@ mod tests {
     use ivcam_base::diag::{Sink, Source};
     use std::sync::Arc;
 
-    fn again(lens: &Prescription, target: Target) -> Prescription {
+    fn again(lens: &Prescription, target: OutputFormat) -> Prescription {
         let (text, _) = write(lens, target).unwrap();
         let name = format!("{}.x", lens.name);
         let source = Arc::new(Source::new(name, text.clone().into_bytes()));
@@ -799,12 +803,12 @@ mod tests {
         for lens in shipped() {
             let lens = bare(lens);
             assert_eq!(
-                bare(again(&lens, Target::Json)).surfaces,
+                bare(again(&lens, OutputFormat::Json)).surfaces,
                 lens.surfaces,
                 "{}",
                 lens.name
             );
-            let read = bare(again(&lens, Target::Json));
+            let read = bare(again(&lens, OutputFormat::Json));
             assert!(same_rays(&read, &lens), "{}", lens.name);
             assert_eq!(
                 (&read.zoom, read.focus_group),
@@ -822,7 +826,7 @@ mod tests {
         let schott = [2.27, -0.01, 0.01, 2e-4, -1e-5, 1e-6, 0.0, 0.0, 0.0, 0.0];
         let schott = Medium::from_formula(Formula::Schott, schott).unwrap();
         lens.surfaces[3].medium = schott.named("X");
-        let read = bare(again(&lens, Target::Json));
+        let read = bare(again(&lens, OutputFormat::Json));
         assert_eq!(read.surfaces, bare(lens.clone()).surfaces);
         assert!(matches!(read.iris, Iris::Blades { count: 7, .. }));
     }
@@ -831,14 +835,14 @@ mod tests {
     fn four_columns_read_back_the_same_where_they_can_say_it() {
         let mut written = 0;
         for lens in shipped() {
-            let Ok((_, left_out)) = write(&lens, Target::Columns) else {
+            let Ok((_, left_out)) = write(&lens, OutputFormat::Columns) else {
                 continue;
             };
             assert_eq!(
                 lens.is_dispersive(),
                 left_out.iter().any(|l| l.contains("dispersion"))
             );
-            let read = again(&lens, Target::Columns);
+            let read = again(&lens, OutputFormat::Columns);
             for (a, b) in read.surfaces.iter().zip(&lens.surfaces) {
                 assert_eq!((a.curvature, a.thickness), (b.curvature, b.thickness));
                 assert_eq!((a.semi_diameter, a.is_stop), (b.semi_diameter, b.is_stop));
@@ -848,14 +852,14 @@ mod tests {
         }
         assert!(written > 25, "{written}");
         let phone = Lens::named("phone").unwrap();
-        let error = write(phone.prescription(), Target::Columns).unwrap_err();
+        let error = write(phone.prescription(), OutputFormat::Columns).unwrap_err();
         assert!(error.message.contains("is not a sphere"));
     }
 
     #[test]
     fn zemax_files_read_back_as_the_same_optics() {
         for lens in shipped() {
-            let read = again(&lens, Target::Zemax);
+            let read = again(&lens, OutputFormat::Zemax);
             assert!(same_rays(&read, &lens), "{}", lens.name);
             assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
             assert_eq!(read.stop(), lens.stop());
@@ -885,11 +889,11 @@ mod tests {
     fn code_v_files_read_back_as_the_same_optics() {
         let mut written = 0;
         for lens in shipped() {
-            let Ok((_, left_out)) = write(&lens, Target::CodeV) else {
+            let Ok((_, left_out)) = write(&lens, OutputFormat::CodeV) else {
                 continue;
             };
             written += 1;
-            let read = again(&lens, Target::CodeV);
+            let read = again(&lens, OutputFormat::CodeV);
             assert!(same_rays(&read, &lens), "{}", lens.name);
             assert_eq!(read.surfaces.len(), lens.surfaces.len(), "{}", lens.name);
             assert_eq!(read.stop(), lens.stop());
@@ -915,16 +919,22 @@ mod tests {
             k: 0.0,
             terms: Box::new(std::array::from_fn(|p| if p == 5 { 1e-6 } else { 0.0 })),
         };
-        let error = write(&lens, Target::CodeV).unwrap_err();
+        let error = write(&lens, OutputFormat::CodeV).unwrap_err();
         assert!(error.message.contains("odd power"), "{error}");
     }
 
     #[test]
     fn a_name_without_a_known_ending_is_refused() {
-        assert_eq!(Target::of(Path::new("a.ZMX")).unwrap(), Target::Zemax);
-        assert_eq!(Target::of(Path::new("a.seq")).unwrap(), Target::CodeV);
+        assert_eq!(
+            OutputFormat::of(Path::new("a.ZMX")).unwrap(),
+            OutputFormat::Zemax
+        );
+        assert_eq!(
+            OutputFormat::of(Path::new("a.seq")).unwrap(),
+            OutputFormat::CodeV
+        );
         assert!(
-            Target::of(Path::new("a.len"))
+            OutputFormat::of(Path::new("a.len"))
                 .unwrap_err()
                 .message
                 .contains("no format")

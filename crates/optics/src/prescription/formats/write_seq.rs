@@ -16,7 +16,7 @@ use crate::prescription::formats::write::{
 };
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
 use crate::prescription::prescription::{Prescription, StatedBeam};
-use crate::prescription::surface::{Curvature, MAX_POWER, Plane, Shape, Surface};
+use crate::prescription::surface::{Curvature, MAX_POWER, Meridian, Shape, Surface};
 
 const FORMAT: &str = "CODE V's file";
 
@@ -77,7 +77,7 @@ fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
     };
     let reference = waves.len() - primary;
     let _ = writeln!(text, "WL {}\nREF {reference}\nWTW {}", words(0), words(1));
-    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Plane::Y);
+    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Meridian::Y);
     let _ = match (lens.stated_beam, optics.entrance_pupil) {
         (Some(StatedBeam::EntrancePupil(diameter)), _) => writeln!(text, "EPD {diameter}"),
         (Some(StatedBeam::FNumber(number)), _) => writeln!(text, "FNO {number}"),

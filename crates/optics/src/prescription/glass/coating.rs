@@ -236,7 +236,7 @@ mod tests {
         let mut lens = Lens::named("cooke-triplet").unwrap().prescription().clone();
         lens.surfaces[1].coating = Coating::MagnesiumFluoride;
         lens.surfaces[4].coating = Coating::Bare;
-        let (text, left_out) = write::write(&lens, write::Target::Json).unwrap();
+        let (text, left_out) = write::write(&lens, write::OutputFormat::Json).unwrap();
         assert!(left_out.is_empty());
         let source = |text: String| std::sync::Arc::new(Source::new("a.json", text.into_bytes()));
         let again = read(&source(text.clone()), &mut Sink::new()).unwrap();

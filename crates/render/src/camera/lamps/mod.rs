@@ -22,7 +22,7 @@ use std::sync::OnceLock;
 use glam::{DVec2, Vec3};
 use ivcam_base::math::lanes::{LANES, Lanes, bits};
 use ivcam_optics::lens::{Aims, Bundle, Lens, PupilTarget};
-use ivcam_optics::sampling::{PathPoints, Samples};
+use ivcam_optics::sampling::{CameraSamples, PathPoints};
 use ivcam_optics::spectrum::{HERO, MAIN};
 
 use super::aim::film_point;
@@ -184,7 +184,7 @@ impl<'a> LampFinder<'a> {
     }
 
     /// The wavelengths of a sample.
-    fn lines(&self, samples: &Samples, sample: usize) -> std::ops::Range<u32> {
+    fn lines(&self, samples: &CameraSamples, sample: usize) -> std::ops::Range<u32> {
         match &self.camera.spectral {
             Some(_) => {
                 let set = split(samples.wavelength[sample]).0 * HERO;
@@ -198,7 +198,7 @@ impl<'a> LampFinder<'a> {
     /// `shares` has as many packets as `rays` afterwards; that of all other rays is 1.
     pub(crate) fn weigh(
         &self,
-        samples: &Samples,
+        samples: &CameraSamples,
         rays: &CameraRays,
         hits: &[PacketHits],
         shares: &mut Vec<Lanes<f32>>,
@@ -235,7 +235,13 @@ impl<'a> LampFinder<'a> {
     }
 
     /// The wavelength of a ray.
-    fn line_of(&self, samples: &Samples, sample: usize, rays: &CameraRays, number: u32) -> u32 {
+    fn line_of(
+        &self,
+        samples: &CameraSamples,
+        sample: usize,
+        rays: &CameraRays,
+        number: u32,
+    ) -> u32 {
         let first = self.lines(samples, sample).start;
         let (packet, lane) = rays.lane(number);
         if self.camera.spectral.is_none() || packet.weights[lane] != 0.0 {
@@ -256,7 +262,7 @@ impl<'a> LampFinder<'a> {
     /// What a ray of a sample sees of a lamp; `None` if it is not listed for the film point.
     fn sighting(
         &self,
-        samples: &Samples,
+        samples: &CameraSamples,
         sample: usize,
         (ray, hit, leaf): (&Ray, Hit, u32),
     ) -> Option<Sighting> {
@@ -289,7 +295,7 @@ impl<'a> LampFinder<'a> {
     /// the estimate on purpose.
     pub(crate) fn shoot(
         &self,
-        samples: &Samples,
+        samples: &CameraSamples,
         paths: &[PathPoints],
         bundle: &mut Bundle,
         to: &mut LampRays,
@@ -321,7 +327,12 @@ impl<'a> LampFinder<'a> {
     }
 
     /// Draws a point on a lamp that the film point of a sample may see.
-    fn draw(&self, samples: &Samples, sample: usize, points: &PathPoints) -> Option<Sighting> {
+    fn draw(
+        &self,
+        samples: &CameraSamples,
+        sample: usize,
+        points: &PathPoints,
+    ) -> Option<Sighting> {
         let place = [samples.film[0][sample], samples.film[1][sample]];
         let cell = self.cell(place);
         if cell.is_empty() {

@@ -12,7 +12,7 @@ use super::point_rays::{PointAim, PointRays, PupilRay, stop_radius_of};
 use crate::lens::analysis::curves::Conjugate;
 use crate::lens::analysis::points::geometric;
 use crate::lens::lens::Lens;
-use crate::prescription::surface::Plane;
+use crate::prescription::surface::Meridian;
 
 /// The number of rings of equal area in the pupil.
 const RINGS: usize = 6;
@@ -174,7 +174,7 @@ impl MeritPoints<'_> {
                 .irradiance_by(film, self.conjugate.film_z, OUTLINE)
                 .0,
         );
-        let distortion = self.lens.distortion(Plane::Y, height, film_z);
+        let distortion = self.lens.distortion(Meridian::Y, height, film_z);
         Some(MeritPoint {
             height,
             angle: distortion.map_or(0.0, |d| d.angle.to_degrees()),

@@ -8,7 +8,7 @@
 use serde::Serialize;
 
 use crate::lens::lens::Lens;
-use crate::prescription::surface::{Plane, Shape, Surface};
+use crate::prescription::surface::{Meridian, Shape, Surface};
 
 /// The Seidel coefficients of a surface or their sums, in millimeters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -158,7 +158,7 @@ fn scaled_chief(
 }
 
 fn refracted(ray: ParaxialRay, surface: &Surface, n: [f64; 2]) -> ParaxialRay {
-    let power = surface.power(n, Plane::Y);
+    let power = surface.power(n, Meridian::Y);
     ParaxialRay {
         y: ray.y,
         u: (n[0] * ray.u - ray.y * power) / n[1],
@@ -186,7 +186,7 @@ fn contribution(
         // It images every point sharply, and planes on planes to scale.
         return Seidel::default();
     }
-    let c = surface.vertex_curvature(Plane::Y);
+    let c = surface.vertex_curvature(Meridian::Y);
     let ParaxialRay { y, u } = marginal;
     let bar = chief.y;
     let a = n[0] * (u + y * c);
@@ -222,12 +222,12 @@ fn fourth_power(surface: &Surface) -> Option<f64> {
         Shape::Sphere | Shape::ThinLens { .. } => Some(0.0),
         Shape::Conic { k } => Some(k * base.powi(3) / 8.0),
         Shape::Asphere { k, terms } => {
-            let vertex = surface.vertex_curvature(Plane::Y);
+            let vertex = surface.vertex_curvature(Meridian::Y);
             let own = (1.0 + k) * base.powi(3) / 8.0 + terms[4];
             (terms[1] == 0.0 && terms[3] == 0.0).then(|| own - vertex.powi(3) / 8.0)
         }
         Shape::NormalAsphere { k, terms } => {
-            let vertex = surface.vertex_curvature(Plane::Y);
+            let vertex = surface.vertex_curvature(Meridian::Y);
             // The cosine of the normal's angle is 1 − c² r²/2.
             let departure = terms[4] + 0.5 * terms[2] * base * base;
             Some((1.0 + k) * base.powi(3) / 8.0 + departure - vertex.powi(3) / 8.0)

@@ -10,7 +10,7 @@ use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
 use crate::lens::pupil::search::rim::{Bracket, RimPoint};
 use crate::lens::pupil::search::secondary_openings::Downhill;
-use crate::lens::pupil::support::{Normals, normals_along};
+use crate::lens::pupil::support::{SideNormals, normals_along};
 
 /// The search for a center ends at a point with a fill below this. Such a point is far enough
 /// inside the pupil to measure the outline around it. No search is recorded: a smaller value costs
@@ -39,7 +39,7 @@ const SURFACES_PER_BUNDLE: usize = 28;
 pub(crate) struct PupilSearch<'a> {
     pub(super) lens: &'a Lens,
     /// The normals of the sides of every outline.
-    pub normals: Normals,
+    pub normals: SideNormals,
     /// Half of the side of the square that is searched, in millimeters.
     pub(super) reach: f64,
     /// Whether the lens has rotational symmetry.

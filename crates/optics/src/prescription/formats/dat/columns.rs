@@ -6,7 +6,7 @@ use crate::prescription::surface::MAX_POWER;
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Column {
+pub(super) enum DatColumn {
     Radius,
     Gap,
     Index,
@@ -27,7 +27,7 @@ pub(super) enum Column {
     Unknown,
 }
 
-impl Column {
+impl DatColumn {
     /// The name in messages.
     pub(super) fn name(self) -> String {
         match self {
@@ -53,16 +53,16 @@ impl Column {
 }
 
 /// The names of columns in messages, with commas between them.
-pub(super) fn names(columns: &[Column]) -> String {
+pub(super) fn names(columns: &[DatColumn]) -> String {
     let names: Vec<String> = columns.iter().map(|column| column.name()).collect();
     names.join(", ")
 }
 
 /// What a heading says.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Heading {
+pub(super) struct TableHeading {
     /// The columns from left to right.
-    pub(super) columns: Vec<Column>,
+    pub(super) columns: Vec<DatColumn>,
     /// The words that name them, in small letters.
     pub(super) words: Vec<String>,
     /// What the word above the column of gaps means, if it has one meaning.
@@ -88,23 +88,23 @@ const PHRASES: [(&str, &str); 11] = [
 
 /// Reads a heading: words of which most name columns, among them the radius and the gap. None for
 /// any other text.
-pub(super) fn heading(text: &str) -> Option<Heading> {
+pub(super) fn heading(text: &str) -> Option<TableHeading> {
     let heading = words_of_columns(text)?;
     // A sentence has words that name no column; a heading begins with one that does.
-    let is_named = |column: &&Column| !matches!(column, Column::Ignored | Column::Unknown);
+    let is_named = |column: &&DatColumn| !matches!(column, DatColumn::Ignored | DatColumn::Unknown);
     let named = heading.columns.iter().filter(is_named).count();
     (2 * named > heading.columns.len()).then_some(heading)
 }
 
 /// Reads the comment above the first row as a heading, although most of its words are unknown: it
 /// begins with the radius and has as many words as the row has cells.
-pub(super) fn heading_above(comment: &str, cells: usize) -> Option<Heading> {
-    let begins = |h: &Heading| h.columns.len() == cells && h.columns[0] == Column::Radius;
+pub(super) fn heading_above(comment: &str, cells: usize) -> Option<TableHeading> {
+    let begins = |h: &TableHeading| h.columns.len() == cells && h.columns[0] == DatColumn::Radius;
     words_of_columns(comment).filter(begins)
 }
 
 /// The columns that the words of a text name, if the radius and the gap are among them.
-fn words_of_columns(text: &str) -> Option<Heading> {
+fn words_of_columns(text: &str) -> Option<TableHeading> {
     let mut text = text.to_ascii_lowercase();
     for (phrase, word) in PHRASES {
         text = text.replace(phrase, word);
@@ -114,19 +114,19 @@ fn words_of_columns(text: &str) -> Option<Heading> {
     let words: Vec<&str> = words
         .filter(|w| !w.starts_with(['(', '[']) && !w.ends_with([')', ']']))
         .collect();
-    let mut columns: Vec<Column> = words.iter().map(|word| column(word)).collect();
-    let glass = match columns.contains(&Column::Index) {
-        true => Column::Ignored,
-        false => Column::Index,
+    let mut columns: Vec<DatColumn> = words.iter().map(|word| column(word)).collect();
+    let glass = match columns.contains(&DatColumn::Index) {
+        true => DatColumn::Ignored,
+        false => DatColumn::Index,
     };
-    for column in columns.iter_mut().filter(|c| **c == Column::Glass) {
+    for column in columns.iter_mut().filter(|c| **c == DatColumn::Glass) {
         *column = glass;
     }
     let has = |column| columns.contains(&column);
-    if !has(Column::Radius) || !has(Column::Gap) {
+    if !has(DatColumn::Radius) || !has(DatColumn::Gap) {
         return None;
     }
-    let at = columns.iter().position(|c| *c == Column::Gap)?;
+    let at = columns.iter().position(|c| *c == DatColumn::Gap)?;
     let gap = match words[at] {
         "axpos" => Some(Gap::Previous),
         "position" | "pos" | "z" => Some(Gap::Position),
@@ -134,65 +134,70 @@ fn words_of_columns(text: &str) -> Option<Heading> {
         _ => None,
     };
     let is_certain = |word: &&str| word.starts_with("diam") || word.starts_with("semi");
-    Some(Heading {
+    Some(TableHeading {
         gap,
-        diameters_are_certain: words.iter().any(is_certain) || has(Column::SemiDiameter),
+        diameters_are_certain: words.iter().any(is_certain) || has(DatColumn::SemiDiameter),
         words: words.iter().map(|word| (*word).to_owned()).collect(),
         columns,
     })
 }
 
-fn column(word: &str) -> Column {
+fn column(word: &str) -> DatColumn {
     match word.trim_matches(|c: char| !c.is_ascii_alphanumeric()) {
-        "radius" | "rad" | "r" | "roc" => Column::Radius,
+        "radius" | "rad" | "r" | "roc" => DatColumn::Radius,
         "thickness" | "thick" | "axpos" | "t" | "d" | "gap" | "distance" | "separation"
-        | "position" | "pos" | "z" => Column::Gap,
-        "index" | "n" | "nd" | "n_d" | "ior" | "eta" => Column::Index,
-        "glass" | "material" | "medium" => Column::Glass,
+        | "position" | "pos" | "z" => DatColumn::Gap,
+        "index" | "n" | "nd" | "n_d" | "ior" | "eta" => DatColumn::Index,
+        "glass" | "material" | "medium" => DatColumn::Glass,
         "abbe" | "v" | "vd" | "v_d" | "v-no" | "vno" | "v-number" | "abbe-no" | "abbe_no"
-        | "abbe-number" => Column::Abbe,
-        "aperture" | "ap" | "diameter" | "diam" | "dia" => Column::Diameter,
-        "obstruction" | "obscuration" => Column::Obstruction,
+        | "abbe-number" => DatColumn::Abbe,
+        "aperture" | "ap" | "diameter" | "diam" | "dia" => DatColumn::Diameter,
+        "obstruction" | "obscuration" => DatColumn::Obstruction,
         "semi-diameter" | "semi-aperture" | "semi_aperture" | "semidiameter" | "sd" | "semi_ap"
-        | "housing-radius" => Column::SemiDiameter,
-        "conic" | "k" | "cc" | "conic-constant" => Column::Conic,
+        | "housing-radius" => DatColumn::SemiDiameter,
+        "conic" | "k" | "cc" | "conic-constant" => DatColumn::Conic,
         "surface" | "surf" | "srf" | "no" | "nr" | "num" | "number" | "i" | "s" | "id"
-        | "element" | "group" => Column::Ignored,
-        other => term(other).unwrap_or(Column::Unknown),
+        | "element" | "group" => DatColumn::Ignored,
+        other => term(other).unwrap_or(DatColumn::Unknown),
     }
 }
 
 /// `a4` is the coefficient of r⁴. `a1` and `a2` are terms of first powers in some tables and the
 /// first terms of a list in others.
-fn term(word: &str) -> Option<Column> {
+fn term(word: &str) -> Option<DatColumn> {
     let power = word.strip_prefix('a')?.trim_start_matches('_');
     let power: usize = power.parse().ok()?;
     (3..=MAX_POWER)
         .contains(&power)
-        .then_some(Column::Term(power))
+        .then_some(DatColumn::Term(power))
 }
 
 /// The four columns of pbrt, and the two orders of five.
-pub(super) const FOUR: [Column; 4] = [Column::Radius, Column::Gap, Column::Index, Column::Diameter];
-const ABBE_LAST: [Column; 5] = [
-    Column::Radius,
-    Column::Gap,
-    Column::Index,
-    Column::Diameter,
-    Column::Abbe,
+pub(super) const FOUR: [DatColumn; 4] = [
+    DatColumn::Radius,
+    DatColumn::Gap,
+    DatColumn::Index,
+    DatColumn::Diameter,
 ];
-const ABBE_FOURTH: [Column; 5] = [
-    Column::Radius,
-    Column::Gap,
-    Column::Index,
-    Column::Abbe,
-    Column::Diameter,
+const ABBE_LAST: [DatColumn; 5] = [
+    DatColumn::Radius,
+    DatColumn::Gap,
+    DatColumn::Index,
+    DatColumn::Diameter,
+    DatColumn::Abbe,
+];
+const ABBE_FOURTH: [DatColumn; 5] = [
+    DatColumn::Radius,
+    DatColumn::Gap,
+    DatColumn::Index,
+    DatColumn::Abbe,
+    DatColumn::Diameter,
 ];
 
 /// The order of five columns without a heading: the Abbe number is the column that has a value
 /// from 15 to 100 in rows of glass and never elsewhere. None if that is true of both columns or of
 /// neither.
-pub(super) fn order_of_five(rows: &[Vec<Cell<'_>>]) -> Option<&'static [Column]> {
+pub(super) fn order_of_five(rows: &[Vec<Cell<'_>>]) -> Option<&'static [DatColumn]> {
     let numbers =
         |row: &Vec<Cell<'_>>| -> Option<Vec<f64>> { row.iter().map(|cell| cell.number).collect() };
     let rows: Vec<Vec<f64>> = rows.iter().filter_map(numbers).collect();

@@ -3,12 +3,12 @@
 use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::about::About;
-use crate::prescription::formats::apertures::{Beam, fill, note_f_number};
-use crate::prescription::formats::dat::columns::{self, Heading};
+use crate::prescription::formats::apertures::{SystemData, fill, note_f_number};
+use crate::prescription::formats::dat::columns::{self, TableHeading};
 use crate::prescription::formats::dat::gap::{self, Candidate, Stated};
 use crate::prescription::formats::dat::lines::{Cell, lines};
 use crate::prescription::formats::dat::row::{LensRow, parsed_rows};
-use crate::prescription::formats::format::{Format, Gap};
+use crate::prescription::formats::format::{Gap, PrescriptionFormat};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader};
 use crate::prescription::glass::{D_LINE, Medium};
 use crate::prescription::prescription::{self, Prescription};
@@ -17,13 +17,13 @@ use crate::prescription::surface::Surface;
 /// The lines of a table, sorted.
 struct Table<'a> {
     notes: Vec<String>,
-    heading: Option<Heading>,
+    heading: Option<TableHeading>,
     rows: Vec<Vec<Cell<'a>>>,
 }
 
 /// The four columns of the paper and of pbrt, and those of ISET, which have a focal length above
 /// them. A file in no other format is read as this.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "four columns",
     recognizes: |_| true,
     read,
@@ -83,15 +83,15 @@ fn is_open(row: &LensRow) -> bool {
 /// # Errors
 ///
 /// Returns an error if a row needs the beam and the comments do not state it.
-fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[LensRow]) -> Result<Beam> {
+fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[LensRow]) -> Result<SystemData> {
     let about = About::of_notes(notes);
     let f_number = stated_f_number(notes);
-    let beam = Beam {
+    let beam = SystemData {
         f_number: f_number.map(|(value, _)| value),
         stated: f_number.map(|(_, note)| file.find(note)),
         half_field: 0.5 * about.field_degrees.unwrap_or(0.0).abs(),
         image_height: about.image_height,
-        ..Beam::default()
+        ..SystemData::default()
     };
     let has_field = beam.half_field > 0.0 || beam.image_height.is_some();
     match rows.iter().find(|row| is_open(row)) {
@@ -112,7 +112,7 @@ fn candidate(
     file: PrescriptionReader<'_>,
     rows: &[LensRow],
     notes: &[String],
-    beam: Beam,
+    beam: SystemData,
     stated: Stated,
     unit: f64,
     sink: &mut Sink,

@@ -6,9 +6,9 @@
 
 use ivcam_base::diag::{Diagnostic, Result, Span};
 
-use crate::prescription::formats::dat::columns::{self, Column, FOUR, Heading};
+use crate::prescription::formats::dat::columns::{self, DatColumn, FOUR, TableHeading};
 use crate::prescription::formats::dat::lines::Cell;
-use crate::prescription::formats::reader::{Places, PrescriptionReader};
+use crate::prescription::formats::reader::{PrescriptionReader, SurfaceSpans};
 use crate::prescription::glass::Medium;
 use crate::prescription::surface::Shape;
 
@@ -35,7 +35,7 @@ pub(super) struct LensRow {
     pub(super) conic: f64,
     /// Powers of the height with their coefficients.
     pub(super) terms: Vec<(usize, f64)>,
-    pub(super) spans: Places,
+    pub(super) spans: SurfaceSpans,
 }
 
 impl LensRow {
@@ -53,8 +53,8 @@ impl LensRow {
 pub(super) struct RowReader<'a, 'h> {
     pub(super) file: PrescriptionReader<'a>,
     /// The heading that names the columns.
-    pub(super) heading: Option<&'h Heading>,
-    pub(super) columns: &'h [Column],
+    pub(super) heading: Option<&'h TableHeading>,
+    pub(super) columns: &'h [DatColumn],
     /// The refractive index in front of the row, which a mirror keeps.
     pub(super) before: f64,
 }
@@ -63,7 +63,7 @@ pub(super) struct RowReader<'a, 'h> {
 pub(super) fn parsed_rows(
     file: PrescriptionReader<'_>,
     lines: &[Vec<Cell<'_>>],
-    heading: Option<&Heading>,
+    heading: Option<&TableHeading>,
 ) -> Result<Vec<LensRow>> {
     let heading = heading.filter(|h| h.columns.len() >= 3);
     let by_value = columns::order_of_five(lines);
@@ -95,14 +95,18 @@ pub(super) fn parsed_rows(
 }
 
 /// Refuses a heading that names a column twice, or no index.
-fn check_heading(file: PrescriptionReader<'_>, heading: &Heading, row: &[Cell<'_>]) -> Result<()> {
-    let kind = |column: &Column| match column.is_aperture() {
-        true => Column::Diameter,
+fn check_heading(
+    file: PrescriptionReader<'_>,
+    heading: &TableHeading,
+    row: &[Cell<'_>],
+) -> Result<()> {
+    let kind = |column: &DatColumn| match column.is_aperture() {
+        true => DatColumn::Diameter,
         false => *column,
     };
-    let kinds: Vec<Column> = heading.columns.iter().map(kind).collect();
+    let kinds: Vec<DatColumn> = heading.columns.iter().map(kind).collect();
     let repeats = |&i: &usize| {
-        let counts = !matches!(kinds[i], Column::Ignored | Column::Unknown);
+        let counts = !matches!(kinds[i], DatColumn::Ignored | DatColumn::Unknown);
         counts && kinds[..i].contains(&kinds[i])
     };
     let span = row.first().map_or(Span::at(0), |cell| cell.word.span);
@@ -116,8 +120,8 @@ fn check_heading(file: PrescriptionReader<'_>, heading: &Heading, row: &[Cell<'_
         let help = format!("{read}; `diameter` and `semi-diameter` are apertures");
         return Err(file.refuse(span, message, help));
     }
-    let is_known = !kinds.contains(&Column::Unknown);
-    if is_known && !kinds.contains(&Column::Index) && heading.columns.len() == row.len() {
+    let is_known = !kinds.contains(&DatColumn::Unknown);
+    if is_known && !kinds.contains(&DatColumn::Index) && heading.columns.len() == row.len() {
         let message = "the heading names no column of indices or glasses";
         let help = format!("{read}; `# radius thickness index diameter` names four");
         return Err(file.refuse(span, message, help));
@@ -203,29 +207,29 @@ impl RowReader<'_, '_> {
     /// # Errors
     ///
     /// Cells that fit in two ways.
-    fn assigned(&self, cells: &[Cell<'_>], mark: Option<usize>) -> Result<Option<Vec<Column>>> {
-        let optional = |c: &&Column| matches!(c, Column::Conic | Column::Term(_));
+    fn assigned(&self, cells: &[Cell<'_>], mark: Option<usize>) -> Result<Option<Vec<DatColumn>>> {
+        let optional = |c: &&DatColumn| matches!(c, DatColumn::Conic | DatColumn::Term(_));
         let trailing = self.columns.iter().rev().take_while(optional).count();
-        let missing = |columns: &[Column]| self.columns.len() - columns.len();
-        let mut found: Vec<Vec<Column>> = Vec::new();
+        let missing = |columns: &[DatColumn]| self.columns.len() - columns.len();
+        let mut found: Vec<Vec<DatColumn>> = Vec::new();
         for [no_abbe, no_index] in [[false, false], [true, false], [false, true], [true, true]] {
-            let is_kept = |c: &&Column| match c {
-                Column::Abbe => !no_abbe,
-                Column::Index => !no_index,
+            let is_kept = |c: &&DatColumn| match c {
+                DatColumn::Abbe => !no_abbe,
+                DatColumn::Index => !no_index,
                 _ => true,
             };
-            let columns: Vec<Column> = self.columns.iter().filter(is_kept).copied().collect();
+            let columns: Vec<DatColumn> = self.columns.iter().filter(is_kept).copied().collect();
             let dropped = usize::from(no_abbe) + usize::from(no_index);
             let at_end = columns.len().checked_sub(cells.len());
             if missing(&columns) != dropped || at_end.is_none_or(|count| count > trailing) {
                 continue;
             }
             let columns = columns[..cells.len()].to_vec();
-            let index = columns.iter().position(|c| *c == Column::Index);
+            let index = columns.iter().position(|c| *c == DatColumn::Index);
             let needs_abbe = |i: usize| cells[i].number.is_some() && !is_air(&cells[i]);
             // A surface between air and air is none.
             let is_air_behind_glass = || {
-                let blank = no_abbe || !self.columns.contains(&Column::Abbe);
+                let blank = no_abbe || !self.columns.contains(&DatColumn::Abbe);
                 blank && found.is_empty() && self.heading.is_some() && self.before != 1.0
             };
             let is_possible = match (no_abbe, no_index) {
@@ -234,7 +238,7 @@ impl RowReader<'_, '_> {
                 (false, false) => true,
             };
             let fits = |mark: usize| {
-                use Column::{Abbe, Ignored, Index, Radius, Unknown};
+                use DatColumn::{Abbe, Ignored, Index, Radius, Unknown};
                 columns.get(mark).is_none_or(|column| match column {
                     Abbe => !no_index,
                     column => matches!(column, Radius | Index | Ignored | Unknown),
@@ -256,40 +260,40 @@ impl RowReader<'_, '_> {
     }
 
     /// Reads a cell of a column.
-    fn read(&self, row: &mut LensRow, cell: &Cell<'_>, column: Column) -> Result<()> {
+    fn read(&self, row: &mut LensRow, cell: &Cell<'_>, column: DatColumn) -> Result<()> {
         let span = cell.word.span;
         match column {
-            Column::Radius => {
+            DatColumn::Radius => {
                 let is_plane = is_flat(cell) || is_stop(cell);
                 row.radius = if is_plane { 0.0 } else { self.number(cell)? };
                 row.spans[0] = span;
             }
-            Column::Gap => {
+            DatColumn::Gap => {
                 row.gap = self.number(cell)?;
                 row.spans[1] = span;
             }
-            Column::Index => {
+            DatColumn::Index => {
                 self.index(row, cell)?;
                 row.spans[2] = span;
             }
-            Column::Abbe if is_blank(cell) || is_stop(cell) || cell.word.is("air") => {}
-            Column::Abbe => row.abbe = Some(self.number(cell)?).filter(|abbe| *abbe > 0.0),
-            Column::Diameter | Column::SemiDiameter => {
+            DatColumn::Abbe if is_blank(cell) || is_stop(cell) || cell.word.is("air") => {}
+            DatColumn::Abbe => row.abbe = Some(self.number(cell)?).filter(|abbe| *abbe > 0.0),
+            DatColumn::Diameter | DatColumn::SemiDiameter => {
                 if !is_blank(cell) {
-                    let half = column == Column::SemiDiameter;
+                    let half = column == DatColumn::SemiDiameter;
                     row.diameter = self.number(cell)? * if half { 2.0 } else { 1.0 };
                 }
                 row.spans[3] = span;
             }
-            Column::Obstruction | Column::Conic | Column::Term(_) if is_blank(cell) => {}
-            Column::Obstruction => row.obstruction = self.number(cell)?,
-            Column::Conic => row.conic = self.number(cell)?,
-            Column::Term(power) => match self.number(cell)? {
+            DatColumn::Obstruction | DatColumn::Conic | DatColumn::Term(_) if is_blank(cell) => {}
+            DatColumn::Obstruction => row.obstruction = self.number(cell)?,
+            DatColumn::Conic => row.conic = self.number(cell)?,
+            DatColumn::Term(power) => match self.number(cell)? {
                 0.0 => {}
                 value => row.terms.push((power, value)),
             },
-            Column::Unknown if cell.number.is_some() => return Err(self.unknown(span)),
-            Column::Glass | Column::Ignored | Column::Unknown => {}
+            DatColumn::Unknown if cell.number.is_some() => return Err(self.unknown(span)),
+            DatColumn::Glass | DatColumn::Ignored | DatColumn::Unknown => {}
         }
         Ok(())
     }
@@ -331,7 +335,7 @@ impl RowReader<'_, '_> {
             _ => return Ok(None),
         };
         let [gap, aperture_value] = [1, 3].map(|i: usize| self.number(&cells[at[i]]));
-        let half = aperture == Some(&Column::SemiDiameter);
+        let half = aperture == Some(&DatColumn::SemiDiameter);
         Ok(Some(LensRow {
             gap: gap?,
             diameter: aperture_value? * if half { 2.0 } else { 1.0 },
@@ -342,7 +346,7 @@ impl RowReader<'_, '_> {
 
     /// The error for a number in a column that is not read.
     fn unknown(&self, span: Span) -> Box<Diagnostic> {
-        let unknown = self.columns.iter().position(|c| *c == Column::Unknown);
+        let unknown = self.columns.iter().position(|c| *c == DatColumn::Unknown);
         let words = self.heading.zip(unknown).map(|(h, i)| h.words[i].as_str());
         let word = words.unwrap_or_default();
         let help = match word {

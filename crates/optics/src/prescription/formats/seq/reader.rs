@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::apertures::Beam;
+use crate::prescription::formats::apertures::SystemData;
 use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::decenters::StatedDecenter;
-use crate::prescription::formats::format::{Format, first_word};
+use crate::prescription::formats::format::{PrescriptionFormat, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, refused};
 use crate::prescription::formats::seq::apertures::StatedAperture;
 use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
@@ -53,7 +53,7 @@ pub(super) struct SequenceReader<'a> {
     pub(super) radii: bool,
     /// The first bend of a surface that is not 0.
     pub(super) first_bend: Option<Span>,
-    beam: Beam,
+    beam: SystemData,
     /// The wavelengths in nanometers, and the index of the reference.
     wavelengths: (Vec<f64>, usize),
     /// The weights of the wavelengths.
@@ -70,7 +70,7 @@ pub(super) struct SequenceReader<'a> {
 }
 
 /// CODE V's sequence files, recognized by their first command.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "CODE V",
     recognizes: |text| COMMANDS.contains(&first_word(text).as_str()),
     read,
@@ -164,7 +164,7 @@ impl<'a> SequenceReader<'a> {
             file,
             radii,
             first_bend: None,
-            beam: Beam::default(),
+            beam: SystemData::default(),
             wavelengths: (Vec::new(), 0),
             weights: Vec::new(),
             vignetting: None,

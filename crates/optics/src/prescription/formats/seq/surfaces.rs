@@ -3,7 +3,7 @@
 use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::formats::decenters::AxisBehind;
-use crate::prescription::formats::reader::Places;
+use crate::prescription::formats::reader::SurfaceSpans;
 use crate::prescription::formats::seq::glasses::glass;
 use crate::prescription::formats::seq::reader::SequenceReader;
 use crate::prescription::prescription::Column;
@@ -30,7 +30,7 @@ impl SequenceReader<'_> {
     }
 
     /// The surface that `S` describes, and the places of its numbers.
-    pub(super) fn parsed(&mut self, command: &[Word<'_>]) -> Result<(Surface, Places)> {
+    pub(super) fn parsed(&mut self, command: &[Word<'_>]) -> Result<(Surface, SurfaceSpans)> {
         let [name, bend, thickness, rest @ ..] = command else {
             let last = command[command.len() - 1].span;
             let message = "too few numbers in this surface";

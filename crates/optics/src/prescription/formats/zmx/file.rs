@@ -2,11 +2,8 @@
 
 use ivcam_base::diag::{Result, Span};
 
-use crate::prescription::formats::reader::{Places, PrescriptionReader};
-use crate::prescription::text::{Word, lines, words};
-
-/// A line of the file: its keyword and values.
-pub(super) type Line<'a> = Vec<Word<'a>>;
+use crate::prescription::formats::reader::{PrescriptionReader, SurfaceSpans};
+use crate::prescription::text::{Word, Words, lines, words};
 
 /// Keywords of a surface, which belong to it in files that have lost their indentation too.
 const OF_SURFACE: [&str; 17] = [
@@ -14,14 +11,14 @@ const OF_SURFACE: [&str; 17] = [
     "CLAP", "OBSC", "COAT", "HIDE", "POPS",
 ];
 
-/// The lines of one `SURF`.
-pub(super) struct Block<'a> {
+/// The lines of one `SURF`, each with its keyword and values.
+pub(super) struct SurfaceBlock<'a> {
     pub(super) number: usize,
     pub(super) heading: Span,
-    pub(super) lines: Vec<Line<'a>>,
+    pub(super) lines: Vec<Words<'a>>,
 }
 
-impl<'a> Block<'a> {
+impl<'a> SurfaceBlock<'a> {
     /// The values of the first line with a keyword.
     pub(super) fn line(&self, keyword: &str) -> Option<&[Word<'a>]> {
         self.lines
@@ -37,7 +34,7 @@ impl<'a> Block<'a> {
 
     /// The places of the numbers of the surface: those of its lines, or of its heading where it has
     /// no such line.
-    pub(super) fn places(&self) -> Places {
+    pub(super) fn places(&self) -> SurfaceSpans {
         ["CURV", "DISZ", "GLAS", "DIAM"]
             .map(|keyword| self.first(keyword).map_or(self.heading, |word| word.span))
     }
@@ -59,8 +56,10 @@ impl<'a> Block<'a> {
 }
 
 /// Everything before and behind the surfaces, and the surfaces.
-pub(super) fn split(file: PrescriptionReader<'_>) -> Result<(Vec<Line<'_>>, Vec<Block<'_>>)> {
-    let (mut header, mut blocks) = (Vec::new(), Vec::<Block<'_>>::new());
+pub(super) fn split(
+    file: PrescriptionReader<'_>,
+) -> Result<(Vec<Words<'_>>, Vec<SurfaceBlock<'_>>)> {
+    let (mut header, mut blocks) = (Vec::new(), Vec::<SurfaceBlock<'_>>::new());
     for (start, line) in lines(file.text()) {
         let indented = line.starts_with([' ', '\t']);
         let words = words(line, start);
@@ -73,7 +72,7 @@ pub(super) fn split(file: PrescriptionReader<'_>) -> Result<(Vec<Line<'_>>, Vec<
                 end: words[1].span.end,
                 ..first.span
             };
-            blocks.push(Block {
+            blocks.push(SurfaceBlock {
                 number,
                 heading,
                 lines: Vec::new(),

@@ -5,14 +5,14 @@ use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::Decenter;
-use crate::prescription::formats::apertures::Beam;
-use crate::prescription::formats::format::{Format, first_word};
+use crate::prescription::formats::apertures::SystemData;
+use crate::prescription::formats::format::{PrescriptionFormat, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, open_if_zero};
-use crate::prescription::formats::zmx::file::{Block, Line, split};
+use crate::prescription::formats::zmx::file::{SurfaceBlock, split};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape, Surface};
-use crate::prescription::text::Word;
+use crate::prescription::text::{Word, Words};
 
 /// A surface of the lens: its number in the file, and the gaps that lie behind it with the numbers
 /// of the surfaces that they are of, its own and those of dummies that are dropped.
@@ -25,13 +25,13 @@ pub(super) struct Kept {
 pub(super) struct ZemaxReader<'a> {
     pub(super) file: PrescriptionReader<'a>,
     /// The lines before and behind the surfaces.
-    pub(super) header: Vec<Line<'a>>,
+    pub(super) header: Vec<Words<'a>>,
     /// The surfaces, of which the first is the object and the last the image.
-    pub(super) blocks: Vec<Block<'a>>,
+    pub(super) blocks: Vec<SurfaceBlock<'a>>,
 }
 
 /// Zemax's sequential files, recognized by their first keyword or two numbered surfaces.
-pub(crate) static FORMAT: Format = Format {
+pub(crate) static FORMAT: PrescriptionFormat = PrescriptionFormat {
     name: "Zemax",
     recognizes: |text| {
         let begins = |key: &str| text.lines().any(|line| line.trim_start().starts_with(key));
@@ -89,12 +89,12 @@ fn joined(words: &[Word<'_>]) -> String {
 
 impl ZemaxReader<'_> {
     /// The first line of the header with a keyword.
-    fn line(&self, keyword: &str) -> Option<&Line<'_>> {
+    fn line(&self, keyword: &str) -> Option<&Words<'_>> {
         self.header.iter().find(|line| line[0].is(keyword))
     }
 
     /// The first value of a line of a surface; 0 without that line.
-    pub(super) fn value(&self, block: &Block<'_>, keyword: &str) -> Result<f64> {
+    pub(super) fn value(&self, block: &SurfaceBlock<'_>, keyword: &str) -> Result<f64> {
         let word = block.first(keyword);
         word.map_or(Ok(0.0), |word| self.file.number(word))
     }
@@ -153,11 +153,11 @@ impl ZemaxReader<'_> {
         const FACTORS: [&str; 5] = ["VDXN", "VDYN", "VCXN", "VCYN", "VANN"];
         let is_set = |word: &Word<'_>| word.text.parse::<f64>().is_ok_and(|v| v != 0.0);
         let count = self.counted(3).unwrap_or(usize::MAX);
-        let sets = |line: &&Line<'_>| {
+        let sets = |line: &&Words<'_>| {
             let is_factor = FACTORS.iter().any(|name| line[0].is(name));
             is_factor && line[1..].iter().take(count).any(is_set)
         };
-        let set: Vec<&Line<'_>> = self.header.iter().filter(sets).collect();
+        let set: Vec<&Words<'_>> = self.header.iter().filter(sets).collect();
         if let Some(first) = set.first() {
             let names: Vec<&str> = set.iter().map(|line| line[0].text).collect();
             let message = format!("vignetting factors are left out: {}", names.join(", "));
@@ -165,7 +165,7 @@ impl ZemaxReader<'_> {
         }
     }
 
-    fn beam(&self, kept: &[Kept]) -> Result<Beam> {
+    fn beam(&self, kept: &[Kept]) -> Result<SystemData> {
         let value = |keyword: &str| {
             let word = self.line(keyword).and_then(|line| line.get(1));
             word.map(|word| self.file.number(*word)).transpose()
@@ -178,7 +178,7 @@ impl ZemaxReader<'_> {
         let largest = self.largest_field(kind("0"));
         let mut lines = self.header.iter();
         let aperture = lines.find(|l| l[0].is("ENPD") || l[0].is("FNUM"));
-        Ok(Beam {
+        Ok(SystemData {
             entrance_diameter: value("ENPD")?.filter(|d| *d > 0.0),
             f_number: value("FNUM")?.filter(|n| *n > 0.0),
             half_field: if kind("0") { largest } else { 0.0 },
@@ -186,7 +186,7 @@ impl ZemaxReader<'_> {
             object_height: kind("1").then_some(largest),
             object_distance: self.object_distance(kept)?,
             stated: aperture.map(|line| line[0].span),
-            ..Beam::default()
+            ..SystemData::default()
         })
     }
 
@@ -277,7 +277,7 @@ impl ZemaxReader<'_> {
             }
         }
         let notes = self.header.iter().filter(|line| line[0].is("NOTE"));
-        let text = |note: &Line<'_>| joined(note.get(2..).unwrap_or(&[]));
+        let text = |note: &Words<'_>| joined(note.get(2..).unwrap_or(&[]));
         draft.lens.notes = notes.map(text).collect();
         Ok((draft, kept))
     }
@@ -285,7 +285,7 @@ impl ZemaxReader<'_> {
     /// Breaks the axis if a block is a coordinate break. Returns whether it is one.
     fn break_axis(
         &self,
-        block: &Block<'_>,
+        block: &SurfaceBlock<'_>,
         draft: &mut Draft,
         kept: &mut Vec<Kept>,
     ) -> Result<bool> {
@@ -316,7 +316,7 @@ impl ZemaxReader<'_> {
     }
 
     /// The distance to the next surface, which is 0 if it is infinite.
-    fn thickness(&self, block: &Block<'_>) -> Result<f64> {
+    fn thickness(&self, block: &SurfaceBlock<'_>) -> Result<f64> {
         match block.first("DISZ") {
             Some(word) if word.is("INFINITY") => Ok(0.0),
             _ => self.value(block, "DISZ"),
@@ -324,7 +324,12 @@ impl ZemaxReader<'_> {
     }
 
     /// The surface of a block, behind the medium `before`.
-    fn surface(&self, block: &Block<'_>, before: &Medium, sink: &mut Sink) -> Result<Surface> {
+    fn surface(
+        &self,
+        block: &SurfaceBlock<'_>,
+        before: &Medium,
+        sink: &mut Sink,
+    ) -> Result<Surface> {
         let mut curvature = Curvature::from_curvature(self.value(block, "CURV")?);
         let mut shape = self.shape(block, curvature)?;
         if let Shape::ThinLens { .. } = shape {
@@ -361,7 +366,7 @@ impl ZemaxReader<'_> {
 
     /// A clear aperture that is a rectangle (SQAP), an ellipse (ELAP) or a circle off the axis
     /// (CLAP with OBDC); none for a round one on the axis.
-    fn aperture(&self, block: &Block<'_>) -> Result<Option<ClearAperture>> {
+    fn aperture(&self, block: &SurfaceBlock<'_>) -> Result<Option<ClearAperture>> {
         let pair = |keyword: &str| -> Result<Option<[f64; 2]>> {
             match block.line(keyword) {
                 Some([x, y, ..]) => Ok(Some([self.file.number(*x)?, self.file.number(*y)?])),
@@ -386,7 +391,7 @@ impl ZemaxReader<'_> {
     }
 
     /// Warns of apertures that are read as another one.
-    fn warn_of_apertures(&self, block: &Block<'_>, sink: &mut Sink) -> Result<()> {
+    fn warn_of_apertures(&self, block: &SurfaceBlock<'_>, sink: &mut Sink) -> Result<()> {
         let is_off_axis = self.aperture(block)?.is_some();
         for keyword in ["OBDC", "SQOB", "ELOB", "SPID", "UDAD", "USAP", "USOB"] {
             let found = block.lines.iter().find(|l| l[0].is(keyword));
@@ -407,7 +412,7 @@ impl ZemaxReader<'_> {
 
     /// The radius that is closed: the inner one of a clear aperture, or the outer one of an
     /// obstruction that is not a ring.
-    fn obstruction(&self, block: &Block<'_>) -> Result<f64> {
+    fn obstruction(&self, block: &SurfaceBlock<'_>) -> Result<f64> {
         let inner = self.value(block, "CLAP")?;
         let [closed_from, closed_to] = match block.line("OBSC") {
             Some([from, to, ..]) => [self.file.number(*from)?, self.file.number(*to)?],
@@ -421,7 +426,7 @@ impl ZemaxReader<'_> {
     }
 
     /// The smaller of DIAM and a clear aperture; infinite where the file has none.
-    fn semi_diameter(&self, block: &Block<'_>) -> Result<f64> {
+    fn semi_diameter(&self, block: &SurfaceBlock<'_>) -> Result<f64> {
         let mut radius = open_if_zero(self.value(block, "DIAM")?);
         for keyword in ["FLAP", "CLAP"] {
             if let Some(word) = block.line(keyword).and_then(|l| l.get(1)) {
@@ -436,7 +441,7 @@ impl ZemaxReader<'_> {
 
     /// `GLAS N-BK7 …`, a model glass, `GLAS ___BLANK 1 0 1.5168 64.17 …`, or that of another
     /// surface: `GLAS ___BLANK 2 3 …` is the glass of surface 3.
-    fn medium(&self, block: &Block<'_>) -> Result<Medium> {
+    fn medium(&self, block: &SurfaceBlock<'_>) -> Result<Medium> {
         let line = block.line("GLAS").unwrap_or(&[]);
         let Some(name) = line.first() else {
             return Ok(Medium::air());
@@ -449,7 +454,8 @@ impl ZemaxReader<'_> {
             && how.is("2")
         {
             let number = other.text.parse::<usize>().ok();
-            let earlier = |b: &&Block<'_>| b.number < block.number && Some(b.number) == number;
+            let earlier =
+                |b: &&SurfaceBlock<'_>| b.number < block.number && Some(b.number) == number;
             let Some(other) = self.blocks.iter().find(earlier) else {
                 let message = format!("there is no surface `{}` in front of this one", other.text);
                 return Err(self.file.fail(other.span, message));

@@ -3,7 +3,7 @@
 use ivcam_base::diag::{Diagnostic, Result};
 
 use crate::prescription::forbes::ForbesSet;
-use crate::prescription::formats::zmx::file::Block;
+use crate::prescription::formats::zmx::file::SurfaceBlock;
 use crate::prescription::formats::zmx::reader::ZemaxReader;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, polynomial};
 use crate::prescription::text::Word;
@@ -13,7 +13,7 @@ const MAX_FORBES: usize = 1000;
 
 impl ZemaxReader<'_> {
     /// The shape of the surface of a block.
-    pub(super) fn shape(&self, block: &Block<'_>, curvature: Curvature) -> Result<Shape> {
+    pub(super) fn shape(&self, block: &SurfaceBlock<'_>, curvature: Curvature) -> Result<Shape> {
         let Some(kind) = block.first("TYPE") else {
             return Ok(Shape::Sphere);
         };
@@ -36,7 +36,7 @@ impl ZemaxReader<'_> {
         }
     }
 
-    fn unsupported(&self, block: &Block<'_>, kind: Word<'_>) -> Box<Diagnostic> {
+    fn unsupported(&self, block: &SurfaceBlock<'_>, kind: Word<'_>) -> Box<Diagnostic> {
         let what = match kind.text {
             "DGRATING" | "EGRATING" | "RADGRATE" | "VLS_GRAT" => "a diffraction grating",
             "BINARY_1" | "BINARY_2" | "BINARY_3" | "BINARY_4" | "HOLOGRM1" | "HOLOGRM2" => {
@@ -59,7 +59,7 @@ impl ZemaxReader<'_> {
     /// A value such as that of `PARM 3 0.5`.
     fn parameter(
         &self,
-        block: &Block<'_>,
+        block: &SurfaceBlock<'_>,
         keyword: &'static str,
         number: &str,
     ) -> Result<Option<f64>> {
@@ -71,7 +71,7 @@ impl ZemaxReader<'_> {
     /// term with a number, or none if that is not a term.
     fn terms(
         &self,
-        block: &Block<'_>,
+        block: &SurfaceBlock<'_>,
         keyword: &'static str,
         power: impl Fn(usize) -> Option<usize>,
     ) -> Result<Vec<(usize, f64)>> {
@@ -94,7 +94,7 @@ impl ZemaxReader<'_> {
 
     /// XDAT 1 is the number of terms, 2 the radius they are scaled by, then one for each power
     /// of ρ = r/radius in steps of `step`.
-    fn extended(&self, block: &Block<'_>, step: usize) -> Result<Vec<(usize, f64)>> {
+    fn extended(&self, block: &SurfaceBlock<'_>, step: usize) -> Result<Vec<(usize, f64)>> {
         let count = self.parameter(block, "XDAT", "1")?;
         let count = count.map_or(usize::MAX, |count| count as usize);
         let mut terms = self.terms(block, "XDAT", |i| {
@@ -115,7 +115,7 @@ impl ZemaxReader<'_> {
 
     /// XDAT 1 is 0 for Q-bfs and 1 for Q-con, 2 the number of polynomials, 3 the radius they are
     /// scaled by, then a coefficient for each.
-    fn forbes(&self, block: &Block<'_>, k: f64) -> Result<Shape> {
+    fn forbes(&self, block: &SurfaceBlock<'_>, k: f64) -> Result<Shape> {
         let value = |number: &str| self.parameter(block, "XDAT", number);
         let set = match value("1")?.unwrap_or(0.0) {
             0.0 => ForbesSet::Bfs,
@@ -160,7 +160,7 @@ impl ZemaxReader<'_> {
     }
 
     /// PARM 1 is the focal length in air, and PARM 2 how Zemax computes optical paths.
-    fn thin_lens(&self, block: &Block<'_>) -> Result<Shape> {
+    fn thin_lens(&self, block: &SurfaceBlock<'_>) -> Result<Shape> {
         let Some(focal_length) = self.parameter(block, "PARM", "1")? else {
             let message = format!("the ideal lens {} has no focal length", block.number);
             let help = "`PARM 1 50` gives it 50 of the file's units";
@@ -170,7 +170,7 @@ impl ZemaxReader<'_> {
     }
 
     /// PARM 1 is the radius of rotation, then the coefficients of y², y⁴, ….
-    fn toroid(&self, block: &Block<'_>, k: f64, curvature: Curvature) -> Result<Shape> {
+    fn toroid(&self, block: &SurfaceBlock<'_>, k: f64, curvature: Curvature) -> Result<Shape> {
         let power = |i: usize| i.checked_sub(2).map(|j| (j + 1).saturating_mul(2));
         let terms = polynomial(self.terms(block, "PARM", power)?);
         for (index, value) in block.numbered("XDAT") {
@@ -194,7 +194,7 @@ impl ZemaxReader<'_> {
     /// 0, it is a cylinder. All others are refused.
     fn biconic(
         &self,
-        block: &Block<'_>,
+        block: &SurfaceBlock<'_>,
         kind: Word<'_>,
         k: f64,
         curvature: Curvature,

@@ -2,10 +2,9 @@
 
 use ivcam_base::diag::{Result, Sink};
 
-use crate::prescription::formats::zmx::file::Line;
 use crate::prescription::formats::zmx::reader::{Kept, ZemaxReader};
 use crate::prescription::prescription::ZoomPosition;
-use crate::prescription::text::Word;
+use crate::prescription::text::{Word, Words};
 
 /// Configurations that change a lens in a way that is not read.
 const OTHER_OPERANDS: [&str; 14] = [
@@ -70,7 +69,7 @@ impl ZemaxReader<'_> {
     /// Reads the lines behind `MNUM`. `stop` is the number of the stop in the file.
     fn changes(
         &self,
-        lines: &[Line<'_>],
+        lines: &[Words<'_>],
         stop: Option<usize>,
         count: usize,
         sink: &mut Sink,
