@@ -127,7 +127,7 @@ fn table_entry(i: usize, class: &Class) -> Result<String, String> {
         .iter()
         .map(|p| {
             format!(
-                "        Part {{ name: {:?}, parent: {:?}, class: {:?}, list: {}, made: {} }},\n",
+                "        KitPart {{ name: {:?}, parent: {:?}, class: {:?}, list: {}, made: {} }},\n",
                 p.name, p.parent, p.class, p.list, p.made
             )
         })

@@ -18,7 +18,7 @@ pub(super) type Sent = (&'static str, Value);
 
 /// What the pointer is moved on.
 #[derive(Clone, Copy, Debug)]
-enum Track {
+enum Projector {
     /// The plane through the first point, parallel to z = 0.
     Plane,
     /// The cylinder around the y axis through the first point. The pointer is on its far side if
@@ -34,7 +34,7 @@ enum Track {
 #[derive(Clone, Debug)]
 pub(super) struct Drag {
     sensor_from_world: DMat4,
-    track: Track,
+    track: Projector,
     /// The first point.
     start: DVec3,
     /// The angle around the y axis, without the offset. It is followed beyond half a turn.
@@ -59,15 +59,15 @@ impl Drag {
         let along = ray.transformed(&sensor_from_world).direction;
         let around = |v: DVec3| DVec2::new(v.x, v.z);
         let track = match sensor.class_id()? {
-            class::PLANE_SENSOR => Track::Plane,
-            class::SPHERE_SENSOR => Track::Sphere {
+            class::PLANE_SENSOR => Projector::Plane,
+            class::SPHERE_SENSOR => Projector::Sphere {
                 is_far: along.dot(start) > 0.0,
             },
             class::CYLINDER_SENSOR => {
                 let tilt = libm::acos((along.y.abs() / along.length()).min(1.0));
                 match tilt < f64::from(sensor.get(cylinder_sensor::DISK_ANGLE)) {
-                    true => Track::Disk,
-                    false => Track::Cylinder {
+                    true => Projector::Disk,
+                    false => Projector::Cylinder {
                         is_far: around(along).dot(around(start)) > 0.0,
                     },
                 }
@@ -88,10 +88,10 @@ impl Drag {
     pub(super) fn follow(&mut self, sensor: NodeRef<'_>, ray: &ViewRay) -> Vec<Sent> {
         let ray = ray.transformed(&self.sensor_from_world);
         let point = match self.track {
-            Track::Plane => on_plane(&ray, 2, self.start.z),
-            Track::Disk => on_plane(&ray, 1, self.start.y),
-            Track::Sphere { is_far } => Some(on_sphere(&ray, self.start.length(), is_far)),
-            Track::Cylinder { is_far } => {
+            Projector::Plane => on_plane(&ray, 2, self.start.z),
+            Projector::Disk => on_plane(&ray, 1, self.start.y),
+            Projector::Sphere { is_far } => Some(on_sphere(&ray, self.start.length(), is_far)),
+            Projector::Cylinder { is_far } => {
                 let radius = DVec2::new(self.start.x, self.start.z).length();
                 Some(on_cylinder(&ray, radius, is_far))
             }
@@ -100,9 +100,9 @@ impl Drag {
             return Vec::new();
         };
         let moved = match self.track {
-            Track::Plane => self.translation(sensor, point),
-            Track::Sphere { .. } => self.turn(sensor, point),
-            Track::Disk | Track::Cylinder { .. } => self.turn_around_y(sensor, point),
+            Projector::Plane => self.translation(sensor, point),
+            Projector::Sphere { .. } => self.turn(sensor, point),
+            Projector::Disk | Projector::Cylinder { .. } => self.turn_around_y(sensor, point),
         };
         vec![("trackPoint_changed", Value::Vec3(point.as_vec3())), moved]
     }

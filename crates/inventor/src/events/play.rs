@@ -11,7 +11,7 @@ use super::no_scripts::NoScripts;
 use super::options::SnapshotOptions;
 use super::source::{self, ProgramSource};
 use super::timer::FRAME;
-use super::viewer_sensor::Output;
+use super::viewer_sensor::EventOut;
 use super::wires::Wires;
 use super::world::World;
 use crate::iv::{Document, NodeId};
@@ -188,7 +188,7 @@ impl Player {
     }
 
     /// Begins a cascade with each of some outputs.
-    fn begin_cascades(&mut self, outputs: impl IntoIterator<Item = Output>) {
+    fn begin_cascades(&mut self, outputs: impl IntoIterator<Item = EventOut>) {
         for (id, output, value) in outputs {
             self.world.borrow_mut().begin_cascade();
             self.world.borrow_mut().send(id, output, &value);

@@ -13,7 +13,7 @@ use crate::snapshot::{Corners, Snapshot};
 use crate::traversal::{State, Visitor, WalkOptions, walk};
 
 /// A node that acts for a shape, and the transform from its space to the world.
-pub(super) type Target = (NodeId, DMat4);
+pub(super) type TargetNode = (NodeId, DMat4);
 
 /// The nearest shape on a ray.
 #[derive(Clone, Debug)]
@@ -24,7 +24,7 @@ pub(super) struct PointerHit {
     pub path: Vec<NodeId>,
     /// The enabled sensors and the `Anchor` of the lowest group that has any (ISO 14772-1,
     /// 4.6.7.3).
-    pub targets: Vec<Target>,
+    pub targets: Vec<TargetNode>,
 }
 
 /// What a search with the pointer finds.
@@ -32,7 +32,7 @@ pub(super) struct PointerHit {
 pub(super) struct PointerFound {
     pub hit: Option<PointerHit>,
     /// All pointing-device sensors, where they come first.
-    pub sensors: Vec<Target>,
+    pub sensors: Vec<TargetNode>,
 }
 
 /// What the pointer acts on at a place.
@@ -145,7 +145,7 @@ pub(super) fn is_sensor(node: NodeRef<'_>) -> bool {
 struct Level {
     node: Option<NodeId>,
     /// What acts for the shapes below this node.
-    targets: Vec<Target>,
+    targets: Vec<TargetNode>,
     /// Whether the nearest shape so far is below this node, and nothing lower acts for it.
     waits: bool,
 }

@@ -10,7 +10,7 @@ use super::drag::{Drag, Sent};
 use super::picker::ShapeHit;
 use super::pointer::{PointerHit, PointerWorld, is_sensor};
 use super::pointer_path::PointerPath;
-use super::viewer_sensor::Output;
+use super::viewer_sensor::EventOut;
 use super::world::World;
 use crate::grammar::{anchor, class, vrml_sensor};
 use crate::iv::{NodeId, NodeRef, Value};
@@ -214,7 +214,7 @@ impl World {
     /// Lets outputs wait, each for a cascade of its own.
     fn wait_to_send(&mut self, id: NodeId, sent: Vec<Sent>) {
         let outputs = sent.into_iter();
-        let outputs = outputs.map(|(name, value)| -> Output { (id, name, value) });
+        let outputs = outputs.map(|(name, value)| -> EventOut { (id, name, value) });
         self.cascades.extend(outputs);
     }
 

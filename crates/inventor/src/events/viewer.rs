@@ -6,7 +6,7 @@ use glam::DMat4;
 
 use super::collision::{collisions, hears_collisions};
 use super::survey::{WorldSurvey, is_viewer_sensor};
-use super::viewer_sensor::{Output, ViewerSensor};
+use super::viewer_sensor::{EventOut, ViewerSensor};
 use super::world::World;
 use crate::grammar::{class, navigation_info};
 use crate::iv::{NodeId, NodeRef};
@@ -78,7 +78,7 @@ impl World {
     }
 
     /// Returns what the sensors that depend on the viewer send now.
-    pub(super) fn look(&mut self) -> Vec<Output> {
+    pub(super) fn look(&mut self) -> Vec<EventOut> {
         if self.viewer_sensors.is_empty() {
             return Vec::new();
         }

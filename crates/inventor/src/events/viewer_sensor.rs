@@ -16,7 +16,7 @@ pub(super) struct ViewerSensor {
 }
 
 /// An output of a node with its value.
-pub(super) type Output = (NodeId, &'static str, Value);
+pub(super) type EventOut = (NodeId, &'static str, Value);
 
 impl ViewerSensor {
     /// Returns what the sensor sends. `places` are the transforms from its space to the world.

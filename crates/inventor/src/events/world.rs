@@ -12,7 +12,7 @@ use super::picker::ShapePicker;
 use super::pointing::Grab;
 use super::survey::WorldSurvey;
 use super::timer::{Timer, TimerEvents, is_time_dependent};
-use super::viewer_sensor::{Output, ViewerSensor};
+use super::viewer_sensor::{EventOut, ViewerSensor};
 use super::wires::{End, Wires};
 use crate::iv::{Document, NodeId, NodeRef, Value};
 use crate::pose::CameraPose;
@@ -67,7 +67,7 @@ pub struct World {
     /// The nodes that lead to sensors and bindable nodes.
     pub(super) leading: Leading,
     /// The outputs that wait to begin a cascade each.
-    pub(super) cascades: VecDeque<Output>,
+    pub(super) cascades: VecDeque<EventOut>,
     /// The last value of each output, if there are scripts, which can read them.
     pub(super) outputs: Option<HashMap<End, Value>>,
     /// The events that were sent, if they are recorded.

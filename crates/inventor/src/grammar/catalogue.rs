@@ -7,7 +7,7 @@
 use glam::{Mat4, Vec2, Vec3, Vec4};
 
 use super::class_id::ClassId;
-use super::entry::{Class, Dialect, Part, Role, Treatment};
+use super::entry::{Class, Dialect, KitPart, Role, Treatment};
 use super::field::{Default, Field, FieldDecl, FieldType};
 use super::value::{Choice, Image, NodeId, NodeRefValue, Plane, Rotation, Seconds, Text, Trigger};
 

@@ -126,7 +126,7 @@ pub struct Class {
     /// The name and type of each output of an engine, or `eventOut` of VRML97 that is not a field.
     pub outputs: &'static [(&'static str, FieldType)],
     /// The parts of a node kit. Parts with the same parent are in the order of traversal.
-    pub parts: &'static [Part],
+    pub parts: &'static [KitPart],
     /// The file and line of the catalogue that declare the class.
     pub place: &'static str,
 }
@@ -162,7 +162,7 @@ impl Class {
 
 /// A part of a node kit. Each part is also an `SFNode` field of the same name.
 #[derive(Debug)]
-pub struct Part {
+pub struct KitPart {
     /// The name of the part.
     pub name: &'static str,
     /// The name of the part that this part is a child of. `this` is the kit itself.

@@ -14,7 +14,7 @@ pub mod value;
 pub use catalogue::*;
 pub use class_id::ClassId;
 pub(crate) use defaults::default_value;
-pub use entry::{Class, Dialect, Part, Role, Treatment, any, by_name};
+pub use entry::{Class, Dialect, KitPart, Role, Treatment, any, by_name};
 pub use field::{Default, Field, FieldDecl, FieldType};
 pub use value::{
     Choice, Image, NodeId, NodeRefValue, Plane, Rotation, Seconds, Text, Trigger, Value,

@@ -116,11 +116,11 @@ impl Grid {
 }
 
 /// The number, step and first position of copies along one axis, the last in steps.
-type Line = (u64, DVec3, f64);
+type AxisCopies = (u64, DVec3, f64);
 
 /// Returns the line with the places of copies of a finer line on a coarser one, if its step is a
 /// multiple of the finer one's and leaves no gap.
-fn on_one_line(coarse: Line, fine: Line) -> Option<Line> {
+fn on_one_line(coarse: AxisCopies, fine: AxisCopies) -> Option<AxisCopies> {
     let longest = fine.1.abs().max_position();
     let times = coarse.1[longest] / fine.1[longest];
     let is_multiple = times.fract() == 0.0 && times >= 1.0 && times <= fine.0 as f64;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use super::frame::WalkFrame;
-use crate::grammar::{self, Part, Role};
+use crate::grammar::{self, KitPart, Role};
 use crate::iv::{Document, Node, NodeId, NodeRef};
 
 /// Pushes the kit's parts on the stack, with the first part on top.
@@ -24,7 +24,7 @@ pub(super) fn plan<'a>(kit: NodeRef<'a>, stack: &mut Vec<WalkFrame<'a>>) {
 fn parts_below<'a>(
     parent: &str,
     kit: NodeRef<'a>,
-    parts: &'static [Part],
+    parts: &'static [KitPart],
     depth: usize,
     plan: &mut Vec<WalkFrame<'a>>,
 ) {
@@ -50,10 +50,10 @@ fn parts_below<'a>(
 
 /// Plans a part with other parts below it. It is a separator or a group that the kit makes.
 fn inner<'a>(
-    part: &'static Part,
+    part: &'static KitPart,
     stated: &'a [NodeId],
     kit: NodeRef<'a>,
-    parts: &'static [Part],
+    parts: &'static [KitPart],
     depth: usize,
     plan: &mut Vec<WalkFrame<'a>>,
 ) {

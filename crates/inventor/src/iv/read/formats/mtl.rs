@@ -48,13 +48,13 @@ struct MtlTexture {
 
 /// The materials of the libraries of a file.
 #[derive(Default)]
-pub(super) struct Library {
+pub(super) struct MaterialLibraries {
     materials: Vec<MtlMaterial>,
     by_name: HashMap<String, usize>,
     plain: Option<NodeId>,
 }
 
-impl Library {
+impl MaterialLibraries {
     /// Returns the number of a material.
     pub(super) fn named(&self, name: &str) -> Option<usize> {
         self.by_name.get(name).copied()

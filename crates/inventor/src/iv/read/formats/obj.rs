@@ -11,7 +11,7 @@ use indexmap::IndexMap;
 use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::builder::Builder;
-use super::mtl::Library;
+use super::mtl::MaterialLibraries;
 use super::text_lines::{TextLine, text_lines};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
@@ -56,7 +56,7 @@ enum Kind {
 
 /// The corners of the primitives of a shape, with −1 after each primitive.
 #[derive(Default)]
-struct Corners {
+struct IndexLists {
     points: Vec<i32>,
     coordinates: Vec<i32>,
     normals: Vec<i32>,
@@ -67,9 +67,9 @@ struct Corners {
 struct ObjReader<'a, 'd> {
     builder: Builder<'a, 'd>,
     lists: ObjLists,
-    library: Library,
+    library: MaterialLibraries,
     /// The shapes of each group, by the name of the group.
-    groups: IndexMap<String, IndexMap<ShapeKey, Corners>>,
+    groups: IndexMap<String, IndexMap<ShapeKey, IndexLists>>,
     group: String,
     material: Option<usize>,
     is_smooth: bool,
@@ -83,7 +83,7 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
     let mut reader = ObjReader {
         builder: Builder { asm },
         lists: ObjLists::default(),
-        library: Library::default(),
+        library: MaterialLibraries::default(),
         groups: IndexMap::new(),
         group: String::new(),
         material: None,
@@ -236,9 +236,9 @@ impl ObjReader<'_, '_> {
             None => self.groups.entry(self.group.clone()).or_default(),
         };
         let (wants_coordinates, wants_normals) = (key.has_coordinates, key.has_normals);
-        let shape = shapes.entry(key).or_insert_with(|| Corners {
+        let shape = shapes.entry(key).or_insert_with(|| IndexLists {
             span: line.span(),
-            ..Corners::default()
+            ..IndexLists::default()
         });
         shape.span.end = line.span().end;
         let put = |list: &mut Vec<i32>, place: usize| {
@@ -269,10 +269,10 @@ impl ObjReader<'_, '_> {
             kind: Kind::Points,
             ..ShapeKey::default()
         };
-        let corners = Corners {
+        let corners = IndexLists {
             points,
             span,
-            ..Corners::default()
+            ..IndexLists::default()
         };
         let group = self.groups.entry(self.group.clone()).or_default();
         group.insert(key, corners);
@@ -310,7 +310,7 @@ impl ObjReader<'_, '_> {
     }
 
     /// Adds the node of a shape.
-    fn shape(&mut self, key: &ShapeKey, mut corners: Corners) -> Result<NodeId> {
+    fn shape(&mut self, key: &ShapeKey, mut corners: IndexLists) -> Result<NodeId> {
         let span = corners.span;
         let has_colors = corners.points.iter().all(|&point| {
             let color = usize::try_from(point).map(|point| self.lists.colors.get(point));

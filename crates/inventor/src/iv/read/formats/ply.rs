@@ -78,7 +78,7 @@ struct PlyElement {
 
 /// The order of bytes, or text.
 #[derive(Clone, Copy, PartialEq)]
-enum Form {
+enum PlyFormat {
     Text,
     LittleEndian,
     BigEndian,
@@ -86,17 +86,17 @@ enum Form {
 
 /// The header of a file.
 struct PlyHeader {
-    form: Form,
+    form: PlyFormat,
     elements: Vec<PlyElement>,
     texture: Option<String>,
     length: usize,
 }
 
 /// The numbers of a file after its header.
-struct Numbers<'b> {
+struct PlyNumbers<'b> {
     bytes: &'b [u8],
     at: usize,
-    form: Form,
+    form: PlyFormat,
     /// Whether each entry of the elements has a line of its own.
     by_line: bool,
 }
@@ -122,7 +122,7 @@ struct PlyMesh {
 pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let mut builder = Builder { asm };
     let header = header(&mut builder, bytes)?;
-    let mut numbers = Numbers {
+    let mut numbers = PlyNumbers {
         bytes,
         at: header.length,
         form: header.form,
@@ -147,7 +147,7 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
 /// Reads the header.
 fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
     let mut header = PlyHeader {
-        form: Form::Text,
+        form: PlyFormat::Text,
         elements: Vec::new(),
         texture: None,
         length: 0,
@@ -168,9 +168,9 @@ fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
             }
             ["format", form, ..] => {
                 header.form = match form {
-                    "ascii" => Form::Text,
-                    "binary_little_endian" => Form::LittleEndian,
-                    "binary_big_endian" => Form::BigEndian,
+                    "ascii" => PlyFormat::Text,
+                    "binary_little_endian" => PlyFormat::LittleEndian,
+                    "binary_big_endian" => PlyFormat::BigEndian,
                     _ => {
                         let message = format!("`{}` is not a format", excerpt(form));
                         return Err(damaged(builder, span, message));
@@ -230,7 +230,7 @@ impl PlyHeader {
     fn has_lines_of_entries(&self, bytes: &[u8]) -> bool {
         let counts = self.elements.iter().map(|element| element.count);
         let count = counts.fold(0_u64, u64::saturating_add);
-        self.form == Form::Text && {
+        self.form == PlyFormat::Text && {
             let lines = bytes[self.length..].split(|b| matches!(b, b'\n' | b'\r'));
             let lines = lines.filter(|line| !line.trim_ascii().is_empty());
             lines.count() as u64 == count
@@ -262,18 +262,18 @@ fn property(words: &[&str]) -> Option<Property> {
     })
 }
 
-impl Numbers<'_> {
+impl PlyNumbers<'_> {
     /// Reads the next number, or returns `None` at the end.
     fn next(&mut self, kind: Number) -> Option<f64> {
         match self.form {
-            Form::Text => self.word(),
+            PlyFormat::Text => self.word(),
             form => {
                 let n = kind.bytes();
                 let raw = self.bytes.get(self.at..self.at + n)?;
                 self.at += n;
                 let mut eight = [0u8; 8];
                 eight[..n].copy_from_slice(raw);
-                if form == Form::BigEndian {
+                if form == PlyFormat::BigEndian {
                     eight[..n].reverse();
                 }
                 let bits = u64::from_le_bytes(eight);
@@ -333,7 +333,7 @@ impl Numbers<'_> {
 
     /// Whether a whole list of numbers may remain.
     fn holds(&self, count: f64, kind: Number) -> bool {
-        let least = if self.form == Form::Text {
+        let least = if self.form == PlyFormat::Text {
             1
         } else {
             kind.bytes()
@@ -363,12 +363,12 @@ impl PlyMesh {
         &mut self,
         builder: &mut Builder<'_, '_>,
         element: &PlyElement,
-        numbers: &mut Numbers<'_>,
+        numbers: &mut PlyNumbers<'_>,
     ) -> Result<bool> {
-        let uses: Vec<Use> = element
+        let uses: Vec<PropertyRole> = element
             .properties
             .iter()
-            .map(|p| Use::of(&element.name, p))
+            .map(|p| PropertyRole::of(&element.name, p))
             .collect();
         warn_about(builder, element);
         if element.properties.is_empty() {
@@ -390,7 +390,7 @@ impl PlyMesh {
                     }
                     continue;
                 };
-                let kept = (uses[place] == Use::Corners).then_some(&mut list);
+                let kept = (uses[place] == PropertyRole::Corners).then_some(&mut list);
                 if numbers.list([length, property.kind], kept).is_none() {
                     return Ok(false);
                 }
@@ -416,7 +416,7 @@ impl PlyMesh {
         Ok(true)
     }
 
-    fn vertex(&mut self, element: &PlyElement, uses: &[Use], values: &[f64]) {
+    fn vertex(&mut self, element: &PlyElement, uses: &[PropertyRole], values: &[f64]) {
         let mut point = [0.0f32; 3];
         let (mut normal, mut color, mut coordinate) =
             ([0.0f32; 3], [0.0, 0.0, 0.0, 1.0f32], [0.0f32; 2]);
@@ -424,13 +424,13 @@ impl PlyMesh {
         for ((property, kind), value) in element.properties.iter().zip(uses).zip(values) {
             let value = *value as f32;
             match *kind {
-                Use::Point(i) => point[i] = value,
-                Use::Normal(i) => (normal[i], has_normal) = (value, true),
-                Use::Color(i) => {
+                PropertyRole::Point(i) => point[i] = value,
+                PropertyRole::Normal(i) => (normal[i], has_normal) = (value, true),
+                PropertyRole::Color(i) => {
                     (color[i], has_color) = (value / property.kind.most(), true);
                     self.has_alpha |= i == 3;
                 }
-                Use::Texture(i) => (coordinate[i], has_coordinate) = (value, true),
+                PropertyRole::Texture(i) => (coordinate[i], has_coordinate) = (value, true),
                 _ => {}
             }
         }
@@ -468,8 +468,8 @@ impl PlyMesh {
         }
     }
 
-    fn edge(&mut self, uses: &[Use], values: &[f64]) {
-        let end = |i| uses.iter().position(|kind| *kind == Use::End(i));
+    fn edge(&mut self, uses: &[PropertyRole], values: &[f64]) {
+        let end = |i| uses.iter().position(|kind| *kind == PropertyRole::End(i));
         if let (Some(first), Some(second)) = (end(0), end(1)) {
             self.edges
                 .extend([values[first] as i32, values[second] as i32, -1]);
@@ -571,7 +571,7 @@ impl PlyMesh {
 
 /// What a property is used for, with the number of its component.
 #[derive(Clone, Copy, PartialEq)]
-enum Use {
+enum PropertyRole {
     Point(usize),
     Normal(usize),
     Color(usize),
@@ -581,7 +581,7 @@ enum Use {
     Nothing,
 }
 
-impl Use {
+impl PropertyRole {
     fn of(element: &str, property: &Property) -> Self {
         if property.length.is_some() {
             return match (element, &*property.name) {

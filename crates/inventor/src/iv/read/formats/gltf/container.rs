@@ -5,7 +5,7 @@ use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink, Span};
 use super::schema::Root;
 
 /// The JSON and the binary chunk of a file.
-pub(super) struct Container<'b> {
+pub(super) struct GltfFile<'b> {
     pub(super) root: Root,
     pub(super) chunk: Option<&'b [u8]>,
 }
@@ -14,7 +14,7 @@ pub(super) struct Container<'b> {
 ///
 /// # Errors
 /// Returns an error if the JSON is damaged, or is not glTF 2.
-pub(super) fn container<'b>(sink: &mut Sink, bytes: &'b [u8]) -> Result<Container<'b>> {
+pub(super) fn container<'b>(sink: &mut Sink, bytes: &'b [u8]) -> Result<GltfFile<'b>> {
     let (json, start, chunk) = match bytes.starts_with(b"glTF") {
         true => chunks(sink, bytes)?,
         false => (bytes, 0, None),
@@ -51,7 +51,7 @@ pub(super) fn container<'b>(sink: &mut Sink, bytes: &'b [u8]) -> Result<Containe
             .of_kind(ErrorKind::Unsupported);
         return Err(error.with_help("glTF 2.0 is read; most programs can write it"));
     }
-    Ok(Container { root, chunk })
+    Ok(GltfFile { root, chunk })
 }
 
 fn damaged(sink: &Sink, at: usize, message: String) -> Box<Diagnostic> {

@@ -55,17 +55,17 @@ pub(super) struct Light {
     pub kind: String,
     pub range: Option<f32>,
     #[serde(default)]
-    pub spot: Spot,
+    pub spot: LightSpot,
 }
 
 #[derive(Deserialize)]
 #[serde(default, rename_all = "camelCase")]
-pub(super) struct Spot {
+pub(super) struct LightSpot {
     pub inner_cone_angle: f32,
     pub outer_cone_angle: f32,
 }
 
-impl Default for Spot {
+impl Default for LightSpot {
     fn default() -> Self {
         Self {
             inner_cone_angle: 0.0,

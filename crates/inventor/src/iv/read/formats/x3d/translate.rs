@@ -42,7 +42,7 @@ struct ProtoFields {
 }
 
 /// An open element.
-enum Element {
+enum OpenElement {
     /// An element whose children are statements: `X3D`, `head`, `Scene`.
     Statements,
     /// An element whose children state nothing.
@@ -70,11 +70,11 @@ enum Element {
 }
 
 /// The attributes of an element, with the offsets of their values.
-struct Attributes<'x> {
+struct XmlAttributes<'x> {
     list: Vec<(&'x str, Cow<'x, str>, usize)>,
 }
 
-impl<'x> Attributes<'x> {
+impl<'x> XmlAttributes<'x> {
     fn get(&self, name: &str) -> Option<&str> {
         let mut list = self.list.iter();
         list.find(|attribute| attribute.0 == name)
@@ -86,7 +86,7 @@ impl<'x> Attributes<'x> {
 struct Translator<'x> {
     xml: &'x str,
     out: Translation,
-    open: Vec<Element>,
+    open: Vec<OpenElement>,
     /// The prototypes by name, in each open scope.
     protos: Vec<HashMap<Box<str>, ProtoFields>>,
 }
@@ -187,7 +187,7 @@ impl<'x> Translator<'x> {
     }
 
     /// Returns the attributes of an element. Of attributes with one name the first counts.
-    fn attributes<'e>(&mut self, start: &'e BytesStart<'_>, at: usize) -> Attributes<'e> {
+    fn attributes<'e>(&mut self, start: &'e BytesStart<'_>, at: usize) -> XmlAttributes<'e> {
         let mut list = Vec::new();
         for attribute in start.attributes().with_checks(false) {
             let attribute = match attribute {
@@ -208,13 +208,13 @@ impl<'x> Translator<'x> {
             });
             list.push((key, value, place));
         }
-        Attributes { list }
+        XmlAttributes { list }
     }
 
     /// Begins an element.
     fn start(&mut self, start: &BytesStart<'x>, at: usize) {
-        if matches!(self.open.last(), Some(Element::Nothing)) {
-            self.open.push(Element::Nothing);
+        if matches!(self.open.last(), Some(OpenElement::Nothing)) {
+            self.open.push(OpenElement::Nothing);
             return;
         }
         let attributes = self.attributes(start, at);
@@ -222,54 +222,54 @@ impl<'x> Translator<'x> {
         let get = |name: &str| attributes.get(name).unwrap_or_default();
         let element = match tag {
             "X3D" | "Scene" | "head" => match self.open.last() {
-                None | Some(Element::Statements) => Element::Statements,
-                _ => Element::Nothing,
+                None | Some(OpenElement::Statements) => OpenElement::Statements,
+                _ => OpenElement::Nothing,
             },
             _ if !self.belongs(tag) => {
                 let tag = excerpt(tag);
                 self.warn(at, format!("`{tag}` is not expected here, and is left out"));
-                Element::Nothing
+                OpenElement::Nothing
             }
             "meta" => {
                 self.put("META ", at);
                 put_string(&mut self.out.text, get("name"));
                 put_string(&mut self.out.text, get("content"));
                 self.out.text.push(b'\n');
-                Element::Nothing
+                OpenElement::Nothing
             }
-            "component" => Element::Nothing,
+            "component" => OpenElement::Nothing,
             "unit" => {
                 let text = format!("UNIT {} {} ", name(get("category")), name(get("name")));
                 self.put(&(text + &name(get("conversionFactor")) + "\n"), at);
-                Element::Nothing
+                OpenElement::Nothing
             }
             "IMPORT" => {
                 let (inline, node) = (name(get("inlineDEF")), name(get("importedDEF")));
                 self.put(&format!("IMPORT {inline}.{node}\n"), at);
-                Element::Nothing
+                OpenElement::Nothing
             }
-            "EXPORT" => Element::Nothing,
+            "EXPORT" => OpenElement::Nothing,
             "ROUTE" => {
                 let [from, output, to, input] =
                     ["fromNode", "fromField", "toNode", "toField"].map(|key| name(get(key)));
                 self.put(&format!("\nROUTE {from}.{output} TO {to}.{input}\n"), at);
-                Element::Nothing
+                OpenElement::Nothing
             }
             "ProtoDeclare" | "ExternProtoDeclare" => self.proto(tag, &attributes, at),
-            "ProtoInterface" => Element::Interface,
+            "ProtoInterface" => OpenElement::Interface,
             "ProtoBody" => {
                 self.put("] {\n", at);
-                if let Some(Element::Proto(_, has_body)) = self.open.last_mut() {
+                if let Some(OpenElement::Proto(_, has_body)) = self.open.last_mut() {
                     *has_body = true;
                 }
                 self.protos.push(HashMap::new());
-                Element::Body
+                OpenElement::Body
             }
-            "IS" => Element::Links,
+            "IS" => OpenElement::Links,
             "connect" => {
                 let [field, of] = ["nodeField", "protoField"].map(|key| name(get(key)));
                 self.put(&format!("{field} IS {of}\n"), at);
-                Element::Nothing
+                OpenElement::Nothing
             }
             "field" => self.declared(&attributes, at),
             "fieldValue" => self.valued(&attributes, at),
@@ -281,23 +281,29 @@ impl<'x> Translator<'x> {
     /// Returns whether a statement that is not a node may be inside the innermost element.
     fn belongs(&self, tag: &str) -> bool {
         let around = self.open.last();
-        let is_scope = matches!(around, None | Some(Element::Statements | Element::Body));
+        let is_scope = matches!(
+            around,
+            None | Some(OpenElement::Statements | OpenElement::Body)
+        );
         match tag {
             "meta" | "component" | "unit" | "IMPORT" | "EXPORT" => {
-                matches!(around, None | Some(Element::Statements))
+                matches!(around, None | Some(OpenElement::Statements))
             }
             "ROUTE" | "ProtoDeclare" | "ExternProtoDeclare" => {
-                is_scope || matches!(around, Some(Element::Node(_)))
+                is_scope || matches!(around, Some(OpenElement::Node(_)))
             }
-            "ProtoInterface" | "ProtoBody" => matches!(around, Some(Element::Proto(_, false))),
-            "IS" => matches!(around, Some(Element::Node(_) | Element::Instance(_))),
-            "connect" => matches!(around, Some(Element::Links)),
+            "ProtoInterface" | "ProtoBody" => matches!(around, Some(OpenElement::Proto(_, false))),
+            "IS" => matches!(
+                around,
+                Some(OpenElement::Node(_) | OpenElement::Instance(_))
+            ),
+            "connect" => matches!(around, Some(OpenElement::Links)),
             _ => true,
         }
     }
 
     /// Begins the declaration of a prototype.
-    fn proto(&mut self, tag: &str, attributes: &Attributes<'_>, at: usize) -> Element {
+    fn proto(&mut self, tag: &str, attributes: &XmlAttributes<'_>, at: usize) -> OpenElement {
         let own: Box<str> = name(attributes.get("name").unwrap_or_default()).into();
         let is_external = tag == "ExternProtoDeclare";
         let keyword = if is_external { "EXTERNPROTO" } else { "PROTO" };
@@ -305,17 +311,17 @@ impl<'x> Translator<'x> {
         let scope = self.protos.last_mut().expect("the file's own scope");
         scope.insert(own.clone(), ProtoFields::default());
         if !is_external {
-            return Element::Proto(own, false);
+            return OpenElement::Proto(own, false);
         }
         let mut urls = Vec::new();
         let value = attributes.get("url").unwrap_or_default();
         put(&mut urls, FieldType::MFString, value);
-        self.open.push(Element::Proto(own, true));
-        Element::Extern(urls)
+        self.open.push(OpenElement::Proto(own, true));
+        OpenElement::Extern(urls)
     }
 
     /// Declares a field of a prototype or a script.
-    fn declared(&mut self, attributes: &Attributes<'_>, at: usize) -> Element {
+    fn declared(&mut self, attributes: &XmlAttributes<'_>, at: usize) -> OpenElement {
         let get = |key: &str| attributes.get(key).unwrap_or_default();
         let own = name(get("name"));
         let access = match get("accessType") {
@@ -325,15 +331,17 @@ impl<'x> Translator<'x> {
         let kind = FieldType::named(get("type"));
         let (mut is_external, mut of_proto) = (false, None);
         match self.open.as_slice() {
-            [.., Element::Proto(proto, _), Element::Extern(_)] => {
+            [.., OpenElement::Proto(proto, _), OpenElement::Extern(_)] => {
                 is_external = true;
                 of_proto = Some(proto.clone());
             }
-            [.., Element::Proto(proto, _), Element::Interface] => of_proto = Some(proto.clone()),
-            [.., Element::Node(_)] => {}
+            [.., OpenElement::Proto(proto, _), OpenElement::Interface] => {
+                of_proto = Some(proto.clone())
+            }
+            [.., OpenElement::Node(_)] => {}
             _ => {
                 self.warn(at, "`field` is expected in an interface or a script".into());
-                return Element::Nothing;
+                return OpenElement::Nothing;
             }
         }
         if let (Some(proto), Some(kind)) = (of_proto, kind)
@@ -345,12 +353,12 @@ impl<'x> Translator<'x> {
         let has_value = matches!(access.as_str(), "inputOutput" | "initializeOnly");
         let Some(kind) = kind.filter(|_| has_value && !is_external) else {
             self.out.text.push(b'\n');
-            return Element::Nothing;
+            return OpenElement::Nothing;
         };
         if matches!(kind, FieldType::SFNode | FieldType::MFNode) {
             let is_list = kind == FieldType::MFNode;
             self.put(if is_list { "[\n" } else { "" }, at);
-            return Element::Declared {
+            return OpenElement::Declared {
                 is_list,
                 is_empty: true,
             };
@@ -363,15 +371,15 @@ impl<'x> Translator<'x> {
             Some((_, value, place)) => self.value(kind, value, *place),
             None => self.put(&format!("{}\n", empty(kind)), at),
         }
-        Element::Nothing
+        OpenElement::Nothing
     }
 
     /// States the value of a field of an instance.
-    fn valued(&mut self, attributes: &Attributes<'_>, at: usize) -> Element {
+    fn valued(&mut self, attributes: &XmlAttributes<'_>, at: usize) -> OpenElement {
         let own = name(attributes.get("name").unwrap_or_default());
-        let Some(Element::Instance(proto)) = self.open.last() else {
+        let Some(OpenElement::Instance(proto)) = self.open.last() else {
             self.warn(at, "`fieldValue` is expected in a `ProtoInstance`".into());
-            return Element::Nothing;
+            return OpenElement::Nothing;
         };
         let proto = proto.clone();
         let kind = self
@@ -386,7 +394,7 @@ impl<'x> Translator<'x> {
             self.put(&format!("{own} "), at);
             self.value(kind.unwrap_or(FieldType::SFString), value, *place);
         }
-        Element::Valued(own.into())
+        OpenElement::Valued(own.into())
     }
 
     /// Finds a prototype in the scopes that are open.
@@ -398,7 +406,7 @@ impl<'x> Translator<'x> {
     }
 
     /// Begins a node, or uses one.
-    fn node(&mut self, tag: &str, attributes: &Attributes<'_>, at: usize) -> Element {
+    fn node(&mut self, tag: &str, attributes: &XmlAttributes<'_>, at: usize) -> OpenElement {
         let class = by_name(tag, Dialect::VRML97 | Dialect::X3D);
         let is_instance = tag == "ProtoInstance";
         let own = match is_instance {
@@ -416,31 +424,31 @@ impl<'x> Translator<'x> {
         if !self.place(field.unwrap_or(usual), usual, at) {
             let tag = excerpt(tag);
             self.warn(at, format!("`{tag}` is not expected here, and is left out"));
-            return Element::Nothing;
+            return OpenElement::Nothing;
         }
         if let Some(used) = attributes.get("USE").filter(|used| !used.is_empty()) {
             self.put(&format!("USE {}\n", name(used)), at);
-            return Element::Nothing;
+            return OpenElement::Nothing;
         }
         if let Some(defined) = attributes.get("DEF").filter(|defined| !defined.is_empty()) {
             self.put(&format!("DEF {} ", name(defined)), at);
         }
         self.put(&format!("{own} {{\n"), at);
         if is_instance {
-            return Element::Instance(own.into());
+            return OpenElement::Instance(own.into());
         }
         for (key, value, place) in &attributes.list {
             self.attribute(class, key, value, *place);
         }
-        Element::Node(class)
+        OpenElement::Node(class)
     }
 
     /// Writes the field that a node belongs to. Returns `false` if no node belongs here.
     fn place(&mut self, field: &str, usual: &'static str, at: usize) -> bool {
         let field = match self.open.last_mut() {
-            None | Some(Element::Statements) => return true,
-            Some(Element::Body) => {
-                let [.., Element::Proto(proto, _), _] = self.open.as_slice() else {
+            None | Some(OpenElement::Statements) => return true,
+            Some(OpenElement::Body) => {
+                let [.., OpenElement::Proto(proto, _), _] = self.open.as_slice() else {
                     return true;
                 };
                 let proto = proto.clone();
@@ -449,12 +457,12 @@ impl<'x> Translator<'x> {
                 }
                 return true;
             }
-            Some(Element::Declared { is_empty, .. }) => {
+            Some(OpenElement::Declared { is_empty, .. }) => {
                 *is_empty = false;
                 return true;
             }
-            Some(Element::Valued(field)) => format!("{field} "),
-            Some(Element::Node(class)) => {
+            Some(OpenElement::Valued(field)) => format!("{field} "),
+            Some(OpenElement::Node(class)) => {
                 // A node belongs to its usual field if the stated one does not exist.
                 let has = |name: &str| {
                     let own = class.map(|c| (c, in_vrml97(c.name, name)));
@@ -510,7 +518,7 @@ impl<'x> Translator<'x> {
 
     /// States the program in the text of a `Script`.
     fn script(&mut self, text: &str, at: usize) {
-        let Some(Element::Node(Some(class))) = self.open.last() else {
+        let Some(OpenElement::Node(Some(class))) = self.open.last() else {
             return;
         };
         if class.name != "Script" {
@@ -526,19 +534,19 @@ impl<'x> Translator<'x> {
     fn end(&mut self) {
         let at = self.xml.len();
         match self.open.pop() {
-            Some(Element::Node(_) | Element::Instance(_)) => self.out.text.extend(b"}\n"),
-            Some(Element::Proto(_, false)) => self.out.text.extend(b"] { }\n"),
-            Some(Element::Body) => {
+            Some(OpenElement::Node(_) | OpenElement::Instance(_)) => self.out.text.extend(b"}\n"),
+            Some(OpenElement::Proto(_, false)) => self.out.text.extend(b"] { }\n"),
+            Some(OpenElement::Body) => {
                 self.protos.pop();
                 self.out.text.extend(b"}\n");
             }
-            Some(Element::Extern(urls)) => {
+            Some(OpenElement::Extern(urls)) => {
                 self.open.pop();
                 self.out.text.extend(b"] ");
                 self.out.text.extend(urls);
                 self.out.text.push(b'\n');
             }
-            Some(Element::Declared { is_list, is_empty }) => match (is_list, is_empty) {
+            Some(OpenElement::Declared { is_list, is_empty }) => match (is_list, is_empty) {
                 (true, _) => self.out.text.extend(b"]\n"),
                 (false, true) => self.put("NULL\n", at),
                 (false, false) => {}
