@@ -10,7 +10,7 @@ use ivcam::memory::MemoryLimit;
 use ivcam::pose::Projection;
 use ivcam::scene::CompileOptions;
 use ivcam::scene::check::{Checked, scene_files};
-use ivcam::scene::model::{Camera, Light, LightShape, Model, ModelOptions, Place, Sampling};
+use ivcam::scene::model::{SceneCamera, SceneLight, LightShape, Model, ModelOptions, Place, Sampling};
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::{Allowance, Budget, WorkLimit};
 use ivcam_inventor::events::SnapshotOptions;
@@ -333,7 +333,7 @@ fn add_place(record: &Bound<'_, PyDict>, place: &Place) -> PyResult<()> {
     record.set_item("line", place.line())
 }
 
-fn camera_record<'py>(py: Python<'py>, camera: &Camera) -> PyResult<Bound<'py, PyDict>> {
+fn camera_record<'py>(py: Python<'py>, camera: &SceneCamera) -> PyResult<Bound<'py, PyDict>> {
     let pose = &camera.pose;
     let record = PyDict::new(py);
     record.set_item("class", &camera.place.class)?;
@@ -353,7 +353,7 @@ fn camera_record<'py>(py: Python<'py>, camera: &Camera) -> PyResult<Bound<'py, P
     Ok(record)
 }
 
-fn light_record<'py>(py: Python<'py>, light: &Light) -> PyResult<Bound<'py, PyDict>> {
+fn light_record<'py>(py: Python<'py>, light: &SceneLight) -> PyResult<Bound<'py, PyDict>> {
     let record = PyDict::new(py);
     record.set_item("class", &light.place.class)?;
     record.set_item("name", &light.name)?;

@@ -1,7 +1,7 @@
 //! Conversion of colors from a screen's values to linear light.
 
 use ivcam_render::scene::ColorCoding;
-use ivcam_render::scene::model::{Light, LightShape};
+use ivcam_render::scene::model::{LightShape, SceneLight};
 
 /// Returns the linear light of a value from 0 to 1, by the curve of sRGB (IEC 61966-2-1). Values
 /// outside continue the curve's ends.
@@ -11,7 +11,7 @@ pub(super) fn linear(value: f32) -> f32 {
 
 /// Returns the illuminance of a light at a distance in meters: π if it lights white to white.
 /// Levels are limited to 0 … 1e12, because the linear light of larger ones exceeds 32-bit numbers.
-pub(super) fn illuminance(light: &Light, distance: f64) -> f64 {
+pub(super) fn illuminance(light: &SceneLight, distance: f64) -> f64 {
     let illuminance = match (light.linear, light.shape) {
         (true, LightShape::Directional) => f64::from(light.intensity),
         (true, _) => f64::from(light.intensity) / (distance * distance),

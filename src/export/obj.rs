@@ -7,7 +7,7 @@ use std::fmt::Write;
 
 use glam::{Affine2, DVec3, Vec3};
 use ivcam_base::work::until_stopped;
-use ivcam_render::scene::model::{Material, Mesh, Model, Node, Part, Primitives};
+use ivcam_render::scene::model::{Material, Mesh, Model, Part, Primitives, SceneNode};
 
 use super::appearance::{Appearance, texture_point};
 use super::names::{Names, on_one_line, picture_name};
@@ -62,7 +62,7 @@ pub(super) fn write(model: &Model, stem: &str) -> (Vec<u8>, Vec<(String, Vec<u8>
 fn write_part(
     out: &mut String,
     model: &Model,
-    (node, part): (&Node, Part),
+    (node, part): (&SceneNode, Part),
     keeps_colors: bool,
     next: &mut Next,
 ) {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use ivcam_base::diag::Result;
 use ivcam_inventor::iv::{Document, Format, Limits, Loader, NoFiles};
 use ivcam_optics::film::Resolution;
-use ivcam_render::geometry::Mesh;
+use ivcam_render::geometry::TriangleMesh;
 use ivcam_render::geometry::text::{
     Face, Fonts, Justify, SolidParts, TextOutput, TextStyle, ascii_text, pixel_text, text3,
 };
@@ -87,7 +87,7 @@ pub(super) fn font(bytes: &[u8]) {
             complexity: 0.5,
         };
         let text = ["Rays & é", "ffi"];
-        let mut check = |mesh: &Mesh| {
+        let mut check = |mesh: &TriangleMesh| {
             let is_finite = mesh.positions.iter().all(|p| p.is_finite());
             assert!(is_finite, "a corner is NaN");
         };

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 use ivcam_inventor::pose::{Projection, ViewportMapping};
-use ivcam_render::scene::model::{self, Feature, Light, LightShape};
+use ivcam_render::scene::model::{self, Feature, LightShape, SceneLight};
 use serde_json::{Value, json};
 
 use super::schema::{Camera, Orthographic, Perspective};
@@ -39,7 +39,7 @@ impl LightBounds {
 }
 
 /// Returns the entry of a light, and adds what it cannot say.
-pub(super) fn light(light: &Light, around: LightBounds, losses: &mut Losses) -> Value {
+pub(super) fn light(light: &SceneLight, around: LightBounds, losses: &mut Losses) -> Value {
     let linear = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
     let name = &light.name;
     if light.shape == LightShape::Directional {
@@ -83,7 +83,7 @@ pub(super) fn light(light: &Light, around: LightBounds, losses: &mut Losses) -> 
 
 /// Returns the entry of a camera. Its clipping planes enclose the scene, because Inventor's viewers
 /// choose them so, whatever the file says.
-pub(super) fn camera(camera: &model::Camera, around: LightBounds) -> Camera {
+pub(super) fn camera(camera: &model::SceneCamera, around: LightBounds) -> Camera {
     let pose = &camera.pose;
     let depth = (around.center - pose.position).dot(pose.direction());
     let zfar = (depth + 1.01 * around.radius).max(2.0 * around.radius);

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::pose::Projection;
-use ivcam_render::scene::model::{Camera, Model};
+use ivcam_render::scene::model::{Model, SceneCamera};
 
 use super::write::Viewing;
 use crate::export::nodes::{NodeBuilder, rotation, vec3};
@@ -43,7 +43,7 @@ pub(super) fn cameras(
 }
 
 /// Whether a camera of the model is the one that is bound first.
-fn is_first(camera: &Camera, model: &Model, viewing: &Viewing) -> bool {
+fn is_first(camera: &SceneCamera, model: &Model, viewing: &Viewing) -> bool {
     viewing.camera.as_ref().is_some_and(|bound| {
         let position = bound.position - model.offset;
         camera.pose.position == position && camera.pose.orientation == bound.orientation
@@ -51,7 +51,7 @@ fn is_first(camera: &Camera, model: &Model, viewing: &Viewing) -> bool {
 }
 
 /// Returns the node of a camera. Its clipping planes enclose the scene.
-fn node(camera: &Camera, (center, radius): Sphere, nodes: &mut NodeBuilder) -> NodeId {
+fn node(camera: &SceneCamera, (center, radius): Sphere, nodes: &mut NodeBuilder) -> NodeId {
     let pose = &camera.pose;
     let depth = (center - pose.position).dot(pose.direction());
     let far = (depth + 1.01 * radius).max(2.0 * radius);

@@ -2,7 +2,7 @@
 
 use glam::{DVec3, Vec3};
 use ivcam_inventor::grammar::value::{NodeId, Value};
-use ivcam_render::scene::model::{Feature, Light, LightShape, Model};
+use ivcam_render::scene::model::{Feature, LightShape, Model, SceneLight};
 
 use crate::export::losses::Losses;
 use crate::export::nodes::{NodeBuilder, vec3};
@@ -37,7 +37,7 @@ impl<'w> LightWriter<'w> {
     }
 
     /// Returns the node of a light, after an `Environment` if the attenuation changes.
-    pub(super) fn light(&mut self, light: &Light) -> Vec<NodeId> {
+    pub(super) fn light(&mut self, light: &SceneLight) -> Vec<NodeId> {
         self.report(light);
         let mut made = Vec::new();
         if light.shape != LightShape::Directional {
@@ -79,7 +79,7 @@ impl<'w> LightWriter<'w> {
     }
 
     /// Adds what a light loses.
-    fn report(&mut self, light: &Light) {
+    fn report(&mut self, light: &SceneLight) {
         let mut lost = |code: &str, text: &str| {
             self.losses.add(code, text, light.place.clone(), 1);
         };
@@ -127,7 +127,7 @@ pub(super) fn ambient_fields(model: &Model) -> Vec<(&'static str, Value)> {
 }
 
 /// Whether a part of a box is beyond a light's radius.
-fn ends_within(light: &Light, (min, max): (DVec3, DVec3)) -> bool {
+fn ends_within(light: &SceneLight, (min, max): (DVec3, DVec3)) -> bool {
     let farthest = (light.position - min)
         .abs()
         .max((light.position - max).abs());
@@ -136,14 +136,14 @@ fn ends_within(light: &Light, (min, max): (DVec3, DVec3)) -> bool {
 
 /// Whether Inventor's attenuation makes a light brighter than its intensity, where VRML97's divisor
 /// is at least 1. Only lights of VRML97 have a finite radius.
-fn exceeds_full(light: &Light) -> bool {
+fn exceeds_full(light: &SceneLight) -> bool {
     let a = light.attenuation;
     light.radius.is_finite() && a.z < 1.0 && (a.x != 0.0 || a.y != 0.0)
 }
 
 /// Returns the attenuation in the order of `Environment`. A divisor that is constant in VRML97 is
 /// at least 1.
-fn attenuation(light: &Light) -> Vec3 {
+fn attenuation(light: &SceneLight) -> Vec3 {
     let a = light.attenuation;
     match a.x == 0.0 && a.y == 0.0 && light.radius.is_finite() {
         true => CONSTANT * a.z.max(1.0),

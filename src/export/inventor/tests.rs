@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{Affine2, DVec3, Vec3};
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
 use ivcam_render::scene::model::{
-    Camera, Light, LightShape, Material, Mesh, Model, ModelOptions, Primitives,
+    LightShape, Material, Mesh, Model, ModelOptions, Primitives, SceneCamera, SceneLight,
 };
 
 use crate::export::{Conversion, ExportOptions, Target, convert};
@@ -61,7 +61,7 @@ fn numbers(material: &Material) -> Vec<f32> {
 }
 
 /// The numbers of a light.
-fn light_numbers(light: &Light) -> Vec<f32> {
+fn light_numbers(light: &SceneLight) -> Vec<f32> {
     let mut numbers = light.color.to_array().to_vec();
     numbers.push(light.intensity);
     numbers.extend(light.attenuation.to_array());
@@ -78,7 +78,7 @@ fn light_numbers(light: &Light) -> Vec<f32> {
     numbers
 }
 
-fn camera_numbers(camera: &Camera) -> Vec<f32> {
+fn camera_numbers(camera: &SceneCamera) -> Vec<f32> {
     let pose = &camera.pose;
     let mut numbers = pose.position.as_vec3().to_array().to_vec();
     numbers.extend(pose.direction().as_vec3().to_array());

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use glam::DAffine3;
 use ivcam_inventor::grammar::normal_binding;
 use ivcam_inventor::grammar::value::{NodeId, Value};
-use ivcam_render::scene::model::{Mesh, Model, Node, Part, Primitives};
+use ivcam_render::scene::model::{Mesh, Model, Part, Primitives, SceneNode};
 
 use super::look::Looks;
 use crate::export::nodes::{NodeBuilder, indices, transform_fields};
@@ -67,7 +67,7 @@ impl TreeWriter<'_, '_> {
 
     /// Returns the nodes of a node of the model, in a separator with its name and matrix if it
     /// needs one.
-    fn grouped(&mut self, node: &Node, own: Vec<NodeId>) -> Vec<NodeId> {
+    fn grouped(&mut self, node: &SceneNode, own: Vec<NodeId>) -> Vec<NodeId> {
         let name = node.place.name.as_deref();
         let moves = !node.local.abs_diff_eq(DAffine3::IDENTITY, STILL);
         if own.is_empty() || name.is_none() && !moves && own.len() < UNGROUPED {

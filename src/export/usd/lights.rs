@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 use ivcam_inventor::pose::Projection;
-use ivcam_render::scene::model::{self, Feature, Light, LightShape, Motion, Pose};
+use ivcam_render::scene::model::{self, Feature, LightShape, Motion, Pose, SceneLight};
 
 use super::text::{UsdText, matrix, tuple};
 use crate::export::color::{illuminance, linear3};
@@ -45,7 +45,7 @@ fn samples(motion: &Motion, poses: Option<&Vec<Pose>>) -> Vec<(f64, DAffine3)> {
 /// that of the scene and `size` its size.
 pub(super) fn light(
     out: &mut UsdText,
-    (name, light, number): (&str, &Light, usize),
+    (name, light, number): (&str, &SceneLight, usize),
     motion: &Motion,
     (center, size): (DVec3, f64),
     losses: &mut Losses,
@@ -110,7 +110,7 @@ pub(super) fn light(
 /// Writes a camera, with clipping planes around the scene.
 pub(super) fn camera(
     out: &mut UsdText,
-    (name, camera, number): (&str, &model::Camera, usize),
+    (name, camera, number): (&str, &model::SceneCamera, usize),
     motion: &Motion,
     (center, size): (DVec3, f64),
 ) {

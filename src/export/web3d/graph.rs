@@ -9,7 +9,8 @@ use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{
-    Camera, Feature, Image, Light, LightShape, Material, Mesh, Model, Part, Place, Primitives,
+    Feature, Image, LightShape, Material, Mesh, Model, Part, Place, Primitives, SceneCamera,
+    SceneLight,
 };
 
 use crate::export::appearance::Appearance;
@@ -164,7 +165,7 @@ impl GraphBuilder<'_> {
         (level > 0.0).then(|| self.node("DirectionalLight", fields))
     }
 
-    fn viewpoint(&mut self, camera: &Camera) -> NodeId {
+    fn viewpoint(&mut self, camera: &SceneCamera) -> NodeId {
         let pose = &camera.pose;
         let angle = match pose.projection {
             Projection::Perspective { height_angle } => height_angle,
@@ -189,7 +190,7 @@ impl GraphBuilder<'_> {
         id
     }
 
-    fn light(&mut self, light: &Light) -> NodeId {
+    fn light(&mut self, light: &SceneLight) -> NodeId {
         let radius = match light.radius.is_finite() {
             true => light.radius,
             false => FAR,

@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use super::mesh::{Mesh, QUAD_CORNERS};
+use super::mesh::{QUAD_CORNERS, TriangleMesh};
 
 /// The fields of an `ElevationGrid`, with the values of the nodes in them.
 #[derive(Clone, Copy, Debug)]
@@ -51,11 +51,11 @@ impl ElevationGrid<'_> {
 ///
 /// # Errors
 /// Returns a sentence if there are too few heights, or if a point is not finite.
-pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
+pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<TriangleMesh, String> {
     let dimension = |d: i32| usize::try_from(d).unwrap_or(0);
     let (nx, nz) = (dimension(node.x_dimension), dimension(node.z_dimension));
     if nx < 2 || nz < 2 {
-        return Ok(Mesh::default());
+        return Ok(TriangleMesh::default());
     }
     let needed = nx.checked_mul(nz).filter(|&n| n <= node.height.len());
     let Some(needed) = needed else {
@@ -82,7 +82,7 @@ pub(crate) fn elevation_grid(node: &ElevationGrid<'_>) -> Result<Mesh, String> {
 }
 
 /// Makes the mesh of a grid of points.
-fn mesh_of(patch: &GridPatch, node: &ElevationGrid<'_>) -> Mesh {
+fn mesh_of(patch: &GridPatch, node: &ElevationGrid<'_>) -> TriangleMesh {
     let nx = patch.columns;
     let nz = patch.rows();
     let normals = patch.normals();
@@ -91,7 +91,7 @@ fn mesh_of(patch: &GridPatch, node: &ElevationGrid<'_>) -> Mesh {
     ));
     // In the order of `QUAD_CORNERS` the normals of the quadrilaterals point down.
     let up = if node.ccw { -1.0 } else { 1.0 };
-    let mut mesh = Mesh::default();
+    let mut mesh = TriangleMesh::default();
     for z in 0..nz - 1 {
         for x in 0..nx - 1 {
             let quad = z * (nx - 1) + x;
@@ -266,6 +266,9 @@ mod tests {
     fn wrong_values_are_errors_or_draw_nothing() {
         assert!(elevation_grid(&grid(&[0.0; 3], i32::MAX, i32::MAX)).is_err());
         assert!(elevation_grid(&grid(&[f32::NAN; 4], 2, 2)).is_err());
-        assert_eq!(elevation_grid(&grid(&[], -1, 5)).unwrap(), Mesh::default());
+        assert_eq!(
+            elevation_grid(&grid(&[], -1, 5)).unwrap(),
+            TriangleMesh::default()
+        );
     }
 }

@@ -8,7 +8,7 @@
 use earcut::Earcut;
 use glam::{DQuat, DVec3, Vec2, Vec3};
 
-use super::mesh::{Mesh, QUAD_CORNERS};
+use super::mesh::{QUAD_CORNERS, TriangleMesh};
 use super::normals::{Faces, face_normal, merge_equal, unit};
 
 /// The largest number of quadrilaterals of one extrusion, which bounds its memory.
@@ -56,14 +56,14 @@ impl Extrusion<'_> {
 /// # Errors
 /// Returns a sentence if there are more than [`MAX_QUADS`] quadrilaterals, or if a point is not
 /// finite.
-pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
+pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<TriangleMesh, String> {
     let Extrusion {
         cross_section: cross,
         spine,
         ..
     } = *node;
     if cross.is_empty() || spine.len() < 2 {
-        return Ok(Mesh::default());
+        return Ok(TriangleMesh::default());
     }
     if (cross.len() - 1).saturating_mul(spine.len() - 1) > MAX_QUADS {
         return Err(format!(
@@ -119,7 +119,7 @@ pub(crate) fn extrusion(node: &Extrusion<'_>) -> Result<Mesh, String> {
 /// A mesh under construction, whose faces do not share vertices.
 #[derive(Default)]
 struct FacetedMesh {
-    mesh: Mesh,
+    mesh: TriangleMesh,
     normals: Vec<Vec3>,
     /// The face of each corner.
     faces: Vec<u32>,
@@ -154,7 +154,7 @@ impl FacetedMesh {
     }
 
     /// Smooths the normals by the crease angle. Caps are smoothed like all other faces (Coin).
-    fn smoothed(mut self, crease_angle: f32) -> Mesh {
+    fn smoothed(mut self, crease_angle: f32) -> TriangleMesh {
         if crease_angle > 0.0 {
             let vertices = merge_equal(self.mesh.positions.iter().copied());
             let faces = Faces {
@@ -191,7 +191,7 @@ fn along<T: Copy>(line: &[T], point: impl Fn(T) -> Vec3) -> Vec<f32> {
 }
 
 /// Reverses the sides of all triangles.
-fn turn_over(mesh: &mut Mesh) {
+fn turn_over(mesh: &mut TriangleMesh) {
     mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     mesh.normals.iter_mut().for_each(|n| *n = -*n);
 }
@@ -391,7 +391,7 @@ mod tests {
         }
     }
 
-    fn faces_its_normals(mesh: &Mesh) -> bool {
+    fn faces_its_normals(mesh: &TriangleMesh) -> bool {
         mesh.triangles.iter().all(|t| {
             let [a, b, c] = t.map(|i| mesh.positions[i as usize]);
             (b - a).cross(c - a).dot(mesh.normals[t[0] as usize]) > 0.0
@@ -454,7 +454,7 @@ mod tests {
         has_corners(&mesh, &expected);
     }
 
-    fn has_corners(mesh: &Mesh, expected: &[(f32, f32, f32)]) {
+    fn has_corners(mesh: &TriangleMesh, expected: &[(f32, f32, f32)]) {
         for corner in expected {
             let corner = Vec3::from(*corner);
             let distances = mesh.positions.iter().map(|p| p.distance(corner));
@@ -532,7 +532,7 @@ mod tests {
         assert!(extrusion(&plain(&SQUARE, &[Vec3::NAN, Vec3::Y])).is_err());
         assert_eq!(
             extrusion(&plain(&[], &[Vec3::ZERO, Vec3::Y])).unwrap(),
-            Mesh::default()
+            TriangleMesh::default()
         );
         for spine in [
             vec![Vec3::ZERO; 4],

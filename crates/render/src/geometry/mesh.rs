@@ -5,7 +5,7 @@ use glam::{Vec2, Vec3};
 /// Triangles over shared vertices. `positions`, `normals` and `texcoords` have one entry for each
 /// vertex. Front faces are counterclockwise.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Mesh {
+pub struct TriangleMesh {
     /// The vertices' positions.
     pub positions: Vec<Vec3>,
     /// The vertices' normals, of length 1 or 0.
@@ -20,7 +20,7 @@ pub struct Mesh {
     pub colors: Vec<u32>,
 }
 
-impl Mesh {
+impl TriangleMesh {
     /// Adds a vertex and returns its index.
     pub(crate) fn vertex(&mut self, position: Vec3, normal: Vec3, texcoord: Vec2) -> u32 {
         let index = self.positions.len() as u32;
@@ -89,7 +89,7 @@ impl Mesh {
 pub(super) const QUAD_CORNERS: [(usize, usize); 4] = [(0, 0), (1, 0), (1, 1), (0, 1)];
 
 #[cfg(test)]
-impl Mesh {
+impl TriangleMesh {
     /// The signed volume by the divergence theorem, positive if a closed mesh faces outward.
     pub(crate) fn volume(&self) -> f64 {
         let p = |i: u32| self.positions[i as usize].as_dvec3();

@@ -27,7 +27,7 @@ pub(crate) use elevation_grid::{ElevationGrid, elevation_grid};
 pub(crate) use extrusion::{Extrusion, extrusion};
 pub(crate) use facets::{Fineness, facets};
 pub(crate) use markers::{MarkerBitmap, marker_bitmap};
-pub use mesh::Mesh;
+pub use mesh::TriangleMesh;
 pub(crate) use quadric::{Quadric, QuadricKind};
 pub(crate) use stroke::{Stroke, StrokeView, piece_counts};
 pub(crate) use tessellate::cut_polygon;

@@ -119,9 +119,9 @@ pub(super) fn even_weights([x, y]: [f32; 2]) -> [f32; 2] {
 }
 
 /// A corner by its bits, so that equal corners are one.
-type Corner = [u32; 3];
+type CornerBits = [u32; 3];
 
-fn corner(p: Vec3) -> Corner {
+fn corner(p: Vec3) -> CornerBits {
     p.to_array().map(|x| (x + 0.0).to_bits())
 }
 

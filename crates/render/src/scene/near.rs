@@ -10,7 +10,7 @@ use super::census::Census;
 use super::placement::Placement;
 use super::shapes;
 use crate::geometry::text::MissingCharacters;
-use crate::geometry::{Corner, Fineness, Mesh, QuadricKind};
+use crate::geometry::{Corner, Fineness, QuadricKind, TriangleMesh};
 
 /// Returns whether a face of a shape is within a distance in meters of a point of the world.
 pub(super) fn is_near<'a>(
@@ -73,7 +73,7 @@ impl Canvas for NearCanvas {
 
     fn outline(&mut self, _corners: &[Corner]) {}
 
-    fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
+    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
         if mesh.is_sound() {
             draw_mesh(self, mesh, materials);
         }

@@ -14,7 +14,7 @@ use super::options::CompileOptions;
 use super::placement::Placement;
 use super::shapes;
 use crate::geometry::text::MissingCharacters;
-use crate::geometry::{Corner, Mesh, Quadric, QuadricKind};
+use crate::geometry::{Corner, Quadric, QuadricKind, TriangleMesh};
 
 /// Intersects rays with shapes as they are drawn with some options.
 #[derive(Clone, Debug)]
@@ -152,7 +152,7 @@ impl Canvas for PickCanvas {
 
     fn outline(&mut self, _corners: &[Corner]) {}
 
-    fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
+    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
         if mesh.is_sound() {
             draw_mesh(self, mesh, materials);
         }

@@ -512,7 +512,7 @@ impl PointLanes {
         });
         self.lit.rays.mask = facing & lanes;
         if let Some((least, exponent)) = light.spot() {
-            self.lit.rays.mask &= dispatch(Cone {
+            self.lit.rays.mask &= dispatch(SpotCone {
                 direction: light.direction,
                 least,
                 exponent,
@@ -610,7 +610,7 @@ impl SimdKernel for Glow<'_> {
 }
 
 /// Applies the cone of a spot light: [`Light::cone`] in lanes.
-struct Cone<'a> {
+struct SpotCone<'a> {
     direction: Vec3,
     /// The cosine of the angle between the axis and the cone's edge.
     least: f32,
@@ -618,7 +618,7 @@ struct Cone<'a> {
     lit: &'a mut LightLanes,
 }
 
-impl SimdKernel for Cone<'_> {
+impl SimdKernel for SpotCone<'_> {
     /// A bit mask of the points inside the cone.
     type Output = u32;
 

@@ -5,7 +5,7 @@ use glam::{DVec3, DVec4};
 use super::basis::{Basis, BasisFunctions};
 use super::bezier::BezierSpan;
 use super::control::{MAX_CELLS, at_infinity, bend, check_points, pieces, project, size_of};
-use super::detail::{Detail, Net, Tolerance, has_positive_weights, is_quick};
+use super::detail::{ChordalTolerance, Detail, Net, has_positive_weights, is_quick};
 
 /// A curve in space or, with z = 0, in the parameter plane of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -60,7 +60,11 @@ impl Curve {
 
     /// Returns the parameters that cut the curve within a tolerance, or within the part of it that
     /// `eighths` states. Returns `None` if some weight is not positive.
-    pub(super) fn cuts_within(&self, tolerance: &Tolerance<'_>, eighths: f64) -> Option<Vec<f64>> {
+    pub(super) fn cuts_within(
+        &self,
+        tolerance: &ChordalTolerance<'_>,
+        eighths: f64,
+    ) -> Option<Vec<f64>> {
         if !has_positive_weights(&self.points) || !is_quick(&self.basis, None) {
             return None;
         }

@@ -25,19 +25,19 @@ pub(crate) struct Detail<'a> {
     pub complexity: f32,
     /// The distance that is allowed from the curve or surface. If there is none, or if some weight
     /// is not positive, the complexity decides.
-    pub tolerance: Option<Tolerance<'a>>,
+    pub tolerance: Option<ChordalTolerance<'a>>,
 }
 
 /// The largest distance of a mesh from its surface in world space.
 #[derive(Clone, Copy)]
-pub(crate) struct Tolerance<'a> {
+pub(crate) struct ChordalTolerance<'a> {
     /// The matrix from object space to world space.
     pub world_from_object: DAffine3,
     /// Returns the largest distance for what is inside a box.
     pub distance: &'a dyn Fn((DVec3, DVec3)) -> f64,
 }
 
-impl Tolerance<'_> {
+impl ChordalTolerance<'_> {
     /// Returns a control point in world space.
     pub(super) fn place(&self, p: DVec4) -> DVec4 {
         let affine = &self.world_from_object;
@@ -64,7 +64,7 @@ impl Net<'_> {
     /// tolerance. `eighths` is eight times the part of the distance for cuts in this direction.
     ///
     /// Two edges with equal control points have equal cuts.
-    pub(super) fn cuts(&self, tolerance: &Tolerance<'_>, eighths: f64) -> Vec<f64> {
+    pub(super) fn cuts(&self, tolerance: &ChordalTolerance<'_>, eighths: f64) -> Vec<f64> {
         let most = (MOST_HALVES / self.along.len().max(1)).max(1).ilog2();
         let pieces = |patch: &BezierPatch, depth: u32| {
             let bounds = patch.bounds();
@@ -87,7 +87,7 @@ impl Net<'_> {
 
     /// Returns how many tolerances a point of the surface moves at most, per unit of the
     /// parameters.
-    pub(super) fn speed(&self, tolerance: &Tolerance<'_>) -> [f64; 2] {
+    pub(super) fn speed(&self, tolerance: &ChordalTolerance<'_>) -> [f64; 2] {
         let pairs = self
             .along
             .iter()

@@ -2,8 +2,8 @@
 
 use glam::{DAffine3, DMat3, DVec2, DVec3, DVec4, Vec3};
 
-use super::{Curve, Detail, Surface, Tolerance, trim_curve};
-use crate::geometry::mesh::Mesh;
+use super::{ChordalTolerance, Curve, Detail, NurbsSurface, trim_curve};
+use crate::geometry::mesh::TriangleMesh;
 
 const QUADRATIC: [f32; 6] = [0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
 const CUBIC: [f32; 8] = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0];
@@ -11,14 +11,14 @@ const LINEAR: [f32; 4] = [0.0, 0.0, 1.0, 1.0];
 /// The knots of eight control points of order 4.
 const FIVE_SPANS: [f32; 12] = [0.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 5.0, 5.0, 5.0];
 
-fn surface(columns: usize, knots: [&[f32]; 2], points: &[[f64; 4]]) -> Surface {
+fn surface(columns: usize, knots: [&[f32]; 2], points: &[[f64; 4]]) -> NurbsSurface {
     let points: Vec<DVec4> = points.iter().map(|&p| DVec4::from(p)).collect();
     let rows = points.len() / columns;
-    Surface::new(columns, rows, knots[0], knots[1], points).unwrap()
+    NurbsSurface::new(columns, rows, knots[0], knots[1], points).unwrap()
 }
 
 /// An eighth of the unit sphere, whose weights `steepness` changes without changing its shape.
-fn octant(steepness: f64) -> Surface {
+fn octant(steepness: f64) -> NurbsSurface {
     let h = steepness * 0.5_f64.sqrt();
     let end = steepness * steepness;
     let arc = [(1.0, 0.0, 1.0), (1.0, 1.0, h), (0.0, 1.0, end)];
@@ -28,7 +28,7 @@ fn octant(steepness: f64) -> Surface {
 }
 
 /// A surface of order 4 over control points at whole places.
-fn wave(columns: usize, knots: [&[f32]; 2], height: impl Fn(f64, f64) -> f64) -> Surface {
+fn wave(columns: usize, knots: [&[f32]; 2], height: impl Fn(f64, f64) -> f64) -> NurbsSurface {
     let rows = knots[1].len() - 4;
     let point = |k: usize| {
         let (x, y) = ((k % columns) as f64, (k / columns) as f64);
@@ -38,14 +38,14 @@ fn wave(columns: usize, knots: [&[f32]; 2], height: impl Fn(f64, f64) -> f64) ->
     surface(columns, knots, &points)
 }
 
-fn waves() -> Surface {
+fn waves() -> NurbsSurface {
     wave(8, [&FIVE_SPANS, &FIVE_SPANS], |x, y| {
         (1.3 * x).sin() * (1.7 * y).cos()
     })
 }
 
 /// Waves over knots that are not repeated at the ends.
-fn open_waves() -> Surface {
+fn open_waves() -> NurbsSurface {
     let knots: Vec<f32> = (0..12).map(|i| i as f32).collect();
     wave(8, [&knots, &FIVE_SPANS], |x, y| {
         (1.3 * x).sin() * (1.7 * y).cos()
@@ -53,7 +53,7 @@ fn open_waves() -> Surface {
 }
 
 /// A bilinear patch with two corners up and two down.
-fn saddle() -> Surface {
+fn saddle() -> NurbsSurface {
     let corners = [
         [0.0, 0.0, 0.0, 1.0],
         [1.0, 0.0, 1.0, 1.0],
@@ -63,7 +63,7 @@ fn saddle() -> Surface {
     surface(2, [&LINEAR, &LINEAR], &corners)
 }
 
-fn cylinder() -> Surface {
+fn cylinder() -> NurbsSurface {
     let h = 0.5_f64.sqrt();
     let ring = |z: f64| [[1.0, 0.0, z, 1.0], [h, h, h * z, h], [0.0, 1.0, z, 1.0]];
     surface(
@@ -75,7 +75,7 @@ fn cylinder() -> Surface {
 
 /// Calls a function with the detail of one distance in object space.
 fn within<T>(distance: f64, make: impl FnOnce(&Detail<'_>) -> T) -> T {
-    let tolerance = Tolerance {
+    let tolerance = ChordalTolerance {
         world_from_object: DAffine3::IDENTITY,
         distance: &|_| distance,
     };
@@ -85,13 +85,13 @@ fn within<T>(distance: f64, make: impl FnOnce(&Detail<'_>) -> T) -> T {
     })
 }
 
-fn mesh_within(surface: &Surface, distance: f64) -> Mesh {
+fn mesh_within(surface: &NurbsSurface, distance: f64) -> TriangleMesh {
     within(distance, |detail| surface.tessellate(detail, &[], None)).unwrap()
 }
 
 /// Returns the largest distance of points of the triangles from the surface at the same parameters,
 /// which are the texture coordinates.
-fn largest_distance(surface: &Surface, mesh: &Mesh) -> f64 {
+fn largest_distance(surface: &NurbsSurface, mesh: &TriangleMesh) -> f64 {
     let (u, v) = (surface.u_domain(), surface.v_domain());
     let mut most = 0.0_f64;
     for triangle in &mesh.triangles {
@@ -170,7 +170,7 @@ fn a_curve_keeps_within_its_tolerance() {
 
 #[test]
 fn the_tolerance_is_one_of_world_space() {
-    let scaled = Tolerance {
+    let scaled = ChordalTolerance {
         world_from_object: DAffine3::from_mat3(DMat3::from_diagonal(DVec3::new(3.0, 3.0, 3.0))),
         distance: &|_| 0.03,
     };
@@ -184,7 +184,7 @@ fn the_tolerance_is_one_of_world_space() {
 }
 
 /// Returns the distance of a point from the nearest of some triangles' edges.
-fn distance_from_edges(point: Vec3, mesh: &Mesh) -> f32 {
+fn distance_from_edges(point: Vec3, mesh: &TriangleMesh) -> f32 {
     let edges = mesh
         .triangles
         .iter()
@@ -198,7 +198,7 @@ fn distance_from_edges(point: Vec3, mesh: &Mesh) -> f32 {
 }
 
 /// Checks that the vertices of each mesh at x = 7 are on the edges of the other mesh.
-fn assert_joined(meshes: [&Mesh; 2]) {
+fn assert_joined(meshes: [&TriangleMesh; 2]) {
     for [a, b] in [meshes, [meshes[1], meshes[0]]] {
         let on_edge: Vec<Vec3> = a.positions.iter().copied().filter(|p| p.x == 7.0).collect();
         assert!(on_edge.len() > 8);
@@ -217,7 +217,7 @@ fn no_gap_opens_between_neighbors_that_are_cut_differently() {
     });
     let smooth = wave(8, [&FIVE_SPANS, &FIVE_SPANS], |x, y| edge(y) + 0.1 * x);
     // The smooth neighbor begins at x = 7.
-    let beside = |mesh: &mut Mesh| mesh.positions.iter_mut().for_each(|p| p.x += 7.0);
+    let beside = |mesh: &mut TriangleMesh| mesh.positions.iter_mut().for_each(|p| p.x += 7.0);
     for tolerance in [0.3, 0.1] {
         let first = mesh_within(&rough, tolerance);
         let mut second = mesh_within(&smooth, tolerance);
@@ -339,7 +339,7 @@ proptest::proptest! {
         });
         let loops = [[(-1.0, -1.0), (2.0, 0.0), (1.0, 3.0)].map(DVec2::from).to_vec()];
         let trims = if trimmed { &loops[..] } else { &[] };
-        let made = Surface::new(4, 4, &u_knots, &v_knots, points.collect())
+        let made = NurbsSurface::new(4, 4, &u_knots, &v_knots, points.collect())
             .and_then(|s| within(1.0, |detail| s.tessellate(detail, trims, None)));
         match made {
             Ok(mesh) => proptest::prop_assert!(mesh.is_sound()),

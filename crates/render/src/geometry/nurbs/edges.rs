@@ -6,8 +6,8 @@
 use glam::DVec3;
 
 use super::curve::Curve;
-use super::detail::Tolerance;
-use super::surface::Surface;
+use super::detail::ChordalTolerance;
+use super::surface::NurbsSurface;
 
 /// A polyline with a parameter at each of its points.
 struct Polyline {
@@ -18,7 +18,7 @@ struct Polyline {
 impl Polyline {
     /// Returns the polyline of a curve within half a tolerance, or `None` if the curve cannot be
     /// cut.
-    fn of(curve: &Curve, tolerance: &Tolerance<'_>) -> Option<Self> {
+    fn of(curve: &Curve, tolerance: &ChordalTolerance<'_>) -> Option<Self> {
         let cuts = curve.cuts_within(tolerance, 4.0)?;
         let points: Option<Vec<DVec3>> = cuts.iter().map(|&t| curve.point(t)).collect();
         points.map(|points| Self { cuts, points })
@@ -46,8 +46,8 @@ pub(super) struct Edges {
 impl Edges {
     /// Cuts the edges of a surface within half a tolerance. Returns `None` if some point of them
     /// is at infinity.
-    pub(super) fn of(surface: &Surface, tolerance: &Tolerance<'_>) -> Option<Self> {
-        let pair = |surface: &Surface| -> Option<[Polyline; 2]> {
+    pub(super) fn of(surface: &NurbsSurface, tolerance: &ChordalTolerance<'_>) -> Option<Self> {
+        let pair = |surface: &NurbsSurface| -> Option<[Polyline; 2]> {
             let (low, high) = surface.v_domain();
             let edge = |v| Polyline::of(&surface.curve_at(v), tolerance);
             Some([edge(low)?, edge(high)?])

@@ -6,12 +6,12 @@ use super::basis::BasisFunctions;
 use super::control::{MAX_CELLS, at_infinity};
 use super::detail::Detail;
 use super::edges::Edges;
-use super::surface::{Surface, SurfacePoint};
+use super::surface::{NurbsSurface, SurfacePoint};
 use super::surface_cuts::merged;
 use super::trim::{fill, slice};
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh::TriangleMesh;
 
-impl Surface {
+impl NurbsSurface {
     /// Returns the triangles of the surface, or of the part that its trimming loops keep.
     ///
     /// Loops are polylines of parameters. The last point is joined to the first. As in OpenGL the
@@ -28,7 +28,7 @@ impl Surface {
         detail: &Detail<'_>,
         trims: &[Vec<DVec2>],
         texture: Option<&Self>,
-    ) -> Result<Mesh, String> {
+    ) -> Result<TriangleMesh, String> {
         let (mut us, mut vs, edges) = self.cuts(detail);
         if let Some(map) = texture.filter(|_| edges.is_some()) {
             // The picture on a flat surface may bend.
@@ -48,7 +48,7 @@ impl Surface {
             surface: self,
             texture,
             edges,
-            mesh: Mesh::default(),
+            mesh: TriangleMesh::default(),
         };
         if trims.is_empty() {
             mesher.whole(&us, &vs)?;
@@ -64,11 +64,11 @@ type GridLine = Vec<(f64, u32)>;
 
 /// A surface being cut into triangles.
 struct SurfaceMesher<'a> {
-    surface: &'a Surface,
-    texture: Option<&'a Surface>,
+    surface: &'a NurbsSurface,
+    texture: Option<&'a NurbsSurface>,
     /// The edges that the vertices on them are moved to.
     edges: Option<Edges>,
-    mesh: Mesh,
+    mesh: TriangleMesh,
 }
 
 impl SurfaceMesher<'_> {

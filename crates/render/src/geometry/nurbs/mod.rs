@@ -22,8 +22,8 @@ mod trim;
 
 pub(crate) use control::tolerance_in_pixels;
 pub(crate) use curve::Curve;
-pub(crate) use detail::{Detail, Tolerance};
-pub(crate) use surface::Surface;
+pub(crate) use detail::{ChordalTolerance, Detail};
+pub(crate) use surface::NurbsSurface;
 pub(crate) use trim::trim_curve;
 
 #[cfg(test)]

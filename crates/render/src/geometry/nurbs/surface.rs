@@ -8,7 +8,7 @@ use super::curve::Curve;
 
 /// A rational B-spline surface. Consecutive control points are neighbors along u, as in Inventor.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Surface {
+pub(crate) struct NurbsSurface {
     pub(super) u: Basis,
     pub(super) v: Basis,
     pub(super) points: Vec<DVec4>,
@@ -37,7 +37,7 @@ impl SurfacePoint {
         })
     }
 
-    /// Evaluates one point of a row (see [`Surface::row`]).
+    /// Evaluates one point of a row (see [`NurbsSurface::row`]).
     pub(super) fn on_row(row: &[(DVec4, DVec4)], fu: &BasisFunctions) -> Option<Self> {
         let (mut s, mut su, mut sv) = (DVec4::ZERO, DVec4::ZERO, DVec4::ZERO);
         for (i, (p, dp)) in row[fu.first..].iter().take(fu.value.len()).enumerate() {
@@ -49,7 +49,7 @@ impl SurfacePoint {
     }
 }
 
-impl Surface {
+impl NurbsSurface {
     /// Makes a surface from the first `u_count · v_count` points; further ones are ignored.
     ///
     /// # Errors

@@ -4,11 +4,11 @@ use glam::{DAffine3, DVec3};
 
 use super::bezier::BezierSpan;
 use super::control::MAX_CELLS;
-use super::detail::{Detail, Net, Tolerance, has_positive_weights, is_quick};
+use super::detail::{ChordalTolerance, Detail, Net, has_positive_weights, is_quick};
 use super::edges::Edges;
-use super::surface::Surface;
+use super::surface::NurbsSurface;
 
-impl Surface {
+impl NurbsSurface {
     /// Returns where the surface is cut along u and along v, and its edges if it is cut within a
     /// tolerance.
     pub(super) fn cuts(&self, detail: &Detail<'_>) -> (Vec<f64>, Vec<f64>, Option<Edges>) {
@@ -26,13 +26,13 @@ impl Surface {
     }
 
     /// Returns the cuts within a tolerance. It is increased as often as there are too many cells.
-    fn cuts_within(&self, tolerance: &Tolerance<'_>) -> Option<(Vec<f64>, Vec<f64>, Edges)> {
+    fn cuts_within(&self, tolerance: &ChordalTolerance<'_>) -> Option<(Vec<f64>, Vec<f64>, Edges)> {
         const MOST_INCREASES: i32 = 16;
         let (us, vs) = (BezierSpan::all(&self.u), BezierSpan::all(&self.v));
         let point = |i: usize, j: usize| tolerance.place(self.points[j * self.u.count + i]);
         (0..MOST_INCREASES).find_map(|k| {
             let distance = |corners| 4f64.powi(k) * (tolerance.distance)(corners);
-            let tolerance = Tolerance {
+            let tolerance = ChordalTolerance {
                 distance: &distance,
                 ..*tolerance
             };
@@ -62,7 +62,7 @@ impl Surface {
                 across: &BezierSpan::all(&self.v),
             };
             let [u, v] = net.speed(tolerance);
-            Tolerance {
+            ChordalTolerance {
                 world_from_object: DAffine3::from_scale(DVec3::new(u, v, 1.0)),
                 distance: &|_| 0.5,
             }

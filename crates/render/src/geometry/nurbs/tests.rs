@@ -34,7 +34,7 @@ fn a_rational_quadratic_is_a_circle_to_the_last_bits() {
 fn a_cylinders_normals_point_away_from_its_axis() {
     let mut points = quarter(0.0, 2.0).to_vec();
     points.extend(quarter(3.0, 2.0));
-    let cylinder = Surface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
+    let cylinder = NurbsSurface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
     let mesh = cylinder.tessellate(&by_complexity(0.5), &[], None).unwrap();
     assert!(mesh.is_sound());
     for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
@@ -58,7 +58,7 @@ fn a_sphere_has_correct_normals_at_its_pole() {
     for (r, z, w) in profile {
         points.extend(quarter(0.0, r).map(|p| DVec4::new(p.x * w, p.y * w, p.w * w * z, p.w * w)));
     }
-    let octant = Surface::new(3, 3, &QUADRATIC, &QUADRATIC, points).unwrap();
+    let octant = NurbsSurface::new(3, 3, &QUADRATIC, &QUADRATIC, points).unwrap();
     let mesh = octant.tessellate(&by_complexity(0.5), &[], None).unwrap();
     for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
         assert!((p.length() - 1.0).abs() < 1e-6);
@@ -81,7 +81,7 @@ fn a_uniform_spline_of_a_line_is_the_line() {
     }
 }
 
-fn square() -> Surface {
+fn square() -> NurbsSurface {
     let corner = |x, y| DVec4::new(x, y, 0.0, 1.0);
     let points = vec![
         corner(0.0, 0.0),
@@ -90,7 +90,7 @@ fn square() -> Surface {
         corner(3.0, 3.0),
     ];
     let knots = [0.0, 0.0, 1.0, 1.0];
-    Surface::new(2, 2, &knots, &knots, points).unwrap()
+    NurbsSurface::new(2, 2, &knots, &knots, points).unwrap()
 }
 
 fn ring(corners: [f64; 4]) -> Vec<DVec2> {
@@ -130,7 +130,7 @@ fn a_flat_patch_is_two_triangles() {
 fn a_round_trim_on_a_curved_surface_has_the_right_area() {
     let mut points = quarter(0.0, 1.0).to_vec();
     points.extend(quarter(1.0, 1.0));
-    let cylinder = Surface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
+    let cylinder = NurbsSurface::new(3, 2, &QUADRATIC, &[0.0, 0.0, 1.0, 1.0], points).unwrap();
     let half = vec![ring([0.0, 0.0, 0.5, 1.0])];
     let mesh = cylinder
         .tessellate(&by_complexity(0.5), &half, None)
@@ -149,7 +149,7 @@ fn texture_coordinates_may_be_a_surface_of_their_own() {
         corner(0.5, 2.0),
         corner(1.0, 2.0),
     ];
-    let map = Surface::new(2, 2, &[0.0, 0.0, 9.0, 9.0], &[0.0, 0.0, 9.0, 9.0], map).unwrap();
+    let map = NurbsSurface::new(2, 2, &[0.0, 0.0, 9.0, 9.0], &[0.0, 0.0, 9.0, 9.0], map).unwrap();
     let mesh = square()
         .tessellate(&by_complexity(0.5), &[], Some(&map))
         .unwrap();
@@ -190,7 +190,7 @@ fn curves_that_cannot_be_drawn_give_a_sentence() {
             .unwrap_err()
             .contains("infinity")
     );
-    let huge = Surface::new(usize::MAX, 2, &cubic, &cubic, p(1.0)).unwrap_err();
+    let huge = NurbsSurface::new(usize::MAX, 2, &cubic, &cubic, p(1.0)).unwrap_err();
     assert!(huge.contains("the surface needs"));
 }
 
@@ -214,7 +214,7 @@ proptest::proptest! {
         let points = points.iter().map(|p| DVec4::from(p.map(f64::from))).collect();
         let trims: Vec<Vec<DVec2>> =
             trims.into_iter().map(|l| l.into_iter().map(DVec2::from).collect()).collect();
-        let made = Surface::new(u, v, &u_knots, &v_knots, points)
+        let made = NurbsSurface::new(u, v, &u_knots, &v_knots, points)
             .and_then(|s| s.tessellate(&by_complexity(0.2), &trims, None));
         match made {
             Ok(mesh) => proptest::prop_assert!(mesh.is_sound()),

@@ -11,9 +11,9 @@ use super::curve::Curve;
 use super::detail::Detail;
 
 /// Returns a trimming curve with control points `(u, v, w)` as a polyline of the surface's
-/// parameters. `detail` is that of [`Surface::detail_of_trims`].
+/// parameters. `detail` is that of [`NurbsSurface::detail_of_trims`].
 ///
-/// [`Surface::detail_of_trims`]: super::surface::Surface::detail_of_trims
+/// [`NurbsSurface::detail_of_trims`]: super::surface::NurbsSurface::detail_of_trims
 ///
 /// # Errors
 /// See [`Curve::new`] and [`Curve::polyline`].

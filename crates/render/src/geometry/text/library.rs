@@ -519,7 +519,7 @@ mod tests {
 
     #[test]
     fn text_is_drawn_with_the_users_font_of_that_name() {
-        use crate::geometry::Mesh;
+        use crate::geometry::TriangleMesh;
         use crate::geometry::text::{Justify, TextOutput, TextStyle, ascii_text};
         let folder = Folder::new("fonts-drawn");
         folder.put("a.otf", &renamed(SANS, "ivcam sans", "my letters"));
@@ -534,7 +534,7 @@ mod tests {
             };
             {
                 let mut positions = Vec::new();
-                let mut draw = |mesh: &Mesh| positions.extend(mesh.positions.clone());
+                let mut draw = |mesh: &TriangleMesh| positions.extend(mesh.positions.clone());
                 ascii_text(&["Rays"], &style, &[], TextOutput::Batches(&mut draw));
                 positions
             }

@@ -8,9 +8,9 @@ use super::batch::{GlyphBatch, TextOutput};
 use super::glyph::{FlatGlyph, GlyphCache};
 use super::layout::{Layout, layout};
 use super::style::TextStyle;
-use crate::geometry::mesh::Mesh;
+use crate::geometry::mesh::TriangleMesh;
 
-/// The parts of a `Text3` that are drawn. In the [`Mesh`] they are parts 0, 1 and 2.
+/// The parts of a `Text3` that are drawn. In the [`TriangleMesh`] they are parts 0, 1 and 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SolidParts {
     /// The front faces.
@@ -114,7 +114,7 @@ enum TextureOf {
 
 impl SolidGlyph {
     /// Adds the glyph to a mesh.
-    fn put(&self, origin: Vec2, per_unit: f32, mesh: &mut Mesh) {
+    fn put(&self, origin: Vec2, per_unit: f32, mesh: &mut TriangleMesh) {
         let first = mesh.positions.len() as u32;
         for vertex in &self.vertices {
             let p = origin + vertex.place;

@@ -5,11 +5,11 @@ use super::layout::layout;
 use super::letters::LetterOrder;
 use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
-use crate::geometry::Mesh;
+use crate::geometry::TriangleMesh;
 
 /// Joins the meshes that `draw` passes on.
-fn joined<T>(draw: impl FnOnce(&mut dyn FnMut(&Mesh)) -> T) -> (Mesh, T) {
-    let mut all = Mesh::default();
+fn joined<T>(draw: impl FnOnce(&mut dyn FnMut(&TriangleMesh)) -> T) -> (TriangleMesh, T) {
+    let mut all = TriangleMesh::default();
     let laid = draw(&mut |mesh| {
         let first = all.positions.len() as u32;
         all.positions.extend(&mesh.positions);
@@ -29,7 +29,7 @@ fn text3<S: AsRef<str>>(
     parts: SolidParts,
     profile: Option<&[Vec2]>,
     crease_angle: f32,
-) -> (Mesh, Layout) {
+) -> (TriangleMesh, Layout) {
     joined(|draw| {
         super::text3(
             strings,
@@ -46,7 +46,7 @@ fn ascii_text<S: AsRef<str>>(
     strings: &[S],
     style: &TextStyle<'_>,
     widths: &[f32],
-) -> (Mesh, Layout) {
+) -> (TriangleMesh, Layout) {
     joined(|draw| super::ascii_text(strings, style, widths, TextOutput::Batches(draw)))
 }
 
@@ -56,7 +56,7 @@ fn a_long_text_is_passed_on_in_batches_with_the_glyphs_of_a_short_one() {
     let (one, _) = text3(&["ab"], &style, SolidParts::ALL, None, 0.0);
     let (mut largest, mut triangles) = (0, 0);
     let line = "ab".repeat(500);
-    let mut draw = |mesh: &Mesh| {
+    let mut draw = |mesh: &TriangleMesh| {
         assert!(mesh.is_sound());
         largest = largest.max(mesh.triangles.len());
         triangles += mesh.triangles.len();
@@ -444,7 +444,7 @@ fn wrong_values_give_valid_meshes() {
     }
     assert_eq!(
         text3::<&str>(&[], &style("", 1.0), SolidParts::ALL, None, 0.0).0,
-        Mesh::default()
+        TriangleMesh::default()
     );
     let long = "x".repeat(MAX_GLYPHS + 5);
     assert_eq!(layout(&[long], &style("", 1.0)).glyphs.len(), MAX_GLYPHS);

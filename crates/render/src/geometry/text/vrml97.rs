@@ -19,10 +19,10 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
     max_extent: f32,
 ) -> Layout {
     let font = Typeface::open(style.face);
-    let lines: Vec<TextLine> = strings
+    let lines: Vec<MeasuredString> = strings
         .iter()
         .enumerate()
-        .map(|(i, s)| TextLine::new(&font, s.as_ref(), style, lengths.get(i).copied()))
+        .map(|(i, s)| MeasuredString::new(&font, s.as_ref(), style, lengths.get(i).copied()))
         .collect();
     let longest = lines.iter().map(|l| l.length).fold(0.0, f32::max);
     let squeeze = if max_extent > 0.0 && longest > max_extent {
@@ -41,7 +41,7 @@ pub(crate) fn vrml97_layout<S: AsRef<str>>(
 }
 
 /// A string of a VRML97 text, measured along the major axis.
-struct TextLine {
+struct MeasuredString {
     /// The glyphs, in the order in which the text advances.
     glyphs: Vec<LineGlyph>,
     /// The space added between two characters.
@@ -51,7 +51,7 @@ struct TextLine {
     length: f32,
 }
 
-impl TextLine {
+impl MeasuredString {
     fn new(font: &Typeface<'_>, text: &str, style: &Vrml97Style<'_>, wanted: Option<f32>) -> Self {
         let glyphs = font.line(text, order(style), style.size);
         let count = glyphs.iter().filter(|glyph| glyph.is_spacing()).count();

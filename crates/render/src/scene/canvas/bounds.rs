@@ -15,7 +15,7 @@ use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
 use crate::geometry::quadric::exact_bounds;
 use crate::geometry::text::MissingCharacters;
-use crate::geometry::{Corner, Mesh, QuadricKind};
+use crate::geometry::{Corner, QuadricKind, TriangleMesh};
 use crate::scene::census::Census;
 use crate::scene::placement::Placement;
 
@@ -146,7 +146,7 @@ impl Canvas for BoundsCanvas {
         self.extend_all(corners);
     }
 
-    fn mesh(&mut self, mesh: &Mesh, _materials: MaterialsBy) {
+    fn mesh(&mut self, mesh: &TriangleMesh, _materials: MaterialsBy) {
         if !mesh.is_sound() {
             self.census.bad_corners += 1;
             return;
@@ -157,7 +157,7 @@ impl Canvas for BoundsCanvas {
         }
     }
 
-    fn curved_mesh(&mut self, mesh: &Mesh) {
+    fn curved_mesh(&mut self, mesh: &TriangleMesh) {
         let kept = (self.triangle_count, self.object_bounds);
         self.mesh(mesh, MaterialsBy::Vertex);
         (self.triangle_count, self.object_bounds) = kept;

@@ -11,7 +11,7 @@ use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
 use crate::geometry::text::MissingCharacters;
-use crate::geometry::{Corner, Mesh, QuadricKind};
+use crate::geometry::{Corner, QuadricKind, TriangleMesh};
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
 use crate::scene::placement::Placement;
@@ -152,7 +152,7 @@ pub(crate) trait Canvas {
     fn outline(&mut self, corners: &[Corner]);
 
     /// Draws a mesh.
-    fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy);
+    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy);
 
     /// Whether the glyphs of a text are drawn by [`Self::glyph`].
     fn takes_glyphs(&self) -> bool {
@@ -161,11 +161,11 @@ pub(crate) trait Canvas {
 
     /// Draws a glyph: its number and its triangles, as `TextOutput::Glyphs` passes them, with its
     /// origin at a place in the plane z = 0.
-    fn glyph(&mut self, _glyph: (usize, &Mesh), _at: Vec2, _materials: MaterialsBy) {}
+    fn glyph(&mut self, _glyph: (usize, &TriangleMesh), _at: Vec2, _materials: MaterialsBy) {}
 
     /// Draws the mesh of a curved surface. Inventor counts and bounds such a surface by its control
     /// points, so the mesh adds nothing to the count or to Inventor's box.
-    fn curved_mesh(&mut self, mesh: &Mesh) {
+    fn curved_mesh(&mut self, mesh: &TriangleMesh) {
         self.mesh(mesh, MaterialsBy::Vertex);
     }
 

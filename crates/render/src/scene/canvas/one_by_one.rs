@@ -1,10 +1,10 @@
 //! Draws shapes into a canvas one triangle after the other, when it cannot keep them as a whole.
 
 use super::drawing::{Canvas, MaterialsBy};
-use crate::geometry::{self, Corner, Fineness, Mesh, QuadricKind};
+use crate::geometry::{self, Corner, Fineness, QuadricKind, TriangleMesh};
 
 /// Draws the triangles of a mesh.
-pub(crate) fn draw_mesh(out: &mut impl Canvas, mesh: &Mesh, materials: MaterialsBy) {
+pub(crate) fn draw_mesh(out: &mut impl Canvas, mesh: &TriangleMesh, materials: MaterialsBy) {
     let by_part = materials == MaterialsBy::Part && mesh.colors.is_empty();
     for (i, triangle) in mesh.triangles.iter().enumerate() {
         let materials = mesh.materials(i, by_part);

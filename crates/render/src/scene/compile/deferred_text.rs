@@ -2,7 +2,7 @@
 
 use glam::{DMat4, Vec2};
 
-use crate::geometry::Mesh;
+use crate::geometry::TriangleMesh;
 use crate::scene::canvas::MaterialsBy;
 
 /// The different glyphs of a text and their places.
@@ -10,7 +10,7 @@ pub(super) struct DeferredText {
     /// How the materials of all glyphs are distributed.
     pub materials: MaterialsBy,
     /// The different glyphs, each around its origin.
-    pub glyphs: Vec<Mesh>,
+    pub glyphs: Vec<TriangleMesh>,
     /// The index of each glyph in `glyphs`, with the place of its origin, in order of drawing.
     pub placed: Vec<(u32, Vec2)>,
 }
@@ -26,7 +26,12 @@ impl DeferredText {
     }
 
     /// Adds a glyph with its number in order of first use.
-    pub(super) fn add(&mut self, (number, mesh): (usize, &Mesh), at: Vec2, materials: MaterialsBy) {
+    pub(super) fn add(
+        &mut self,
+        (number, mesh): (usize, &TriangleMesh),
+        at: Vec2,
+        materials: MaterialsBy,
+    ) {
         self.materials = materials;
         if number == self.glyphs.len() {
             self.glyphs.push(mesh.clone());

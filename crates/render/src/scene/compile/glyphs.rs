@@ -13,13 +13,13 @@ use ivcam_inventor::traversal::{State, Step};
 use super::deferred_text::{DeferredText, glyph_offset};
 use super::instances::Recording;
 use super::walk::Compiler;
-use crate::geometry::Mesh;
+use crate::geometry::TriangleMesh;
 use crate::scene::canvas::{Canvas, MaterialsBy};
 use crate::scene::census::Census;
 
 /// A glyph that is stored.
 struct Glyph {
-    mesh: Mesh,
+    mesh: TriangleMesh,
     materials: MaterialsBy,
     /// The number of its surface.
     surface: u32,
@@ -100,7 +100,12 @@ impl<'a> Compiler<'a> {
 
     /// Returns the number of a glyph's prototype, which is made at its first use, or `None` if the
     /// glyph has none because it is empty or not finite.
-    fn prototype_of(&mut self, mesh: &Mesh, materials: MaterialsBy, surface: u32) -> Option<u32> {
+    fn prototype_of(
+        &mut self,
+        mesh: &TriangleMesh,
+        materials: MaterialsBy,
+        surface: u32,
+    ) -> Option<u32> {
         if mesh.triangles.is_empty() || !mesh.is_sound() {
             return None;
         }
@@ -128,7 +133,12 @@ impl<'a> Compiler<'a> {
     }
 
     /// Stores a glyph as a prototype. Returns the numbers of its surface and of the prototype.
-    fn record_glyph(&mut self, mesh: &Mesh, materials: MaterialsBy, surface: u32) -> (u32, u32) {
+    fn record_glyph(
+        &mut self,
+        mesh: &TriangleMesh,
+        materials: MaterialsBy,
+        surface: u32,
+    ) -> (u32, u32) {
         let builder = &mut self.builder;
         builder.assign_surface();
         let is_inside = std::mem::replace(&mut builder.is_recording, true);
@@ -152,7 +162,7 @@ impl<'a> Compiler<'a> {
 }
 
 /// Returns a hash of the positions of a mesh.
-fn hash(mesh: &Mesh) -> u64 {
+fn hash(mesh: &TriangleMesh) -> u64 {
     let mut hasher = DefaultHasher::new();
     mesh.triangles.len().hash(&mut hasher);
     for p in &mesh.positions {

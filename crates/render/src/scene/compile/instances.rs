@@ -15,7 +15,7 @@ use super::scene_builder::SceneBuilder;
 use super::surface_namer::SurfaceNamer;
 use super::walk::Compiler;
 use crate::scene::census::{Census, InstanceCounts};
-use crate::scene::instances::{Content, Extent, Instances, Prototype, ShapePrimitives};
+use crate::scene::instances::{ElementContent, Extent, Instances, Prototype, ShapePrimitives};
 use crate::scene::instancing::{Instancer, Prototypes};
 use crate::scene::looks::Surface;
 use crate::scene::options::CompileOptions;
@@ -183,8 +183,10 @@ impl<'a> Instancer<'a> for Compiler<'a> {
         builder.is_recording = outside.is_recording;
         if !is_spoiled && contents.extent.depth < Extent::DEEPEST {
             let is_opaque = contents.contents().all(|content| match content {
-                Content::Shape { surface } => builder.scene.surfaces[*surface as usize].is_opaque(),
-                Content::Instance { prototype, .. } => {
+                ElementContent::Shape { surface } => {
+                    builder.scene.surfaces[*surface as usize].is_opaque()
+                }
+                ElementContent::Instance { prototype, .. } => {
                     instances.store.prototypes[*prototype as usize].is_opaque
                 }
             });
@@ -299,7 +301,7 @@ impl<'a> Compiler<'a> {
             matrices.and_then(|matrices| {
                 let extent = Extent::of_shape(builder.scene.lists(), &shape, &matrices)?;
                 let surface = before.surfaces as u32;
-                contents.add(Content::Shape { surface }, &matrices, &extent)
+                contents.add(ElementContent::Shape { surface }, &matrices, &extent)
             })
         } else {
             let first = contents.skip(shape.len());

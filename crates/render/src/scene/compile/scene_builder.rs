@@ -11,7 +11,7 @@ use super::deferred_text::DeferredText;
 use super::strokes;
 use crate::bvh::Bvh;
 use crate::geometry::text::MissingCharacters;
-use crate::geometry::{Corner, Fineness, Mesh, Quadric, QuadricKind};
+use crate::geometry::{Corner, Fineness, Quadric, QuadricKind, TriangleMesh};
 use crate::scene::canvas::{
     Canvas, MaterialsBy, Mistake, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
     draw_facets,
@@ -412,7 +412,7 @@ impl Canvas for SceneBuilder {
         self.edges(corners);
     }
 
-    fn mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
+    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
         self.keep_mesh(mesh, materials);
     }
 
@@ -421,7 +421,7 @@ impl Canvas for SceneBuilder {
         !self.shape.outlines() && !self.shape.uses.coordinates
     }
 
-    fn glyph(&mut self, glyph: (usize, &Mesh), at: Vec2, materials: MaterialsBy) {
+    fn glyph(&mut self, glyph: (usize, &TriangleMesh), at: Vec2, materials: MaterialsBy) {
         let surface = self.scene.surfaces.last();
         let is_movable = surface.is_some_and(|s| !self.depends_on_place(s));
         match &mut self.deferred {

@@ -11,7 +11,7 @@ use super::deferred_text::glyph_offset;
 use super::numbers::{Numbers, listed, three};
 use super::scene_builder::SceneBuilder;
 use crate::geometry::normals::face_normal;
-use crate::geometry::{Corner, Mesh};
+use crate::geometry::{Corner, TriangleMesh};
 use crate::scene::canvas::{
     IndexedTriangle, MaterialsBy, NormalPer, Normals, Points, Runs, SPARSE_RATIO, TriangleList,
     Vertices, draw_mesh, draw_triangles, wrapped,
@@ -144,7 +144,7 @@ impl SceneBuilder {
     }
 
     /// Keeps a glyph with its origin at a place.
-    pub(super) fn keep_glyph(&mut self, mesh: &Mesh, at: Vec2, materials: MaterialsBy) {
+    pub(super) fn keep_glyph(&mut self, mesh: &TriangleMesh, at: Vec2, materials: MaterialsBy) {
         let placement = self.placement;
         self.placement = placement.moved_to(self.world * glyph_offset(at));
         self.keep_mesh(mesh, materials);
@@ -152,7 +152,7 @@ impl SceneBuilder {
     }
 
     /// Keeps a mesh.
-    pub(super) fn keep_mesh(&mut self, mesh: &Mesh, materials: MaterialsBy) {
+    pub(super) fn keep_mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
         if !mesh.is_sound() {
             self.scene.census.bad_corners += 1;
             return;

@@ -17,7 +17,7 @@ mod store;
 mod tree;
 
 pub(in crate::scene) use extent::{Extent, grid_bounds, moved};
-pub(in crate::scene) use prototype::{Content, Prototype};
+pub(in crate::scene) use prototype::{ElementContent, Prototype};
 pub(in crate::scene) use shape::{ShapeLists, ShapePrimitives};
 pub(in crate::scene) use steps::RaySteps;
 pub(in crate::scene) use store::Instances;

@@ -12,7 +12,7 @@ use super::extent::Extent;
 
 /// The content of an element of a prototype.
 #[derive(Clone, Debug)]
-pub(in crate::scene) enum Content {
+pub(in crate::scene) enum ElementContent {
     /// The shape with the number of a surface.
     Shape { surface: u32 },
     /// An instance of the prototype with a number, or instances at every place of a grid.
@@ -30,7 +30,7 @@ pub(super) struct PrototypeElement {
     /// The matrices from the prototype's space to its own, as indices in [`Prototype::steps`].
     pub steps: Range<u32>,
     /// What it draws.
-    pub content: Content,
+    pub content: ElementContent,
 }
 
 /// A part of the scene that is stored once and drawn many times.
@@ -65,7 +65,7 @@ impl Default for Prototype {
 
 impl Prototype {
     /// What the elements draw.
-    pub(in crate::scene) fn contents(&self) -> impl Iterator<Item = &Content> {
+    pub(in crate::scene) fn contents(&self) -> impl Iterator<Item = &ElementContent> {
         self.elements.iter().map(|element| &element.content)
     }
 
@@ -78,7 +78,7 @@ impl Prototype {
     /// it, if the prototype would be too large.
     pub(in crate::scene) fn add(
         &mut self,
-        content: Content,
+        content: ElementContent,
         matrices: &[DMat4],
         extent: &Extent,
     ) -> Option<()> {
@@ -100,7 +100,7 @@ impl Prototype {
         let [element] = &self.elements[..] else {
             return None;
         };
-        let Content::Instance {
+        let ElementContent::Instance {
             prototype,
             grid: Some(grid),
         } = &element.content
@@ -122,7 +122,7 @@ impl Prototype {
         let mut last: HashMap<u64, usize> = HashMap::new();
         let mut is_covered = vec![false; self.elements.len()];
         for (number, element) in self.elements.iter().enumerate().rev() {
-            let Content::Instance { prototype, grid } = &element.content else {
+            let ElementContent::Instance { prototype, grid } = &element.content else {
                 continue;
             };
             if !is_opaque(*prototype) {
@@ -138,7 +138,7 @@ impl Prototype {
             let other = &self.elements[known];
             is_covered[number] = known != number
                 && self.matrices(other) == self.matrices(element)
-                && matches!(&other.content, Content::Instance { prototype: p, grid: g }
+                && matches!(&other.content, ElementContent::Instance { prototype: p, grid: g }
                     if p == prototype && g == grid);
         }
         let mut is_covered = is_covered.into_iter();

@@ -6,7 +6,7 @@ use ivcam_inventor::traversal::Grid;
 
 use super::extent::grid_bounds;
 use super::local_ray::LocalRay;
-use super::prototype::{Content, Prototype, copy_matrix};
+use super::prototype::{ElementContent, Prototype, copy_matrix};
 use super::shape::ShapeLists;
 use super::steps::RaySteps;
 use super::store::Instances;
@@ -116,8 +116,8 @@ impl<'a> InstanceSearch<'a, '_> {
         let world = prototype.world(element, world);
         let first = first + element.first;
         match &element.content {
-            Content::Shape { .. } => {} // its primitives are items of the tree
-            Content::Instance { prototype, grid } => match grid {
+            ElementContent::Shape { .. } => {} // its primitives are items of the tree
+            ElementContent::Instance { prototype, grid } => match grid {
                 None => self.prototype(*prototype, world, first),
                 Some(grid) => self.grid(grid, *prototype, &world, first),
             },

@@ -6,7 +6,7 @@ use glam::{DAffine3, DMat4, DVec3, Vec3};
 use ivcam_inventor::traversal::Grid;
 
 use super::extent::{Extent, moved, product};
-use super::prototype::{Content, Prototype, PrototypeElement, copy_matrix};
+use super::prototype::{ElementContent, Prototype, PrototypeElement, copy_matrix};
 use super::shape::{ShapeLists, ShapePrimitives};
 use super::steps::CutPrototype;
 use super::tree::PrototypeTree;
@@ -53,8 +53,8 @@ impl Instances {
 
     /// Returns the extent of instances, before the matrices that place them, or `None` if it is too
     /// large.
-    pub(in crate::scene) fn extent(&self, content: &Content) -> Option<Extent> {
-        let Content::Instance { prototype, grid } = content else {
+    pub(in crate::scene) fn extent(&self, content: &ElementContent) -> Option<Extent> {
+        let ElementContent::Instance { prototype, grid } = content else {
             return None;
         };
         let inside = self.prototypes[*prototype as usize].extent.inside();
@@ -71,7 +71,7 @@ impl Instances {
         mut prototype: u32,
         mut grid: Option<Grid>,
         matrices: &mut Vec<DMat4>,
-    ) -> Content {
+    ) -> ElementContent {
         while let Some(outer) = &mut grid
             && let part = &self.prototypes[prototype as usize]
             && part.is_opaque
@@ -87,7 +87,7 @@ impl Instances {
             (prototype, *outer) = (inner, both);
         }
         let grid = grid.map(Box::new);
-        Content::Instance { prototype, grid }
+        ElementContent::Instance { prototype, grid }
     }
 
     /// The boxes of the scene's instances in the scene.
@@ -100,7 +100,7 @@ impl Instances {
     }
 
     /// The box of instances in their own space.
-    pub(super) fn bounds(&self, content: &Content) -> (DVec3, DVec3) {
+    pub(super) fn bounds(&self, content: &ElementContent) -> (DVec3, DVec3) {
         self.extent(content).unwrap_or(Extent::NONE).bounds
     }
 
@@ -119,7 +119,7 @@ impl Instances {
             let element = prototype.element_with(number);
             number -= element.first;
             world = prototype.world(element, &world);
-            let Content::Instance {
+            let ElementContent::Instance {
                 prototype: inner,
                 grid,
             } = &element.content
@@ -164,8 +164,8 @@ impl Instances {
         let mut contain_one: Vec<bool> = Vec::with_capacity(self.prototypes.len());
         for prototype in &self.prototypes {
             let is_one = |element: &PrototypeElement| match element.content {
-                Content::Shape { surface } => is_wanted(surface),
-                Content::Instance { prototype, .. } => contain_one[prototype as usize],
+                ElementContent::Shape { surface } => is_wanted(surface),
+                ElementContent::Instance { prototype, .. } => contain_one[prototype as usize],
             };
             let contains = !prototype.is_glyph && prototype.elements.iter().any(is_one);
             contain_one.push(contains);
@@ -190,10 +190,12 @@ impl Instances {
         for element in &prototype.elements {
             let first = before + element.first;
             match &element.content {
-                Content::Shape { surface } => {
+                ElementContent::Shape { surface } => {
                     found.extend(is_wanted(*surface).then_some((*surface, first + 1)));
                 }
-                Content::Instance { prototype, grid } if contain_one[*prototype as usize] => {
+                ElementContent::Instance { prototype, grid }
+                    if contain_one[*prototype as usize] =>
+                {
                     let inner = &self.prototypes[*prototype as usize];
                     for copy in 0..grid.as_ref().map_or(1, |grid| grid.len()) {
                         if found.len() >= most {
@@ -203,7 +205,7 @@ impl Instances {
                         self.collect_shapes(inner, first, wanted, found);
                     }
                 }
-                Content::Instance { .. } => {}
+                ElementContent::Instance { .. } => {}
             }
         }
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::extent::{moved, product};
-use super::prototype::{Content, Prototype};
+use super::prototype::{ElementContent, Prototype};
 use super::shape::ShapeLists;
 use super::store::{Instances, outward};
 use crate::bvh::Bvh;
@@ -36,7 +36,7 @@ impl PrototypeTree {
         let (mut all, mut items, mut boxes) = (Vec::new(), Vec::new(), Vec::new());
         for (element, part) in (0..).zip(&prototype.elements) {
             let matrix = product(prototype.matrices(part));
-            if let Content::Shape { surface } = part.content {
+            if let ElementContent::Shape { surface } = part.content {
                 for number in lists.numbers(&instances.shapes[surface as usize]) {
                     all.push(outward(lists.around(number, &matrix)));
                     items.push(match number.checked_sub(lists.triangles.len() as u32) {

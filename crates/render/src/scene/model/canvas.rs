@@ -9,7 +9,7 @@ use super::feature::Feature;
 use super::material::Material;
 use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
-use super::surface::{Images, Mapping, Surface};
+use super::surface::{Images, ModelSurface, TextureMapping};
 use super::weld::{self, Lists};
 use crate::geometry::text::MissingCharacters;
 use crate::geometry::{self, Corner, Fineness, QuadricKind};
@@ -22,8 +22,8 @@ use crate::scene::placement::Placement;
 use crate::scene::precision::in_reach;
 
 /// The current shape.
-struct Shape {
-    surface: Surface,
+struct ModelShape {
+    surface: ModelSurface,
     drawing: DrawStyleElement,
     complexity: f32,
     hints: ShapeHints,
@@ -54,7 +54,7 @@ pub(super) struct MeshCanvas {
     object: Placement,
     /// The matrix from the placement to object space, if they differ.
     moved: Option<(DAffine3, DMat3)>,
-    shape: Option<Shape>,
+    shape: Option<ModelShape>,
     pub images: Images,
     census: Census,
     pub reports: Reports,
@@ -163,7 +163,7 @@ fn unit(normal: Vec3) -> Vec3 {
     normal.as_dvec3().normalize_or_zero().as_vec3()
 }
 
-impl Shape {
+impl ModelShape {
     fn lists(&self) -> Lists {
         Lists {
             coordinates: self.surface.material.texture.is_some(),
@@ -279,8 +279,9 @@ impl Canvas for MeshCanvas {
         let surface = self.shape.as_ref().map(|s| &s.surface);
         Wants {
             normals: true,
-            coordinates: surface
-                .is_some_and(|s| s.material.texture.is_some() && s.mapping == Mapping::Stored),
+            coordinates: surface.is_some_and(|s| {
+                s.material.texture.is_some() && s.mapping == TextureMapping::Stored
+            }),
             outlines: self.outlines(),
             bounds: false,
         }
@@ -300,7 +301,7 @@ impl Canvas for MeshCanvas {
         self.moved = None;
         let reports = &mut self.reports;
         let mut report = |d: Box<Diagnostic>| reports.add(*d);
-        let (surface, mut features) = Surface::of(state, &mut self.images, &mut report, node);
+        let (surface, mut features) = ModelSurface::of(state, &mut self.images, &mut report, node);
         let drawing = if self.ignores_draw_style {
             DrawStyleElement::DEFAULT
         } else {
@@ -309,7 +310,7 @@ impl Canvas for MeshCanvas {
         features.extend((!state.clip_planes.is_empty()).then_some(Feature::ClipPlane));
         features.extend(state.on_top.then_some(Feature::OnTop));
         features.extend((drawing.offset != 0).then_some(Feature::PolygonOffset));
-        self.shape = Some(Shape {
+        self.shape = Some(ModelShape {
             surface,
             drawing,
             complexity: state.complexity.value,
@@ -380,7 +381,7 @@ impl Canvas for MeshCanvas {
         self.edges(corners);
     }
 
-    fn mesh(&mut self, mesh: &geometry::Mesh, materials: MaterialsBy) {
+    fn mesh(&mut self, mesh: &geometry::TriangleMesh, materials: MaterialsBy) {
         if !mesh.is_sound() {
             self.census.bad_corners += 1;
             return;

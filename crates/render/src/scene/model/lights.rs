@@ -30,7 +30,7 @@ pub enum LightShape {
 
 /// A light that is on, in world space.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Light {
+pub struct SceneLight {
     /// The name after `DEF`, or the class.
     pub name: String,
     /// The light's node in the file.
@@ -60,7 +60,7 @@ pub struct Light {
 
 /// A camera or viewpoint of the scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
+pub struct SceneCamera {
     /// The name after `DEF`, the description of a viewpoint, or the class.
     pub name: String,
     /// The camera's node in the file.
@@ -78,7 +78,7 @@ pub struct Pose {
     pub orientation: DQuat,
 }
 
-impl Light {
+impl SceneLight {
     /// Converts a light of the traversal. Numbers that are not finite, and positions that are not
     /// in reach ([`are_in_reach`]), become the defaults of their fields.
     pub(super) fn new(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
@@ -130,7 +130,7 @@ impl Light {
     }
 }
 
-impl Light {
+impl SceneLight {
     /// The level of white that the light gives a surface that faces it at a distance, in its cone.
     pub fn level_at(&self, distance: f64) -> f32 {
         let coding = |value: f32| match self.linear {
@@ -175,7 +175,7 @@ impl Light {
     }
 }
 
-impl Camera {
+impl SceneCamera {
     /// Makes the camera of a node. A position that is not in reach ([`are_in_reach`]) becomes the
     /// default of its field, and an orientation that is not finite becomes no rotation.
     pub(super) fn new(node: NodeRef<'_>, mut pose: CameraPose, name: String, place: Place) -> Self {

@@ -37,9 +37,9 @@ mod weld;
 
 pub use feature::{Feature, Occurrence, Place};
 pub use image::Image;
-pub use lights::{Camera, Light, LightShape, Pose};
+pub use lights::{LightShape, Pose, SceneCamera, SceneLight};
 pub use material::{Material, Physical, Texture, TextureModel};
 pub use mesh::{Mesh, Primitives};
 pub use motion::{Motion, Sampling};
 pub use options::ModelOptions;
-pub use scene_model::{Model, Node, Part};
+pub use scene_model::{Model, Part, SceneNode};

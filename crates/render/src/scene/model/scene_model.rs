@@ -6,7 +6,7 @@ use ivcam_inventor::pose::CameraPose;
 
 use super::feature::{Occurrence, Place};
 use super::image::Image;
-use super::lights::{Camera, Light};
+use super::lights::{SceneCamera, SceneLight};
 use super::material::Material;
 use super::mesh::Mesh;
 
@@ -21,7 +21,7 @@ pub struct Part {
 
 /// A node of the tree: a group, a shape, or both.
 #[derive(Clone, Debug)]
-pub struct Node {
+pub struct SceneNode {
     /// The node in the scene: its class, its name, and where it is in the file.
     pub place: Place,
     /// The index of the parent, or `None` for the root.
@@ -42,7 +42,7 @@ pub struct Node {
     pub(super) is_fixed: bool,
 }
 
-impl Node {
+impl SceneNode {
     /// The name after `DEF`, or else the name of the class.
     pub fn name(&self) -> &str {
         self.place.name.as_deref().unwrap_or(&self.place.class)
@@ -53,7 +53,7 @@ impl Node {
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     /// The nodes; a node follows its parent. The first one is the root.
-    pub nodes: Vec<Node>,
+    pub nodes: Vec<SceneNode>,
     /// The meshes. Shapes that are used several times share one.
     pub meshes: Vec<Mesh>,
     /// The materials, each once.
@@ -61,9 +61,9 @@ pub struct Model {
     /// The pictures of textures, each once.
     pub images: Vec<Image>,
     /// The lights that are on.
-    pub lights: Vec<Light>,
+    pub lights: Vec<SceneLight>,
     /// The cameras and viewpoints.
-    pub cameras: Vec<Camera>,
+    pub cameras: Vec<SceneCamera>,
     /// The point of the scene's world space that is the model's origin. It is zero unless the scene
     /// is far from its own origin.
     pub offset: DVec3,
@@ -78,7 +78,7 @@ pub struct Model {
 impl Model {
     /// The parts of all nodes in the order of the tree: mesh, material, the matrix to world space
     /// and the node.
-    pub fn placed_meshes(&self) -> impl Iterator<Item = (&Mesh, &Material, &DAffine3, &Node)> {
+    pub fn placed_meshes(&self) -> impl Iterator<Item = (&Mesh, &Material, &DAffine3, &SceneNode)> {
         self.nodes.iter().flat_map(move |node| {
             node.parts.iter().map(move |part| {
                 let (mesh, material) = (&self.meshes[part.mesh], &self.materials[part.material]);

@@ -20,7 +20,7 @@ use crate::scene::options::TextureFilter;
 
 /// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Mapping {
+pub(super) enum TextureMapping {
     /// The coordinates of the corners.
     Stored,
     /// Linear functions of the position (x, y, z, 1) in object space.
@@ -116,15 +116,15 @@ impl Images {
 
 /// The surface of the current shape.
 #[derive(Debug)]
-pub(super) struct Surface {
+pub(super) struct ModelSurface {
     pub material: Material,
     pub colors: MaterialColors,
     /// The texture as shapes see it, for its size and its depth.
     pub texture: Option<Arc<looks::Texture>>,
-    pub mapping: Mapping,
+    pub mapping: TextureMapping,
 }
 
-impl Surface {
+impl ModelSurface {
     /// Returns the surface of a shape with a state, and the features that it cannot hold.
     pub(super) fn of(
         state: &State<'_>,
@@ -204,7 +204,7 @@ impl Surface {
             material,
             colors,
             texture: found.map(|(_, (texture, _))| texture),
-            mapping: mapping.unwrap_or(Mapping::Stored),
+            mapping: mapping.unwrap_or(TextureMapping::Stored),
         };
         (surface, features)
     }
@@ -223,7 +223,7 @@ impl Surface {
             matrix: Affine2::IDENTITY,
         });
         self.texture = Some(Arc::new(text));
-        self.mapping = Mapping::Stored;
+        self.mapping = TextureMapping::Stored;
     }
 
     /// Whether corners have different colors.
@@ -242,8 +242,8 @@ impl Surface {
     /// The texture coordinates of a corner that has stored ones and a position in object space.
     pub(super) fn coordinates(&self, stored: Vec2, position: Vec3) -> Vec2 {
         match self.mapping {
-            Mapping::Stored => stored,
-            Mapping::Linear { s, t } => {
+            TextureMapping::Stored => stored,
+            TextureMapping::Linear { s, t } => {
                 let p = position.extend(1.0);
                 Vec2::new(s.dot(p), t.dot(p))
             }
@@ -252,15 +252,15 @@ impl Surface {
 }
 
 /// Returns the source of texture coordinates, or `None` if they depend on the camera.
-fn mapping(coordinates: &TextureCoordinates<'_>) -> Option<Mapping> {
+fn mapping(coordinates: &TextureCoordinates<'_>) -> Option<TextureMapping> {
     match *coordinates {
         TextureCoordinates::Environment => None,
-        TextureCoordinates::Plane { s, t } => Some(Mapping::Linear {
+        TextureCoordinates::Plane { s, t } => Some(TextureMapping::Linear {
             s: s.extend(0.0),
             t: t.extend(0.0),
         }),
-        TextureCoordinates::Object { s, t } => Some(Mapping::Linear { s, t }),
-        _ => Some(Mapping::Stored),
+        TextureCoordinates::Object { s, t } => Some(TextureMapping::Linear { s, t }),
+        _ => Some(TextureMapping::Stored),
     }
 }
 

@@ -23,10 +23,10 @@ use ivcam_inventor::traversal::{self, Visitor, WalkOptions};
 
 use super::canvas::MeshCanvas;
 use super::feature::{Feature, Occurrence, Place};
-use super::lights::{Camera, Light, Pose};
+use super::lights::{Pose, SceneCamera, SceneLight};
 use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
-use super::scene_model::{Model, Node, Part};
+use super::scene_model::{Model, Part, SceneNode};
 use crate::scene::canvas::Canvas;
 use crate::scene::looks::{self, LightTree};
 use crate::scene::options::ColorCoding;
@@ -44,7 +44,7 @@ struct Open {
 }
 
 /// The visitor that builds a model.
-struct Builder<'a> {
+struct ModelBuilder<'a> {
     /// Whether shapes are drawn.
     draws: bool,
     canvas: MeshCanvas,
@@ -107,12 +107,12 @@ pub(super) fn skeleton(snapshot: &Snapshot<'_>, options: &ModelOptions) -> Skele
 }
 
 /// Walks a snapshot, and draws its shapes if `draws`.
-fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> Builder<'a> {
+fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> ModelBuilder<'a> {
     let walk_options = WalkOptions {
         finest_level: true,
         ..options.compile.walk()
     };
-    let root = Node {
+    let root = SceneNode {
         place: Place {
             class: "Scene".into(),
             ..Place::default()
@@ -126,7 +126,7 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
         center: DVec3::ZERO,
         is_fixed: false,
     };
-    let mut builder = Builder {
+    let mut builder = ModelBuilder {
         draws,
         canvas: MeshCanvas::new(options),
         model: Model {
@@ -167,7 +167,7 @@ fn invertible(matrix: DMat4) -> Option<DAffine3> {
     (sound && is_bounded(&matrix.inverse())).then_some(matrix)
 }
 
-impl Builder<'_> {
+impl ModelBuilder<'_> {
     /// Sets the matrix of the innermost group, unless it has one.
     fn place_group(&mut self, matrix: DMat4) {
         let Some(open) = self.open.last_mut().filter(|o| !o.is_placed) else {
@@ -197,7 +197,7 @@ impl Builder<'_> {
         let parent = self.open.last().map_or(0, |open| open.node);
         self.model.nodes[parent].children.push(index);
         let above = self.model.nodes[parent].world;
-        self.model.nodes.push(Node {
+        self.model.nodes.push(SceneNode {
             place: Place::of(node),
             parent: Some(parent),
             children: Vec::new(),
@@ -213,7 +213,7 @@ impl Builder<'_> {
 
     /// Removes the last node, which has no children.
     fn remove_last(&mut self) {
-        if let Some(Node {
+        if let Some(SceneNode {
             parent: Some(parent),
             ..
         }) = self.model.nodes.pop()
@@ -354,7 +354,7 @@ fn hides(node: NodeRef<'_>) -> bool {
     hidden > 0
 }
 
-impl<'a> Visitor<'a> for Builder<'a> {
+impl<'a> Visitor<'a> for ModelBuilder<'a> {
     fn shape(&mut self, node: NodeRef<'a>, state: &State<'a>) {
         let key = self.visit(node);
         if state.drawing.style == DrawStyle::Invisible && !Canvas::ignores_draw_style(&self.canvas)
@@ -443,7 +443,7 @@ impl<'a> Visitor<'a> for Builder<'a> {
         let place = Place::of(node);
         let name = place.name.clone().unwrap_or_else(|| place.class.clone());
         self.light_nodes.push(node);
-        let light = Light::new(light, node, name, place);
+        let light = SceneLight::new(light, node, name, place);
         self.model.lights.push(light);
     }
 
@@ -456,7 +456,7 @@ impl<'a> Visitor<'a> for Builder<'a> {
         let described = described.map(str::to_owned);
         let name = place.name.clone().or(described);
         let name = name.unwrap_or_else(|| place.class.clone());
-        let camera = Camera::new(node, pose, name, place);
+        let camera = SceneCamera::new(node, pose, name, place);
         self.model.cameras.push(camera);
     }
 

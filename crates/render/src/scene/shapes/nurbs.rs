@@ -11,8 +11,10 @@ use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::State;
 use ivcam_inventor::traversal::state::{Coordinates, ProfileCoordinates, TextureCoordinates};
 
-use crate::geometry::nurbs::{Curve, Detail, Surface, Tolerance, tolerance_in_pixels, trim_curve};
-use crate::geometry::{Corner, Mesh};
+use crate::geometry::nurbs::{
+    ChordalTolerance, Curve, Detail, NurbsSurface, tolerance_in_pixels, trim_curve,
+};
+use crate::geometry::{Corner, TriangleMesh};
 use crate::scene::canvas::{Canvas, PictureView, count, indices};
 
 /// Draws a `NurbsSurface` of Inventor.
@@ -84,7 +86,7 @@ fn with_detail<T>(
     let distance = screen.map(|screen| move |corners| pixels * screen.finest_pixel(corners));
     let detail = Detail {
         complexity: value,
-        tolerance: distance.as_ref().map(|distance| Tolerance {
+        tolerance: distance.as_ref().map(|distance| ChordalTolerance {
             world_from_object,
             distance,
         }),
@@ -98,9 +100,9 @@ fn with_detail<T>(
 fn draw_surface<'a>(
     node: NodeRef<'a>,
     state: &State<'a>,
-    made: Result<Surface, String>,
+    made: Result<NurbsSurface, String>,
     out: &mut dyn Canvas,
-    tessellate: impl FnOnce(&Surface, &Detail<'_>, &mut dyn Canvas) -> Result<Mesh, String>,
+    tessellate: impl FnOnce(&NurbsSurface, &Detail<'_>, &mut dyn Canvas) -> Result<TriangleMesh, String>,
 ) {
     let mesh = made.and_then(|surface| {
         with_detail(state, out, |detail, out| {
@@ -130,7 +132,7 @@ fn surface<'a>(
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
-    let made = Surface::new(
+    let made = NurbsSurface::new(
         count(node, nurbs_surface::NUM_U_CONTROL_POINTS),
         count(node, nurbs_surface::NUM_V_CONTROL_POINTS),
         node.get(nurbs_surface::U_KNOT_VECTOR),
@@ -145,7 +147,11 @@ fn surface<'a>(
 }
 
 /// Returns the surface of the texture coordinates, if the file has one.
-fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) -> Option<Surface> {
+fn texture_surface(
+    node: NodeRef<'_>,
+    state: &State<'_>,
+    index: Option<&[i32]>,
+) -> Option<NurbsSurface> {
     let s = count(node, nurbs_surface::NUM_S_CONTROL_POINTS);
     let t = count(node, nurbs_surface::NUM_T_CONTROL_POINTS);
     if s == 0 || t == 0 {
@@ -167,7 +173,7 @@ fn texture_surface(node: NodeRef<'_>, state: &State<'_>, index: Option<&[i32]>) 
     };
     let s_knots = node.get(nurbs_surface::S_KNOT_VECTOR);
     let t_knots = node.get(nurbs_surface::T_KNOT_VECTOR);
-    Surface::new(s, t, s_knots, t_knots, points).ok()
+    NurbsSurface::new(s, t, s_knots, t_knots, points).ok()
 }
 
 /// Returns the trimming loops. Linked profiles form one loop.
@@ -288,7 +294,7 @@ pub(super) fn surface97<'a>(
     if u.saturating_mul(v) > points.len() {
         return out.report(node, "it has fewer control points than its dimensions need");
     }
-    let made = Surface::new(
+    let made = NurbsSurface::new(
         u,
         v,
         &knots97(
