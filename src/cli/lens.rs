@@ -14,7 +14,7 @@ use ivcam_base::files::write_whole;
 use ivcam_base::work::Budget;
 use ivcam_optics::picture::Depth;
 
-use super::lens_request::{CONDITIONS, Content, Request};
+use super::lens_request::{CONDITIONS, Content, LensRequest};
 use super::lens_survey::LensSurvey;
 use super::messages::heard;
 use super::{
@@ -28,13 +28,13 @@ struct Output {
     /// The name of the option's value, or nothing for a switch.
     value: &'static str,
     help: &'static str,
-    place: Place,
+    place: Destination,
     /// Makes the content from the option's value.
-    make: fn(&Request<'_>, &str) -> Result<Content>,
+    make: fn(&LensRequest<'_>, &str) -> Result<Content>,
 }
 
 /// Where an output goes.
-enum Place {
+enum Destination {
     /// To the file that the option names. The list has the endings of its name; without a list, the
     /// output takes any name or checks it.
     File(&'static [&'static str]),
@@ -49,77 +49,77 @@ static OUTPUTS: [Output; 11] = [
         flag: "write",
         value: "FILE",
         help: "write the prescription",
-        place: Place::File(&[".dat (pbrt's four columns)", ".zmx", ".seq", ".json"]),
+        place: Destination::File(&[".dat (pbrt's four columns)", ".zmx", ".seq", ".json"]),
         make: lens_files::prescription,
     },
     Output {
         flag: "diagram",
         value: "FILE",
         help: "draw the section with rays",
-        place: Place::File(&[".svg", ".fig (xfig)"]),
+        place: Destination::File(&[".svg", ".fig (xfig)"]),
         make: lens_files::diagram,
     },
     Output {
         flag: "sheet",
         value: "FILE",
         help: "write the data sheet as one page",
-        place: Place::File(&[".html", ".htm", ".svg"]),
+        place: Destination::File(&[".html", ".htm", ".svg"]),
         make: lens_files::page,
     },
     Output {
         flag: "csv",
         value: "FILE",
         help: "write the curves, fans, coefficients and spots as CSV, one value a row",
-        place: Place::File(&[]),
+        place: Destination::File(&[]),
         make: lens_files::csv,
     },
     Output {
         flag: "psf",
         value: "FILE",
         help: "draw the images of points with diffraction: .png, .exr or another picture format",
-        place: Place::File(&[]),
+        place: Destination::File(&[]),
         make: lens_files::points,
     },
     Output {
         flag: "as-scene",
         value: "FILE.iv",
         help: "write the lens as solids of a scene, with the film behind it (--focus), in meters",
-        place: Place::File(&[]),
+        place: Destination::File(&[]),
         make: lens_files::scene,
     },
     Output {
         flag: "trace",
         value: "RAYS.json",
         help: "trace a list of rays (`-` reads standard input)",
-        place: Place::StandardOutput,
+        place: Destination::StandardOutput,
         make: lens_files::rays,
     },
     Output {
         flag: "export",
         value: "FORMAT",
         help: "writes the lens for another program: opencv, ros, opentrackio, lensfun, stmap, psf, osl, zmx, seq or json",
-        place: Place::FileOrStandardOutput,
+        place: Destination::FileOrStandardOutput,
         make: lens_export::export,
     },
     Output {
         flag: "batch",
         value: "FILE.jsonl",
         help: "figures of merit of many variations of the lens: each line has changes, such as {\"R\": {\"3\": 51.2}}, or a prescription",
-        place: Place::FileOrStandardOutput,
+        place: Destination::FileOrStandardOutput,
         make: lens_batch::batch,
     },
     Output {
         flag: "tolerance",
         value: "TABLE",
         help: "the yield of the lens made within the tolerances of a table, by Monte Carlo",
-        place: Place::FileOrStandardOutput,
+        place: Destination::FileOrStandardOutput,
         make: lens_batch::tolerance,
     },
     Output {
         flag: "json",
         value: "",
         help: "prints JSON",
-        place: Place::StandardOutput,
+        place: Destination::StandardOutput,
         make: lens_json::json,
     },
 ];
@@ -151,7 +151,7 @@ impl Output {
         }
         let argument = value(self.flag, self.value, self.help).allow_hyphen_values(true);
         match self.place {
-            Place::File(endings @ [_, ..]) => {
+            Destination::File(endings @ [_, ..]) => {
                 argument.help(format!("{}: {}", self.help, any_of(endings)))
             }
             _ => argument,
@@ -168,15 +168,16 @@ impl Output {
     /// Returns the file to write; none for standard output.
     fn file<'m>(&self, matches: &'m ArgMatches) -> Option<&'m str> {
         match self.place {
-            Place::File(_) => text(matches, self.flag),
-            Place::FileOrStandardOutput => text(matches, "output"),
-            Place::StandardOutput => None,
+            Destination::File(_) => text(matches, self.flag),
+            Destination::FileOrStandardOutput => text(matches, "output"),
+            Destination::StandardOutput => None,
         }
     }
 
     /// Checks the ending of the file's name.
     fn check_ending(&self, matches: &ArgMatches) -> Result<()> {
-        let (Place::File(endings @ [_, ..]), Some(file)) = (&self.place, self.file(matches)) else {
+        let (Destination::File(endings @ [_, ..]), Some(file)) = (&self.place, self.file(matches))
+        else {
             return Ok(());
         };
         let ending = format!(".{}", lens_files::ending(file));
@@ -189,7 +190,7 @@ impl Output {
             .with_help(format!("end the name in {}", any_of(endings))))
     }
 
-    fn make(&self, request: &Request<'_>) -> Result<Content> {
+    fn make(&self, request: &LensRequest<'_>) -> Result<Content> {
         let value = match self.value {
             "" => None,
             _ => text(request.matches, self.flag),
@@ -285,7 +286,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let work = options::work(&flags::given_options(matches))?;
     let budget = Budget::new(u64::MAX, work);
     let made = budget.during(|| {
-        let request = Request::open(name, matches)?;
+        let request = LensRequest::open(name, matches)?;
         match outputs.is_empty() {
             true => Ok(vec![sheet::text(&request)?]),
             false => outputs.iter().map(|output| output.make(&request)).collect(),

@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use super::lens_request::{Content, Request, no_image};
+use super::lens_request::{Content, LensRequest, no_image};
 use super::{parsed, text};
 
 /// The frequencies of the modulation without `--frequencies`, in line pairs per millimeter.
@@ -27,7 +27,7 @@ const TRIALS: usize = 1000;
 
 /// The answer to a line.
 #[derive(Serialize)]
-struct Answer {
+struct BatchAnswer {
     #[serde(skip_serializing_if = "Value::is_null")]
     id: Value,
     #[serde(flatten)]
@@ -39,7 +39,7 @@ struct Answer {
 /// Makes the figures of merit of the lenses of a file, one JSON object a line. A line has changes
 /// of the lens, or a whole prescription. A line that is no lens has its error in place of the
 /// figures.
-pub(super) fn batch(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn batch(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let setting = setting(request)?;
     let source = source(file)?;
     let lines: Vec<&str> = std::str::from_utf8(&source.bytes)
@@ -48,7 +48,7 @@ pub(super) fn batch(request: &Request<'_>, file: &str) -> Result<Content> {
         .filter(|line| !line.trim().is_empty())
         .collect();
     let (account, base) = (Budget::current(), &request.lens);
-    let answers: Vec<Answer> = lines
+    let answers: Vec<BatchAnswer> = lines
         .par_iter()
         .map(|line| account.during(|| answer(base, line, &setting)))
         .collect();
@@ -72,7 +72,7 @@ fn source(file: &str) -> Result<Arc<Source>> {
 
 /// The conditions: those of the data sheet, with the film at the best focus of each lens, or at the
 /// distance of the focus.
-fn setting(request: &Request<'_>) -> Result<MeritSetting> {
+fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
     let conditions = request.setting();
     let lens = &request.lens;
     let height = conditions.full_height(lens).ok_or_else(|| no_image(lens))?;
@@ -109,7 +109,7 @@ fn setting(request: &Request<'_>) -> Result<MeritSetting> {
 }
 
 /// The answer to a line.
-fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> Answer {
+fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> BatchAnswer {
     let mut id = Value::Null;
     let merit = varied(base, line, &mut id).and_then(|lens| {
         let lens = Lens::new(lens);
@@ -123,7 +123,7 @@ fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> Answer {
         Ok(merit) => (Some(merit), None),
         Err(error) => (None, Some(error.message.clone())),
     };
-    Answer { id, merit, error }
+    BatchAnswer { id, merit, error }
 }
 
 /// The prescription of a line, whose `id` is returned beside it.
@@ -167,7 +167,7 @@ fn quantity(name: &str) -> Result<Quantity> {
 }
 
 /// Writes the yield of the lens within the tolerances of a table.
-pub(super) fn tolerance(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn tolerance(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let mut setting = setting(request)?;
     let source = source(file)?;
     let table = ToleranceTable::of(&source, request.lens.prescription(), &mut setting)?;

@@ -12,7 +12,7 @@ use ivcam_optics::lens_export::{
 use ivcam_optics::prescription::formats::write::{OutputFormat, write_at};
 use ivcam_optics::prescription::{About, Prescription};
 
-use super::lens_request::{Content, Request, no_image};
+use super::lens_request::{Content, LensRequest, no_image};
 use super::{parsed, text, value};
 use crate::photo::LensChoice;
 use crate::photo::options::{POSITIVE, positive};
@@ -45,7 +45,7 @@ const LENSFUN_TOLERANCE: f64 = 2.0;
 
 /// A lens to export, with the options of `--export`.
 struct Export<'a> {
-    request: &'a Request<'a>,
+    request: &'a LensRequest<'a>,
     model: Option<CameraModel>,
     tolerance: Option<f64>,
     pixels: Option<[u32; 2]>,
@@ -80,7 +80,7 @@ pub(super) fn arguments() -> impl Iterator<Item = Arg> {
 }
 
 /// Writes the lens in a format.
-pub(super) fn export(request: &Request<'_>, name: &str) -> Result<Content> {
+pub(super) fn export(request: &LensRequest<'_>, name: &str) -> Result<Content> {
     let matches = request.matches;
     let Some((_, write)) = FORMATS.iter().find(|(known, _)| *known == name) else {
         let names = FORMATS.map(|(name, _)| name).join(", ");
@@ -184,7 +184,7 @@ impl Export<'_> {
 /// Returns the prescription with what its file states, as far as the lens is still that of the
 /// file. In Zemax's and CODE V's formats it states the field of the data sheet, if its file does
 /// not state one.
-pub(super) fn restated(request: &Request<'_>, target: OutputFormat) -> Prescription {
+pub(super) fn restated(request: &LensRequest<'_>, target: OutputFormat) -> Prescription {
     let (lens, setting) = (&request.lens, request.setting());
     let mut prescription = lens.prescription().clone();
     drop_old_notes(&mut prescription, &request.choice);

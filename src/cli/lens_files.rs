@@ -10,7 +10,7 @@ use ivcam_render::camera::{film_plane, lens_in_scene};
 
 use super::lens_csv;
 use super::lens_export;
-use super::lens_request::{Content, Request, no_image};
+use super::lens_request::{Content, LensRequest, no_image};
 use super::trace_rays::Traced;
 
 /// Returns the ending of a file's name in small letters, without the dot.
@@ -20,7 +20,7 @@ pub(super) fn ending(file: &str) -> String {
 }
 
 /// Writes the prescription, and warns about data that the format cannot express.
-pub(super) fn prescription(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn prescription(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let target = OutputFormat::of(Path::new(file))?;
     let lens = lens_export::restated(request, target);
     let (text, left_out) = write(&lens, target)?;
@@ -31,7 +31,7 @@ pub(super) fn prescription(request: &Request<'_>, file: &str) -> Result<Content>
 }
 
 /// Draws the section with the rays of `--trace`, or else with rays of its own.
-pub(super) fn diagram(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn diagram(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let lens = &request.lens;
     let diagram = match &request.rays {
         Some(rays) => rays.diagram(lens, request.film_z(), file),
@@ -45,7 +45,7 @@ pub(super) fn diagram(request: &Request<'_>, file: &str) -> Result<Content> {
 }
 
 /// Writes the data sheet as one page.
-pub(super) fn page(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn page(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let write = match ending(file).as_str() {
         "svg" => svg_page,
         _ => html_page,
@@ -55,21 +55,21 @@ pub(super) fn page(request: &Request<'_>, file: &str) -> Result<Content> {
 }
 
 /// Writes the data sheet as CSV.
-pub(super) fn csv(request: &Request<'_>, _: &str) -> Result<Content> {
+pub(super) fn csv(request: &LensRequest<'_>, _: &str) -> Result<Content> {
     let lens = &request.lens;
     let (sheet, all) = request.sheet().ok_or_else(|| no_image(lens))?;
     Ok(Content::Text(lens_csv::csv(sheet, all, lens.wavelength())))
 }
 
 /// Draws the images of points.
-pub(super) fn points(request: &Request<'_>, file: &str) -> Result<Content> {
+pub(super) fn points(request: &LensRequest<'_>, file: &str) -> Result<Content> {
     let path = Path::new(file);
     let picture = point_spreads(&request.lens, &request.setting(), PictureFormat::of(path)?)?;
     Ok(Content::Pictures(vec![(path.to_owned(), picture)]))
 }
 
 /// Writes the lens as solids of a scene, with the film in focus.
-pub(super) fn scene(request: &Request<'_>, _: &str) -> Result<Content> {
+pub(super) fn scene(request: &LensRequest<'_>, _: &str) -> Result<Content> {
     let lens = &request.lens;
     let no_film =
         || Diagnostic::error(format!("`{}` has no focal point for the film", lens.name()));
@@ -78,7 +78,7 @@ pub(super) fn scene(request: &Request<'_>, _: &str) -> Result<Content> {
 }
 
 /// Writes what became of the rays of `--trace`.
-pub(super) fn rays(request: &Request<'_>, _: &str) -> Result<Content> {
+pub(super) fn rays(request: &LensRequest<'_>, _: &str) -> Result<Content> {
     let rays = request.rays.as_ref();
     let text = rays.map_or(Ok(String::new()), Traced::json)?;
     Ok(Content::Text(text))

@@ -11,26 +11,26 @@ use ivcam_optics::prescription::Focal;
 use serde::Serialize;
 use serde_json::Value;
 
-use super::lens_request::{Content, Request};
+use super::lens_request::{Content, LensRequest};
 
 /// Half of the film's height in the paper's equation 7, in millimeters.
 pub(super) const HALF_HEIGHT: f64 = 12.0;
 
 /// A JSON object, whose keys keep their order.
-pub(super) type Object = IndexMap<&'static str, Field>;
+pub(super) type Object = IndexMap<&'static str, ObjectValue>;
 
 /// A value of an [`Object`].
 #[derive(Serialize)]
 #[serde(untagged)]
-pub(super) enum Field {
+pub(super) enum ObjectValue {
     Value(Value),
     Object(Object),
     List(Vec<Object>),
 }
 
 /// Returns a field with a value. An infinite number and a missing one are null.
-pub(super) fn field(value: impl Into<Value>) -> Field {
-    Field::Value(value.into())
+pub(super) fn field(value: impl Into<Value>) -> ObjectValue {
+    ObjectValue::Value(value.into())
 }
 
 /// The output of `--json`.
@@ -45,7 +45,7 @@ struct Sheet<'a> {
 }
 
 /// Returns the data of the lens; with `--curves` also those of its data sheet.
-pub(super) fn json(request: &Request<'_>, _: &str) -> Result<Content> {
+pub(super) fn json(request: &LensRequest<'_>, _: &str) -> Result<Content> {
     let sheet = match request.matches.get_flag("curves") {
         true => request.sheet(),
         false => None,
@@ -80,10 +80,10 @@ fn lens(lens: &Lens, focus: Option<&Focus>) -> Object {
     all.extend(first_order(lens.first_order()));
     if !surfaces.iter().all(|s| s.shape.is_rotational()) {
         let in_x = first_order(&lens.first_order_in(Meridian::X));
-        all.insert("x_plane", Field::Object(in_x));
+        all.insert("x_plane", ObjectValue::Object(in_x));
     }
     if let Some(focus) = focus {
-        all.insert("focus", Field::Object(focus_data(focus)));
+        all.insert("focus", ObjectValue::Object(focus_data(focus)));
     }
     let rows = surfaces.iter().map(surface).collect();
     all.extend([
@@ -94,8 +94,8 @@ fn lens(lens: &Lens, focus: Option<&Focus>) -> Object {
         ("t_number_real", field(t_number)),
         ("t_number_paraxial", field(lens.paraxial_t_number())),
         ("transmittance", field(lens.axial_transmittance())),
-        ("about", Field::Object(about(prescription))),
-        ("surfaces", Field::List(rows)),
+        ("about", ObjectValue::Object(about(prescription))),
+        ("surfaces", ObjectValue::List(rows)),
     ]);
     all
 }
@@ -104,8 +104,8 @@ fn lens(lens: &Lens, focus: Option<&Focus>) -> Object {
 fn first_order(optics: &FirstOrder) -> Object {
     let focal = |value: fn(&Focal) -> f64| field(optics.focal.as_ref().map(value));
     let pupil = |pupil: Option<Pupil>| match pupil {
-        None => Field::Value(Value::Null),
-        Some(p) => Field::Object(Object::from([
+        None => ObjectValue::Value(Value::Null),
+        Some(p) => ObjectValue::Object(Object::from([
             ("z", field(p.z)),
             ("semi_diameter", field(p.semi_diameter)),
         ])),

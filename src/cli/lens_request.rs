@@ -57,7 +57,7 @@ impl Default for Content {
 }
 
 /// A lens and the conditions that the options set.
-pub(super) struct Request<'m> {
+pub(super) struct LensRequest<'m> {
     pub(super) matches: &'m ArgMatches,
     pub(super) choice: LensChoice,
     /// The lens, focused if there is a distance.
@@ -72,7 +72,7 @@ pub(super) struct Request<'m> {
     sheet: OnceCell<Option<(LensSheet, Aberrations)>>,
 }
 
-impl<'m> Request<'m> {
+impl<'m> LensRequest<'m> {
     /// Opens the lens and reads the options.
     ///
     /// # Errors

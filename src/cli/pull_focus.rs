@@ -122,8 +122,8 @@ impl MovieFilm {
             Container::check_ending(movie)?;
         }
         let frames = match wanted {
-            Wanted::Movie => (0..timeline.frames).collect(),
-            Wanted::Frames(numbers) => numbers,
+            FrameSelection::Movie => (0..timeline.frames).collect(),
+            FrameSelection::Frames(numbers) => numbers,
         };
         Ok(Self {
             is_whole: frames.len() == timeline.frames as usize,
@@ -137,7 +137,7 @@ impl MovieFilm {
 }
 
 /// The frames that `--frames` asks for.
-enum Wanted {
+enum FrameSelection {
     /// All frames, and the movie of them.
     Movie,
     /// Only the frames with these numbers.
@@ -153,8 +153,8 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     };
     let plan = movie_plan(m, Era::Modern, frame)?;
     let movies = match &wanted {
-        Wanted::Movie => movies(m)?,
-        Wanted::Frames(_) => Vec::new(),
+        FrameSelection::Movie => movies(m)?,
+        FrameSelection::Frames(_) => Vec::new(),
     };
     let expiry = parsed(m, "claim-expiry", "a time such as 60s or 10m", |word| {
         duration(word).filter(|time| (SHORTEST_EXPIRY..=LONGEST_EXPIRY).contains(time))
@@ -165,8 +165,8 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let picture = (plan.resolution, plan.depth);
     let shoot = Shoot::new(plan, timeline, folder.clone(), command_line(words))?;
     let numbers: Vec<u32> = match wanted {
-        Wanted::Movie => (0..frames).collect(),
-        Wanted::Frames(numbers) => numbers,
+        FrameSelection::Movie => (0..frames).collect(),
+        FrameSelection::Frames(numbers) => numbers,
     };
     let left = shoot.missing(&numbers).len() as u64;
     check_picture_space(&folder, PictureFormat::Png, picture, left)?;
@@ -258,12 +258,12 @@ fn warn_of_shortfall(number: u32, error: &str) {
 }
 
 /// Returns the timeline, and which of its frames to make.
-fn timeline(m: &ArgMatches) -> Result<(Timeline, Wanted)> {
+fn timeline(m: &ArgMatches) -> Result<(Timeline, FrameSelection)> {
     let list = text(m, "frames").filter(|word| word.parse::<u32>().is_err());
     let wanted = list.map(parse_frames).transpose()?;
     let timeline = whole_timeline(m, list.is_none())?;
     let Some(numbers) = wanted else {
-        return Ok((timeline, Wanted::Movie));
+        return Ok((timeline, FrameSelection::Movie));
     };
     let beyond = numbers.last().filter(|last| **last >= timeline.frames);
     if let Some(beyond) = beyond {
@@ -275,7 +275,7 @@ fn timeline(m: &ArgMatches) -> Result<(Timeline, Wanted)> {
         };
         return Err(Diagnostic::error(text).with_help(help));
     }
-    Ok((timeline, Wanted::Frames(numbers)))
+    Ok((timeline, FrameSelection::Frames(numbers)))
 }
 
 /// Returns the timeline. `--frames` may be its length.

@@ -4,7 +4,7 @@ use ivcam_base::diag::Result;
 use ivcam_optics::lens::{Aberrations, About, Coating, Focus, Lens, LensSheet, Shape};
 
 use super::lens_json::HALF_HEIGHT;
-use super::lens_request::{Content, Request};
+use super::lens_request::{Content, LensRequest};
 
 /// The widths of the table of surfaces.
 const SURFACE: [usize; 6] = [3, 12, 10, 9, 6, 10];
@@ -57,7 +57,7 @@ fn cell(value: impl Into<Option<f64>>, places: usize) -> String {
 }
 
 /// Returns all data of the lens as text.
-pub(super) fn text(request: &Request<'_>) -> Result<Content> {
+pub(super) fn text(request: &LensRequest<'_>) -> Result<Content> {
     let lens = &request.lens;
     let mut page = Page::default();
     heading(&mut page, lens);

@@ -12,7 +12,7 @@ use super::target::Target;
 
 /// One loss: what is lost, at which node, and how often.
 #[derive(Clone, Debug)]
-pub struct Loss {
+pub struct ConversionLoss {
     /// The name of the kind of loss, for programs: `fog`, `line-width`, ….
     pub code: String,
     /// What the other format gets instead, in lower case.
@@ -26,7 +26,7 @@ pub struct Loss {
 /// All losses of a conversion. Losses of the same kind at the same node are counted.
 #[derive(Clone, Debug, Default)]
 pub struct Losses {
-    list: IndexMap<(String, String, Option<u32>), Loss>,
+    list: IndexMap<(String, String, Option<u32>), ConversionLoss>,
 }
 
 /// A loss in a report for programs.
@@ -81,7 +81,7 @@ impl Losses {
         let text = text.into();
         let start = place.at.as_ref().map(|(_, span)| span.start);
         let key = (format!("{code} {text}"), place.class.clone(), start);
-        let loss = self.list.entry(key).or_insert_with(|| Loss {
+        let loss = self.list.entry(key).or_insert_with(|| ConversionLoss {
             code: code.to_owned(),
             text,
             place,
@@ -165,7 +165,7 @@ impl Losses {
     }
 
     /// The losses, in the order in which they were found.
-    pub fn iter(&self) -> impl Iterator<Item = &Loss> {
+    pub fn iter(&self) -> impl Iterator<Item = &ConversionLoss> {
         self.list.values()
     }
 
@@ -176,11 +176,11 @@ impl Losses {
 
     /// One warning for each kind of loss, with the place of the first one.
     pub(crate) fn warnings(&self) -> Vec<Box<Diagnostic>> {
-        let mut kinds: IndexMap<&str, (&Loss, u64)> = IndexMap::new();
+        let mut kinds: IndexMap<&str, (&ConversionLoss, u64)> = IndexMap::new();
         for loss in self.iter() {
             kinds.entry(&loss.text).or_insert((loss, 0)).1 += loss.count;
         }
-        let warning = |(text, (loss, count)): (&str, (&Loss, u64))| {
+        let warning = |(text, (loss, count)): (&str, (&ConversionLoss, u64))| {
             let mut warning = Diagnostic::warning(match &*loss.place.class {
                 "" => text.to_owned(),
                 class => format!("`{class}`: {text}"),
@@ -196,7 +196,7 @@ impl Losses {
 
     /// The report for programs, as JSON.
     pub(crate) fn json(&self, scene: &str, format: &str, output: &str) -> serde_json::Value {
-        fn entry(loss: &Loss) -> LossEntry<'_> {
+        fn entry(loss: &ConversionLoss) -> LossEntry<'_> {
             LossEntry {
                 feature: &loss.code,
                 text: &loss.text,

@@ -36,6 +36,6 @@ mod tests;
 pub(crate) use base64::base64;
 pub(crate) use conversion::rewriting;
 pub use conversion::{Conversion, ExportOptions, convert};
-pub use losses::{Loss, Losses};
+pub use losses::{ConversionLoss, Losses};
 pub(crate) use source_report::source_report;
 pub use target::Target;

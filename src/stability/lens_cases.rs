@@ -8,7 +8,7 @@ use ivcam_optics::prescription::Medium;
 
 use super::case::Case;
 use super::double::Double;
-use super::lens_reference::{Answer, ReferenceInputs, distance};
+use super::lens_reference::{ReferenceInputs, ReferenceRay, distance};
 
 /// A computation may be as wrong as this many roundings of each number.
 const ROUNDINGS: f64 = 4.0;
@@ -36,7 +36,7 @@ fn traced(name: impl Into<String>, lens: &Lens, ray: &LensRay) -> Case {
         let ([x, y, z], [dx, dy, dz]) = (r.origin.to_array(), r.direction.to_array());
         [x, y, z, dx, dy, dz].map(Double::from)
     });
-    let y = |answer: &Option<Answer>| answer.map_or(f64::NAN, |a| a[4].rounded());
+    let y = |answer: &Option<ReferenceRay>| answer.map_or(f64::NAN, |a| a[4].rounded());
     let (error, bound) = match (&expected, &found) {
         (Some(exact), Some(found)) => (
             distance(exact, found),

@@ -14,7 +14,7 @@ pub(super) struct ReferenceInputs {
 }
 
 /// The answer: the point on the last surface and the direction behind it.
-pub(super) type Answer = [Double; 6];
+pub(super) type ReferenceRay = [Double; 6];
 
 impl ReferenceInputs {
     /// Returns the inputs of a ray through a lens at the lens's wavelength.
@@ -33,12 +33,12 @@ impl ReferenceInputs {
     }
 
     /// Traces the ray; `None` if it misses a surface or is totally reflected.
-    pub(super) fn trace(&self) -> Option<Answer> {
+    pub(super) fn trace(&self) -> Option<ReferenceRay> {
         self.trace_rounding(None)
     }
 
     /// Traces the ray, whose coordinates are rounded after one of the surfaces.
-    fn trace_rounding(&self, rounded: Option<usize>) -> Option<Answer> {
+    fn trace_rounding(&self, rounded: Option<usize>) -> Option<ReferenceRay> {
         let mut p: [Double; 3] = std::array::from_fn(|i| self.ray[i].into());
         let mut d: [Double; 3] = std::array::from_fn(|i| self.ray[i + 3].into());
         let length = dot(d, d).sqrt();
@@ -80,7 +80,7 @@ impl ReferenceInputs {
                 vertex = vertex + Double::from(*thickness);
             }
         }
-        let answer: Answer = std::array::from_fn(|i| [p, d][i / 3][i % 3]);
+        let answer: ReferenceRay = std::array::from_fn(|i| [p, d][i / 3][i % 3]);
         answer
             .iter()
             .all(|x| x.rounded().is_finite())
@@ -89,7 +89,7 @@ impl ReferenceInputs {
 
     /// Returns how far rounding one number moves the answer, summed over the inputs and over the
     /// rays behind the surfaces, by the measure of [`distance`].
-    pub(super) fn rounding(&self, exact: &Answer) -> f64 {
+    pub(super) fn rounding(&self, exact: &ReferenceRay) -> f64 {
         let mut moved = self.clone();
         let mut sum = 0.0;
         let mut vary = |moved: &mut Self, place: fn(&mut Self, usize) -> &mut f64, i: usize| {
@@ -140,7 +140,7 @@ fn dot(a: [Double; 3], b: [Double; 3]) -> Double {
 
 /// Returns the largest difference of two answers: of the points over the farthest coordinate, or of
 /// the directions.
-pub(super) fn distance(a: &Answer, b: &Answer) -> f64 {
+pub(super) fn distance(a: &ReferenceRay, b: &ReferenceRay) -> f64 {
     let sizes = a[..3].iter().map(|x| x.rounded().abs());
     let size = sizes.fold(f64::MIN_POSITIVE, f64::max);
     let off = |range: std::ops::Range<usize>| {

@@ -15,7 +15,7 @@ use ivcam_render::shade::Shading;
 
 use super::draft::{self, Preview};
 use super::setup::Setup;
-use super::view::View;
+use super::view::SceneView;
 use crate::photo::{Optics, Plan, PointerScene, Session};
 
 /// The time for the rays of a first frame: the part of 50 ms that the lens, the window and a busy
@@ -78,7 +78,7 @@ pub struct LiveFrame {
     /// The time from the request to this frame.
     pub latency: Duration,
     /// The scene and the camera that it shows.
-    pub view: Arc<View>,
+    pub view: Arc<SceneView>,
 }
 
 /// A film that is being exposed.
@@ -115,7 +115,7 @@ impl Exposing {
 pub(crate) struct Live {
     session: Session,
     request: Request,
-    view: Arc<View>,
+    view: Arc<SceneView>,
     /// The scene as the pointer searches it, at the time of the request.
     pointer: Option<Arc<PointerScene>>,
     exposing: Exposing,
@@ -171,7 +171,7 @@ impl Live {
     }
 
     /// Returns the view for queries of the current picture.
-    pub(crate) fn view(&self) -> &Arc<View> {
+    pub(crate) fn view(&self) -> &Arc<SceneView> {
         &self.view
     }
 
@@ -391,9 +391,9 @@ fn as_shown(plan: &Plan) -> Plan {
     }
 }
 
-fn view(session: &Session, request: &Request, pointer: &Option<Arc<PointerScene>>) -> View {
+fn view(session: &Session, request: &Request, pointer: &Option<Arc<PointerScene>>) -> SceneView {
     let pose = session.pose.clone();
-    View {
+    SceneView {
         camera: draft::camera(
             &session.camera,
             &pose,

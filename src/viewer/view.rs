@@ -16,7 +16,7 @@ use crate::photo::{PointerScene, VisiblePoint, visible_at};
 
 /// A scene seen by a camera.
 #[derive(Clone, Debug)]
-pub struct View {
+pub struct SceneView {
     pub scene: Arc<RenderScene>,
     pub camera: Camera,
     pub pose: CameraPose,
@@ -25,7 +25,7 @@ pub struct View {
     pub(crate) pointer: Option<Arc<PointerScene>>,
 }
 
-impl View {
+impl SceneView {
     /// Returns the visible point at a place of the picture; x and y are from 0 to 1.
     pub(crate) fn look(&self, x: f64, y: f64) -> Option<VisiblePoint> {
         visible_at(&self.scene, &self.camera, &self.pose, [x, y])

@@ -4,7 +4,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 use ivcam_render::scene::model::{Feature, Model, Motion, Pose};
 
-use super::buffer::Buffer;
+use super::buffer::BinaryBuffer;
 use super::nodes::NodeList;
 use super::schema::{Animation, AnimationSampler, Channel, ChannelTarget, Index};
 use crate::export::losses::Losses;
@@ -19,7 +19,7 @@ pub(super) fn animate(
     model: &Model,
     motion: &Motion,
     nodes: &mut NodeList,
-    buffer: &mut Buffer,
+    buffer: &mut BinaryBuffer,
     losses: &mut Losses,
 ) -> Option<Animation> {
     if motion.is_empty() {
@@ -84,7 +84,7 @@ fn tracks(matrices: &[Option<DAffine3>]) -> Option<Tracks> {
 struct AnimationWriter<'a> {
     times: &'a [f64],
     size: f64,
-    buffer: &'a mut Buffer,
+    buffer: &'a mut BinaryBuffer,
     animation: Animation,
 }
 

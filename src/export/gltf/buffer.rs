@@ -13,13 +13,13 @@ const MOST_SHORT: usize = 65_535;
 
 /// The bytes of a file's buffer, with their views and accessors.
 #[derive(Debug, Default)]
-pub(super) struct Buffer {
+pub(super) struct BinaryBuffer {
     pub bytes: Vec<u8>,
     pub views: Vec<BufferView>,
     pub accessors: Vec<Accessor>,
 }
 
-impl Buffer {
+impl BinaryBuffer {
     /// Adds bytes, and returns their view. Every view begins at a multiple of 4.
     pub(super) fn view(&mut self, bytes: &[u8], target: Option<u32>) -> Index {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn views_begin_at_multiples_of_four_and_positions_have_their_bounds() {
-        let mut buffer = Buffer::default();
+        let mut buffer = BinaryBuffer::default();
         buffer.indices(&[0, 1, 2], 3);
         let positions = [[1.0, -2.0, 3.0], [-4.0, 5.0, 0.5]];
         let index = buffer.positions(&positions);
@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn indices_are_wide_if_a_vertex_has_the_reserved_number() {
-        let mut buffer = Buffer::default();
+        let mut buffer = BinaryBuffer::default();
         for (vertices, kind) in [(65_535, UNSIGNED_SHORT), (65_536, UNSIGNED_INT)] {
             let index = buffer.indices(&[vertices as u32 - 1], vertices);
             assert_eq!(buffer.accessors[index].component_type, kind);

@@ -9,7 +9,7 @@ use glam::{Affine2, DMat2, Vec2};
 use ivcam_render::scene::model::{self, Model, Texture, TextureModel};
 use serde_json::{Map, Value, json};
 
-use super::buffer::Buffer;
+use super::buffer::BinaryBuffer;
 use super::schema::{
     Image, Index, Material, MetallicRoughness, Sampler, Texture as TextureEntry, TextureInfo,
 };
@@ -30,7 +30,7 @@ const REPEAT: u32 = 10_497;
 
 /// How a primitive uses its material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct Use {
+pub(super) struct MaterialUse {
     /// The material of the model.
     pub material: usize,
     /// Whether the mesh has colors.
@@ -41,7 +41,7 @@ pub(super) struct Use {
 
 /// The entry of a material, and what a primitive must know about it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Entry {
+pub(super) struct MaterialEntry {
     pub index: Index,
     /// Whether the colors of the mesh are written.
     pub keeps_colors: bool,
@@ -57,14 +57,19 @@ pub(super) struct Materials {
     pub samplers: Vec<Sampler>,
     pub images: Vec<Image>,
     pub extensions: Vec<&'static str>,
-    known: HashMap<Use, Entry>,
+    known: HashMap<MaterialUse, MaterialEntry>,
     /// The pictures of the model that are written as they are.
     shared: HashMap<usize, Index>,
 }
 
 impl Materials {
     /// Returns the entry of a material, which is added at its first use.
-    pub(super) fn entry(&mut self, model: &Model, used: Use, buffer: &mut Buffer) -> Entry {
+    pub(super) fn entry(
+        &mut self,
+        model: &Model,
+        used: MaterialUse,
+        buffer: &mut BinaryBuffer,
+    ) -> MaterialEntry {
         if let Some(entry) = self.known.get(&used) {
             return *entry;
         }
@@ -129,7 +134,7 @@ impl Materials {
             double_sided: material.double_sided,
             extensions,
         });
-        let entry = Entry {
+        let entry = MaterialEntry {
             index: self.materials.len() - 1,
             keeps_colors,
             matrix: matrix.unwrap_or(Affine2::IDENTITY),
@@ -166,7 +171,12 @@ impl Materials {
     }
 
     /// Returns the entry of a texture's picture.
-    fn image(&mut self, texture: &Texture, look: &Appearance<'_>, buffer: &mut Buffer) -> Index {
+    fn image(
+        &mut self,
+        texture: &Texture,
+        look: &Appearance<'_>,
+        buffer: &mut BinaryBuffer,
+    ) -> Index {
         let is_shared = matches!(look.image, Some(std::borrow::Cow::Borrowed(_)));
         if let Some(index) = self.shared.get(&texture.image).filter(|_| is_shared) {
             return *index;

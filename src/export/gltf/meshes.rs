@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use glam::{Affine2, Vec2};
 use ivcam_render::scene::model::{Model, Part, Primitives};
 
-use super::buffer::Buffer;
-use super::materials::{Materials, Use};
+use super::buffer::BinaryBuffer;
+use super::materials::{MaterialUse, Materials};
 use super::schema::{Attributes, Index, Mesh, Primitive};
 use crate::export::appearance::texture_point;
 use crate::export::color::linear;
@@ -31,7 +31,7 @@ impl Meshes {
         model: &Model,
         (name, parts): (&str, &[Part]),
         materials: &mut Materials,
-        buffer: &mut Buffer,
+        buffer: &mut BinaryBuffer,
     ) -> Index {
         if let Some(index) = self.known.get(parts) {
             return *index;
@@ -55,10 +55,10 @@ impl Meshes {
         model: &Model,
         part: Part,
         materials: &mut Materials,
-        buffer: &mut Buffer,
+        buffer: &mut BinaryBuffer,
     ) -> Primitive {
         let mesh = &model.meshes[part.mesh];
-        let used = Use {
+        let used = MaterialUse {
             material: part.material,
             is_colorful: !mesh.colors.is_empty(),
             is_transparent: mesh.colors.iter().any(|c| c[3] < 1.0),
@@ -93,7 +93,7 @@ impl Meshes {
         &mut self,
         model: &Model,
         number: usize,
-        buffer: &mut Buffer,
+        buffer: &mut BinaryBuffer,
     ) -> (Attributes, Option<Index>) {
         if let Some(known) = self.lists.get(&number) {
             return known.clone();
@@ -123,7 +123,7 @@ impl Meshes {
         model: &Model,
         number: usize,
         matrix: Affine2,
-        buffer: &mut Buffer,
+        buffer: &mut BinaryBuffer,
     ) -> Index {
         let key = (number, matrix.to_cols_array().map(f32::to_bits));
         *self.texcoords.entry(key).or_insert_with(|| {

@@ -287,8 +287,8 @@ pub(crate) fn scene_time(words: &GivenOptions) -> Result<Option<f64>> {
 /// # Errors
 /// Returns an error if a word is not an event, a touch or a drag.
 pub(crate) fn actions(words: &GivenOptions) -> Result<Vec<Action>> {
-    type Parse = fn(&str) -> Result<Action>;
-    let kinds: [(&Opt, Parse); 3] = [
+    type ParseAction = fn(&str) -> Result<Action>;
+    let kinds: [(&Opt, ParseAction); 3] = [
         (&EVENT, parse_event),
         (&TOUCH, parse_touch),
         (&DRAG, parse_drag),
