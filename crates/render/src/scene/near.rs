@@ -9,7 +9,6 @@ use super::canvas::{Canvas, MaterialsBy, PictureView, Wants, draw_facets, draw_m
 use super::census::Census;
 use super::placement::Placement;
 use super::shapes;
-use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Fineness, QuadricKind, TriangleMesh};
 
 /// Returns whether a face of a shape is within a distance in meters of a point of the world.
@@ -88,10 +87,6 @@ impl Canvas for NearCanvas {
     fn census(&mut self) -> &mut Census {
         &mut self.census
     }
-
-    fn report_characters(&mut self, _node: NodeRef<'_>, _missing: &MissingCharacters) {}
-
-    fn report_bad_parts(&mut self, _node: NodeRef<'_>) {}
 }
 
 /// Returns the distance of a point from a triangle: from its plane if the point is above it, else

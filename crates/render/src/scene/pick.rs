@@ -13,7 +13,6 @@ use super::near::is_near;
 use super::options::CompileOptions;
 use super::placement::Placement;
 use super::shapes;
-use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Quadric, QuadricKind, TriangleMesh};
 
 /// Intersects rays with shapes as they are drawn with some options.
@@ -182,8 +181,4 @@ impl Canvas for PickCanvas {
     fn census(&mut self) -> &mut Census {
         &mut self.census
     }
-
-    fn report_characters(&mut self, _node: NodeRef<'_>, _missing: &MissingCharacters) {}
-
-    fn report_bad_parts(&mut self, _node: NodeRef<'_>) {}
 }

@@ -6,7 +6,6 @@ use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::state::State;
 
 use super::drawing::{Canvas, MaterialsBy, Wants};
-use super::mistake::Mistake;
 use super::picture_view::PictureView;
 use super::points::Points;
 use super::reports::Reports;
@@ -14,7 +13,6 @@ use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
 use crate::geometry::quadric::exact_bounds;
-use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, QuadricKind, TriangleMesh};
 use crate::scene::census::Census;
 use crate::scene::placement::Placement;
@@ -194,27 +192,7 @@ impl Canvas for BoundsCanvas {
         &mut self.census
     }
 
-    fn report(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.not_drawn(node, what);
-    }
-
-    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.cut(node, what);
-    }
-
-    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
-        self.reports.characters(node, missing);
-    }
-
-    fn report_bad_parts(&mut self, node: NodeRef<'_>) {
-        self.reports.bad_parts(node);
-    }
-
-    fn note(&mut self, mistake: Mistake) {
-        self.reports.note(mistake);
-    }
-
-    fn report_mistakes(&mut self, node: NodeRef<'_>) {
-        self.reports.mistakes(node);
+    fn reports(&mut self) -> Option<&mut Reports> {
+        Some(&mut self.reports)
     }
 }

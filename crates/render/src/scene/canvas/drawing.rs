@@ -7,6 +7,7 @@ use ivcam_inventor::traversal::state::State;
 
 use super::mistake::Mistake;
 use super::picture_view::PictureView;
+use super::reports::Reports;
 use super::runs::Runs;
 use super::triangle_list::TriangleList;
 use super::vertices::Vertices;
@@ -198,23 +199,52 @@ pub(crate) trait Canvas {
     /// The counts of what is drawn.
     fn census(&mut self) -> &mut Census;
 
+    /// The diagnostics of what is drawn, unless the canvas leaves them to another one.
+    fn reports(&mut self) -> Option<&mut Reports> {
+        None
+    }
+
     /// Reports why a shape or a part of it is not drawn.
-    fn report(&mut self, _node: NodeRef<'_>, _what: &str) {}
+    fn report(&mut self, node: NodeRef<'_>, what: &str) {
+        if let Some(reports) = self.reports() {
+            reports.not_drawn(node, what);
+        }
+    }
 
     /// Reports why a part of a shape is not drawn.
-    fn report_part(&mut self, _node: NodeRef<'_>, _what: &str) {}
+    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
+        if let Some(reports) = self.reports() {
+            reports.cut(node, what);
+        }
+    }
 
     /// Reports the characters of a text that are not drawn as written.
-    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters);
+    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
+        if let Some(reports) = self.reports() {
+            reports.characters(node, missing);
+        }
+    }
 
     /// Reports that parts of a shape are left out, once for each node.
-    fn report_bad_parts(&mut self, node: NodeRef<'_>);
+    fn report_bad_parts(&mut self, node: NodeRef<'_>) {
+        if let Some(reports) = self.reports() {
+            reports.bad_parts(node);
+        }
+    }
 
     /// Notes a mistake in the lists of the current shape.
-    fn note(&mut self, _mistake: Mistake) {}
+    fn note(&mut self, mistake: Mistake) {
+        if let Some(reports) = self.reports() {
+            reports.note(mistake);
+        }
+    }
 
     /// Reports the mistakes that were noted, once for each node.
-    fn report_mistakes(&mut self, _node: NodeRef<'_>) {}
+    fn report_mistakes(&mut self, node: NodeRef<'_>) {
+        if let Some(reports) = self.reports() {
+            reports.mistakes(node);
+        }
+    }
 }
 
 impl dyn Canvas + '_ {

@@ -10,10 +10,9 @@ use super::appearance::Shared;
 use super::deferred_text::DeferredText;
 use super::strokes;
 use crate::bvh::Bvh;
-use crate::geometry::text::MissingCharacters;
 use crate::geometry::{Corner, Fineness, Quadric, QuadricKind, TriangleMesh};
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, Mistake, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
+    Canvas, MaterialsBy, PictureView, Reports, Runs, Sides, TriangleList, Vertices, Wants,
     draw_facets,
 };
 use crate::scene::census::Census;
@@ -463,28 +462,8 @@ impl Canvas for SceneBuilder {
         &mut self.scene.census
     }
 
-    fn report(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.not_drawn(node, what);
-    }
-
-    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.cut(node, what);
-    }
-
-    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
-        self.reports.characters(node, missing);
-    }
-
-    fn report_bad_parts(&mut self, node: NodeRef<'_>) {
-        self.reports.bad_parts(node);
-    }
-
-    fn note(&mut self, mistake: Mistake) {
-        self.reports.note(mistake);
-    }
-
-    fn report_mistakes(&mut self, node: NodeRef<'_>) {
-        self.reports.mistakes(node);
+    fn reports(&mut self) -> Option<&mut Reports> {
+        Some(&mut self.reports)
     }
 }
 

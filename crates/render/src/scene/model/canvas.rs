@@ -11,10 +11,9 @@ use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
 use super::surface::{Images, ModelSurface, TextureMapping};
 use super::weld::{self, Lists};
-use crate::geometry::text::MissingCharacters;
 use crate::geometry::{self, Corner, Fineness, QuadricKind};
 use crate::scene::canvas::{
-    Canvas, MaterialsBy, PictureView, Reports, Sides, Wants, draw_facets, draw_mesh,
+    Canvas, MaterialsBy, Mistake, PictureView, Reports, Sides, Wants, draw_facets, draw_mesh,
 };
 use crate::scene::census::Census;
 use crate::scene::looks::Texture;
@@ -429,19 +428,10 @@ impl Canvas for MeshCanvas {
         &mut self.census
     }
 
-    fn report(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.not_drawn(node, what);
+    fn reports(&mut self) -> Option<&mut Reports> {
+        Some(&mut self.reports)
     }
 
-    fn report_part(&mut self, node: NodeRef<'_>, what: &str) {
-        self.reports.cut(node, what);
-    }
-
-    fn report_characters(&mut self, node: NodeRef<'_>, missing: &MissingCharacters) {
-        self.reports.characters(node, missing);
-    }
-
-    fn report_bad_parts(&mut self, node: NodeRef<'_>) {
-        self.reports.bad_parts(node);
-    }
+    /// Mistakes in the lists of a shape are reported by `check`, and change nothing in a model.
+    fn note(&mut self, _mistake: Mistake) {}
 }
