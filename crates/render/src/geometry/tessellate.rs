@@ -310,8 +310,12 @@ impl EarClipper {
 
     /// Adds a corner to the heap.
     fn add(&mut self, v: usize) {
-        let mut at = self.heap.len();
         self.heap.push(v);
+        self.lift(self.heap.len() - 1, v);
+    }
+
+    /// Moves a corner from a place of the heap up to its level.
+    fn lift(&mut self, mut at: usize, v: usize) {
         while at > 0 {
             let parent = self.heap[(at - 1) / 2];
             if !self.before(v, parent) {
@@ -337,18 +341,9 @@ impl EarClipper {
 
     /// Moves a corner in the heap after its weight has changed.
     fn update(&mut self, v: usize) {
-        let mut at = self.slot[v];
-        if at > 0 && self.before(v, self.heap[(at - 1) / 2]) {
-            while at > 0 {
-                let parent = self.heap[(at - 1) / 2];
-                if !self.before(v, parent) {
-                    break;
-                }
-                self.put(at, parent);
-                at = (at - 1) / 2;
-            }
-            self.put(at, v);
-        } else {
+        let at = self.slot[v];
+        self.lift(at, v);
+        if self.slot[v] == at {
             self.sink(at);
         }
     }
