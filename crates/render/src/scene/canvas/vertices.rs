@@ -88,6 +88,24 @@ pub(crate) struct Vertices<'a, 's> {
     pub boxed: Option<BoxCoordinates>,
 }
 
+impl<'a, 's> Vertices<'a, 's> {
+    /// Returns the lists of a shape without an index, still without normals and texture coordinates.
+    pub(crate) fn unindexed(state: &'s State<'a>) -> Self {
+        Self {
+            state,
+            coordinates: state.coordinates,
+            normals: Normals::None,
+            normal_binding: without_index(state.normal_binding),
+            normal_index: None,
+            material_binding: without_index(state.material_binding),
+            material_index: None,
+            texture_index: None,
+            coord_index: None,
+            boxed: None,
+        }
+    }
+}
+
 impl Vertices<'_, '_> {
     /// Returns a corner, or `None` if its coordinate does not exist.
     pub(crate) fn corner(&self, place: VertexPlace) -> Option<Corner> {

@@ -50,16 +50,13 @@ pub(super) fn indexed_faces<'a>(indices: &Indices<'a>, state: &State<'a>, out: &
     let faces = Runs::by_index(index, state.coordinates, Broken::Empty, out);
     let normal_binding = per_vertex_is_indexed(state.normal_binding);
     let mut vertices = Vertices {
-        state,
-        coordinates: state.coordinates,
-        normals: Normals::None,
         normal_binding,
         normal_index: indices.normal,
         material_binding: per_vertex_is_indexed(state.material_binding),
         material_index: indices.material,
         texture_index: indices.texture,
         coord_index: Some(index),
-        boxed: None,
+        ..Vertices::unindexed(state)
     };
     if out.wants().coordinates {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));
@@ -82,16 +79,9 @@ pub(super) fn face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn C
     let faces = Runs::by_count(counts, start, state.coordinates.len(), out);
     let normal_binding = without_index(faces_are_parts(state.normal_binding));
     let mut vertices = Vertices {
-        state,
-        coordinates: state.coordinates,
-        normals: Normals::None,
         normal_binding,
-        normal_index: None,
         material_binding: without_index(faces_are_parts(state.material_binding)),
-        material_index: None,
-        texture_index: None,
-        coord_index: None,
-        boxed: None,
+        ..Vertices::unindexed(state)
     };
     if out.wants().coordinates {
         let used = faces.all().filter_map(|c| state.coordinates.get(c));

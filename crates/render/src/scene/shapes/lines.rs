@@ -25,8 +25,6 @@ fn vertices<'a, 's>(
     let all = 0..state.coordinates.len();
     let points = all.filter_map(|c| state.coordinates.get(c));
     Vertices {
-        state,
-        coordinates: state.coordinates,
         normals: if state.normals.is_empty() {
             Normals::Zero
         } else {
@@ -36,12 +34,11 @@ fn vertices<'a, 's>(
             indexed if coord_index.is_some() => indexed,
             other => without_index(other),
         },
-        normal_index: None,
         material_binding,
         material_index,
-        texture_index: None,
         coord_index,
         boxed: out.wants().coordinates.then(|| BoxCoordinates::of(points)),
+        ..Vertices::unindexed(state)
     }
 }
 

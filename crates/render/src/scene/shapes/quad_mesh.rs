@@ -11,7 +11,6 @@ use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{grid_face_normals, grid_vertex_normals, unit};
 use crate::scene::canvas::{
     Canvas, NormalPer, Normals, Runs, ShapeSize, Vertices, check_lists, count, is_per_vertex,
-    without_index,
 };
 
 /// Draws a `QuadMesh`.
@@ -30,19 +29,7 @@ pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
     if rows < 2 || columns < 2 {
         return;
     }
-    let normal_binding = without_index(state.normal_binding);
-    let mut vertices = Vertices {
-        state,
-        coordinates: state.coordinates,
-        normals: Normals::None,
-        normal_binding,
-        normal_index: None,
-        material_binding: without_index(state.material_binding),
-        material_index: None,
-        texture_index: None,
-        coord_index: None,
-        boxed: None,
-    };
+    let mut vertices = Vertices::unindexed(state);
     let size = ShapeSize {
         corners: rows * columns,
         faces: (rows - 1) * (columns - 1),
@@ -54,7 +41,7 @@ pub(super) fn quad_mesh<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn 
         vertices.boxed = Some(BoxCoordinates::of(used));
     }
     if out.wants().normals {
-        vertices.normals = normals(state, normal_binding, start, rows, columns);
+        vertices.normals = normals(state, vertices.normal_binding, start, rows, columns);
     }
     let whole = Runs::whole(start, rows * columns);
     let triangles = 2 * (rows - 1) * (columns - 1);

@@ -9,7 +9,7 @@ use crate::geometry::BoxCoordinates;
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::scene::canvas::{
     Broken, Canvas, NormalPer, Normals, Runs, ShapeSize, Vertices, check_lists, count, indices,
-    is_per_vertex, without_index,
+    is_per_vertex,
 };
 
 /// Draws an `IndexedTriangleStripSet`.
@@ -21,16 +21,13 @@ pub(super) fn indexed_triangle_strip_set<'a>(
     let index = node.get(indexed_triangle_strip_set::COORD_INDEX);
     let strips = Runs::by_index(index, state.coordinates, Broken::Kept, out);
     let mut vertices = Vertices {
-        state,
-        coordinates: state.coordinates,
-        normals: Normals::None,
         normal_binding: state.normal_binding,
         normal_index: indices(node, indexed_triangle_strip_set::NORMAL_INDEX),
         material_binding: state.material_binding,
         material_index: indices(node, indexed_triangle_strip_set::MATERIAL_INDEX),
         texture_index: indices(node, indexed_triangle_strip_set::TEXTURE_COORD_INDEX),
         coord_index: Some(index),
-        boxed: None,
+        ..Vertices::unindexed(state)
     };
     finish(&strips, &mut vertices, false, out);
 }
@@ -40,18 +37,7 @@ pub(super) fn triangle_strip_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: 
     let counts = node.get(triangle_strip_set::NUM_VERTICES);
     let start = count(node, triangle_strip_set::START_INDEX);
     let strips = Runs::by_count(counts, start, state.coordinates.len(), out);
-    let mut vertices = Vertices {
-        state,
-        coordinates: state.coordinates,
-        normals: Normals::None,
-        normal_binding: without_index(state.normal_binding),
-        normal_index: None,
-        material_binding: without_index(state.material_binding),
-        material_index: None,
-        texture_index: None,
-        coord_index: None,
-        boxed: None,
-    };
+    let mut vertices = Vertices::unindexed(state);
     finish(&strips, &mut vertices, true, out);
 }
 
