@@ -4,6 +4,7 @@
 //! the state by copying it. Names and rules are Inventor's. Where SGI's and Coin's libraries
 //! differ, a comment names the one that is followed.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use glam::{DMat4, DVec3, Vec2, Vec3, Vec4};
@@ -785,6 +786,16 @@ impl Bindables<'_> {
 static NO_COORDINATES: [Vec3; 1] = [Vec3::ZERO];
 
 impl<'a> State<'a> {
+    /// Returns the state with factors of roughness and metal, if a texture states them.
+    pub fn with_factors(&self, factors: Option<[f32; 2]>) -> Cow<'_, Self> {
+        factors.map_or(Cow::Borrowed(self), |[roughness, metallic]| {
+            Cow::Owned(Self {
+                material: self.material.with_factors(roughness, metallic),
+                ..self.clone()
+            })
+        })
+    }
+
     /// Multiplies the matrix by one of the nodes that follow.
     pub(super) fn multiply(&mut self, matrix: DMat4) {
         self.world_from_object *= matrix;

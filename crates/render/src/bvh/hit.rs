@@ -19,6 +19,20 @@ pub struct Hit {
     pub place: u64,
 }
 
+impl Hit {
+    /// Returns a hit at a distance. On a triangle it is the first corner.
+    #[inline]
+    pub(crate) fn on(primitive: u32, place: u64, t: f32) -> Self {
+        Self {
+            t,
+            primitive,
+            u: 0.0,
+            v: 0.0,
+            place,
+        }
+    }
+}
+
 /// Two hits that differ by less than this fraction of their distance lie in the same plane. A
 /// 24-bit depth buffer resolves about the same difference if its near plane is at a tenth of the
 /// distance.

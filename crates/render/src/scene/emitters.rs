@@ -230,13 +230,7 @@ impl Emitters {
         u: [f32; 2],
     ) -> Option<EmitterPoint> {
         let (primitive, place) = self.list[leaf as usize];
-        let mut hit = Hit {
-            t: 1.0,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place,
-        };
+        let mut hit = Hit::on(primitive, place, 1.0);
         if let Some(face) = self.face_of_leaf(leaf) {
             let (position, primitive, [u, v]) = face.point(u);
             (hit.primitive, hit.u, hit.v) = (primitive, u, v);
@@ -372,13 +366,7 @@ impl RenderScene {
     /// The leaf for a primitive with a brightness; `None` for a stroke. The area of a stretched
     /// round surface is about right.
     fn tree_item(&self, (primitive, place): (u32, u64), bright: f32) -> Option<TreeItem> {
-        let hit = Hit {
-            t: 0.0,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place,
-        };
+        let hit = Hit::on(primitive, place, 0.0);
         let ([low, high], area) = match self.primitive(&hit) {
             Primitive::Triangle([a, b, c]) => (
                 [a.min(b).min(c), a.max(b).max(c)],

@@ -238,13 +238,7 @@ impl RenderScene {
             for t in self.distances(ray.origin, ray.direction, primitive, t_max) {
                 if t > from && t < t_max {
                     from = t;
-                    t_max = found(Hit {
-                        t,
-                        primitive,
-                        u: 0.0,
-                        v: 0.0,
-                        place: 0,
-                    });
+                    t_max = found(Hit::on(primitive, 0, t));
                 }
             }
         }

@@ -59,13 +59,7 @@ impl Primitives for RenderScene {
         if !self.may_be_culled(primitive) {
             return false;
         }
-        let hit = Hit {
-            t,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place: 0,
-        };
+        let hit = Hit::on(primitive, 0, t);
         self.is_culled_from_light(&Ray::new(origin, toward_light), &hit)
     }
 }

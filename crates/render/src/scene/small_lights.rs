@@ -144,13 +144,7 @@ impl RenderScene {
     /// box.
     fn across(&self, primitive: u32, place: u64) -> Option<(Vec3, f64, [Vec3; 2])> {
         let toward = |p: Vec3| p.normalize_or(self.view.forward);
-        let hit = Hit {
-            t: 0.0,
-            primitive,
-            u: 0.0,
-            v: 0.0,
-            place,
-        };
+        let hit = Hit::on(primitive, place, 0.0);
         let quadric = match self.primitive(&hit) {
             Primitive::Triangle([a, b, c]) => {
                 let center = (a + b + c) / 3.0;

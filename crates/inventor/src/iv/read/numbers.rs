@@ -70,17 +70,14 @@ struct Decimal {
 /// Scans a decimal number at the start of the input.
 #[inline]
 fn decimal(input: &[u8]) -> Option<Decimal> {
+    let digit = |at: usize| Some(input.get(at)?.wrapping_sub(b'0')).filter(|&d| d < 10);
     let mut i = 0;
     let negative = input.first() == Some(&b'-');
     if matches!(input.first(), Some(b'-' | b'+')) {
         i = 1;
     }
     let (mut digits, mut seen, mut significant, mut exponent) = (0u64, 0usize, 0u32, 0i32);
-    while let Some(d) = input
-        .get(i)
-        .map(|b| b.wrapping_sub(b'0'))
-        .filter(|&d| d < 10)
-    {
+    while let Some(d) = digit(i) {
         digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
         significant += u32::from(digits != 0);
         seen += 1;
@@ -88,11 +85,7 @@ fn decimal(input: &[u8]) -> Option<Decimal> {
     }
     if input.get(i) == Some(&b'.') {
         i += 1;
-        while let Some(d) = input
-            .get(i)
-            .map(|b| b.wrapping_sub(b'0'))
-            .filter(|&d| d < 10)
-        {
+        while let Some(d) = digit(i) {
             digits = digits.wrapping_mul(10).wrapping_add(u64::from(d));
             significant += u32::from(digits != 0);
             exponent -= 1;
@@ -111,11 +104,7 @@ fn decimal(input: &[u8]) -> Option<Decimal> {
         }
         let first = k;
         let mut e = 0i32;
-        while let Some(d) = input
-            .get(k)
-            .map(|b| b.wrapping_sub(b'0'))
-            .filter(|&d| d < 10)
-        {
+        while let Some(d) = digit(k) {
             e = e.saturating_mul(10).saturating_add(i32::from(d));
             k += 1;
         }

@@ -36,17 +36,7 @@ const SMALL_PIXEL_TEXTURE: usize = 8;
 impl SceneBuilder {
     /// Returns the surface of a shape that begins.
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
-        let with_factors;
-        let state = match self.factors(node, state) {
-            Some([roughness, metallic]) => {
-                with_factors = State {
-                    material: state.material.with_factors(roughness, metallic),
-                    ..state.clone()
-                };
-                &with_factors
-            }
-            None => state,
-        };
+        let state = &state.with_factors(self.factors(node, state));
         let m = &state.material;
         let MaterialColors {
             diffuse,

@@ -218,13 +218,8 @@ impl<'a> InstanceSearch<'a, '_> {
         for t in roots.map(|t| t as f32) {
             if t > from && t < self.t_max {
                 from = t;
-                self.t_max = (self.found)(Hit {
-                    t,
-                    primitive: self.lists.triangles.len() as u32 + number,
-                    u: 0.0,
-                    v: 0.0,
-                    place,
-                });
+                let primitive = self.lists.triangles.len() as u32 + number;
+                self.t_max = (self.found)(Hit::on(primitive, place, t));
             }
         }
     }

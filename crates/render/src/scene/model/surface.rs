@@ -133,17 +133,7 @@ impl ModelSurface {
         node: NodeRef<'_>,
     ) -> (Self, Vec<Feature>) {
         let mut features = Vec::new();
-        let with_factors;
-        let state = match images.factors(node, state, report) {
-            Some([roughness, metallic]) => {
-                with_factors = State {
-                    material: state.material.with_factors(roughness, metallic),
-                    ..state.clone()
-                };
-                &with_factors
-            }
-            None => state,
-        };
+        let state = &state.with_factors(images.factors(node, state, report));
         let colors = MaterialColors::of(state);
         let m = &state.material;
         let found = state
