@@ -1,13 +1,42 @@
 //! Builds a document node by node, for the formats that are graphs of Inventor's or VRML's nodes.
 
 use glam::{DAffine3, DQuat, DVec3};
+use ivcam_base::diag::Span;
 use ivcam_inventor::grammar::value::{Image as ImageValue, NodeId, Rotation, Value};
 use ivcam_inventor::grammar::{Class, by_name};
 use ivcam_inventor::iv::{Connection, Document, FieldEntry, Node};
-use ivcam_render::scene::model::Image;
+use ivcam_render::scene::model::{Image, Model, SceneNode};
 
 use super::names::Names;
 use super::trs::split;
+
+/// Nodes without a name and a matrix get no group of their own if they have fewer children.
+const UNGROUPED: usize = 64;
+
+/// Whether a node of a model needs a group of its own around its shapes and children. `moves` says
+/// whether it has a matrix.
+pub(super) fn needs_group(node: &SceneNode, moves: bool, members: usize) -> bool {
+    members > 0 && (node.place.name.is_some() || moves || members >= UNGROUPED)
+}
+
+/// Returns the nodes of a model's root. `make` gets a node of the model with what was made of its
+/// children.
+pub(super) fn tree_of(
+    model: &Model,
+    mut make: impl FnMut(&SceneNode, Vec<NodeId>) -> Vec<NodeId>,
+) -> Vec<NodeId> {
+    let mut items: Vec<Vec<NodeId>> = vec![Vec::new(); model.nodes.len()];
+    // Children follow their parents in the model, so the last node comes first.
+    for (i, node) in model.nodes.iter().enumerate().rev() {
+        let children = node
+            .children
+            .iter()
+            .map(|&child| std::mem::take(&mut items[child]));
+        let children = children.flatten().collect();
+        items[i] = make(node, children);
+    }
+    items.into_iter().next().unwrap_or_default()
+}
 
 /// A document that grows by one node at a time.
 pub(super) struct NodeBuilder {
@@ -96,14 +125,10 @@ impl NodeBuilder {
 fn entry(class: &'static Class, (name, value): (&str, Value)) -> (FieldEntry, bool) {
     let (index, decl) = class.field(name).expect("a field of the class");
     let is_default = value == Value::default_of(decl);
-    let entry = FieldEntry {
-        index: index as u16,
-        value,
-        ignored: false,
-        connection: None,
-        span: ivcam_base::diag::Span::default(),
-    };
-    (entry, is_default)
+    (
+        FieldEntry::new(index as u16, value, Span::default()),
+        is_default,
+    )
 }
 
 /// Returns the fields of a `Transform`, whose matrix is T · R · O · S · O⁻¹ with the scale

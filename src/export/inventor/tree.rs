@@ -8,10 +8,8 @@ use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_render::scene::model::{Mesh, Model, Part, Primitives, SceneNode};
 
 use super::look::Looks;
-use crate::export::nodes::{NodeBuilder, indices, transform_fields};
+use crate::export::nodes::{NodeBuilder, indices, needs_group, transform_fields, tree_of};
 
-/// Nodes without a name and a matrix get no group of their own if they have fewer children.
-const UNGROUPED: usize = 64;
 /// A matrix whose numbers differ by less from those of the identity moves nothing: the difference
 /// is the rounding of a product with an inverse.
 const STILL: f64 = 1e-12;
@@ -46,23 +44,14 @@ pub(super) fn tree(
 }
 
 impl TreeWriter<'_, '_> {
-    /// Returns the nodes of the model's root. Children follow their parents in the model, so the
-    /// last node comes first here.
+    /// Returns the nodes of the model's root.
     fn groups(&mut self) -> Vec<NodeId> {
-        let model = self.model;
-        let mut items: Vec<Vec<NodeId>> = vec![Vec::new(); model.nodes.len()];
-        for (i, node) in model.nodes.iter().enumerate().rev() {
-            let mut own: Vec<NodeId> = Vec::new();
+        tree_of(self.model, |node, children| {
             let is_mirrored = node.world.matrix3.determinant() < 0.0;
-            for part in &node.parts {
-                own.push(self.shape(*part, is_mirrored));
-            }
-            for &child in &node.children {
-                own.append(&mut items[child]);
-            }
-            items[i] = self.grouped(node, own);
-        }
-        items.into_iter().next().unwrap_or_default()
+            let shapes = node.parts.iter().map(|p| self.shape(*p, is_mirrored));
+            let own = shapes.chain(children).collect();
+            self.grouped(node, own)
+        })
     }
 
     /// Returns the nodes of a node of the model, in a separator with its name and matrix if it
@@ -70,7 +59,7 @@ impl TreeWriter<'_, '_> {
     fn grouped(&mut self, node: &SceneNode, own: Vec<NodeId>) -> Vec<NodeId> {
         let name = node.place.name.as_deref();
         let moves = !node.local.abs_diff_eq(DAffine3::IDENTITY, STILL);
-        if own.is_empty() || name.is_none() && !moves && own.len() < UNGROUPED {
+        if !needs_group(node, moves, own.len()) {
             return own;
         }
         let mut members = Vec::new();

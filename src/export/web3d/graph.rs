@@ -17,15 +17,15 @@ use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
 use crate::export::losses::Losses;
 use crate::export::names::picture_name;
-use crate::export::nodes::{NodeBuilder, indices, pixels, rotation, transform_fields, vec3};
+use crate::export::nodes::{
+    NodeBuilder, indices, needs_group, pixels, rotation, transform_fields, tree_of, vec3,
+};
 use crate::export::target::Target;
 
 /// The radius of lights that shine to any distance, in meters.
 const FAR: f32 = 1e9;
 /// The largest angle of a spot light: a right angle, as the six digits of the standards have it.
 const WIDEST: f32 = std::f32::consts::FRAC_PI_2 - 1e-6;
-/// Nodes without a name and a matrix get no group of their own if they have fewer children.
-const UNGROUPED: usize = 64;
 
 /// Where the pictures of textures are.
 #[derive(Clone, Copy, Debug)]
@@ -234,35 +234,24 @@ impl GraphBuilder<'_> {
         id
     }
 
-    /// Returns the nodes of the model's root. Children follow their parents in the model, so the
-    /// last node comes first here.
+    /// Returns the nodes of the model's root.
     fn tree(&mut self) -> Vec<NodeId> {
-        let model = self.model;
-        let mut items: Vec<Vec<NodeId>> = vec![Vec::new(); model.nodes.len()];
-        for (i, node) in model.nodes.iter().enumerate().rev() {
-            let mut own: Vec<NodeId> = Vec::new();
-            for part in &node.parts {
-                own.push(self.shape(*part, &node.place));
-            }
-            for &child in &node.children {
-                own.append(&mut items[child]);
-            }
-            let name = node.place.name.as_deref();
+        tree_of(self.model, |node, children| {
+            let shapes = node.parts.iter().map(|p| self.shape(*p, &node.place));
+            let own: Vec<NodeId> = shapes.chain(children).collect();
             let moves = node.local != DAffine3::IDENTITY;
-            if own.is_empty() || name.is_none() && !moves && own.len() < UNGROUPED {
-                items[i] = own;
-                continue;
+            if !needs_group(node, moves, own.len()) {
+                return own;
             }
             let group = match moves {
                 true => self.transform(&node.local, own),
                 false => self.node("Group", vec![("children", Value::Nodes(own))]),
             };
-            if let Some(name) = name {
+            if let Some(name) = &node.place.name {
                 self.name(group, name);
             }
-            items[i] = vec![group];
-        }
-        items.into_iter().next().unwrap_or_default()
+            vec![group]
+        })
     }
 
     /// Returns a `Transform` with a matrix and some children.

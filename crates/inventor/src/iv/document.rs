@@ -50,6 +50,19 @@ pub struct FieldEntry {
     pub span: Span,
 }
 
+impl FieldEntry {
+    /// Makes the entry of a field with a value, which is not connected.
+    pub fn new(index: u16, value: Value, span: Span) -> Self {
+        Self {
+            index,
+            value,
+            ignored: false,
+            connection: None,
+            span,
+        }
+    }
+}
+
 /// A node with the fields and children that the file states.
 #[derive(Clone, Debug)]
 pub struct Node {
@@ -311,13 +324,11 @@ mod tests {
     #[test]
     fn a_field_that_the_file_does_not_state_has_the_catalogues_default() {
         let mut document = Document::default();
-        let fields = vec![FieldEntry {
-            index: cone::HEIGHT.index,
-            value: Value::Float(5.0),
-            ignored: false,
-            connection: None,
-            span: Span::default(),
-        }];
+        let fields = vec![FieldEntry::new(
+            cone::HEIGHT.index,
+            Value::Float(5.0),
+            Span::default(),
+        )];
         let id = document.add(Node {
             class: ClassRef::Known(class::CONE),
             name: None,

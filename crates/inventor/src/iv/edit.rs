@@ -63,13 +63,7 @@ impl Document {
                 entry.value = value;
                 entry.ignored = false;
             }
-            None => node.fields.push(FieldEntry {
-                index,
-                value,
-                ignored: false,
-                connection: None,
-                span,
-            }),
+            None => node.fields.push(FieldEntry::new(index, value, span)),
         }
     }
 }

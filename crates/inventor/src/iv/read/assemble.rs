@@ -429,13 +429,7 @@ impl<'d> Assembler<'d> {
             let message = format!("has a number outside of its range, {range}");
             self.warn_about_numbers(node, index, span, &message);
         }
-        let entry = FieldEntry {
-            index,
-            value,
-            ignored: false,
-            connection: None,
-            span,
-        };
+        let entry = FieldEntry::new(index, value, span);
         let fields = &mut self.document.nodes[node.0 as usize].fields;
         if self.stated.0 != node {
             self.stated = (node, StatedPlaces::default());

@@ -246,13 +246,7 @@ fn fill(
     count_bytes(document, node, value.list_bytes(), limits)?;
     let fields = &mut document.nodes[node.0 as usize].fields;
     fields.retain(|f| f.index != index);
-    fields.push(FieldEntry {
-        index,
-        value,
-        ignored: false,
-        connection: None,
-        span: Span::default(),
-    });
+    fields.push(FieldEntry::new(index, value, Span::default()));
     Ok(())
 }
 

@@ -180,13 +180,7 @@ pub(super) fn upgrade(
 
 /// Sets a field of a node and replaces an earlier value.
 fn set_field(document: &mut Document, node: usize, index: u16, value: Value) {
-    let entry = FieldEntry {
-        index,
-        value,
-        ignored: false,
-        connection: None,
-        span: Span::default(),
-    };
+    let entry = FieldEntry::new(index, value, Span::default());
     let fields = &mut document.nodes[node].fields;
     fields.retain(|f| f.index != index);
     fields.push(entry);

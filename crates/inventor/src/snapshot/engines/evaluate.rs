@@ -131,13 +131,7 @@ impl EngineWork<'_> {
                 let fields = &mut self.document.nodes[to.0 as usize].fields;
                 match fields.iter_mut().find(|f| f.index == index) {
                     Some(entry) => entry.value = value,
-                    None => fields.push(FieldEntry {
-                        index,
-                        value,
-                        ignored: false,
-                        connection: None,
-                        span: edge.span,
-                    }),
+                    None => fields.push(FieldEntry::new(index, value, edge.span)),
                 }
             }
         }

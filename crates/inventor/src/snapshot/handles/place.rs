@@ -178,13 +178,7 @@ fn surround(node: NodeRef<'_>, kind: &str, around: HandleBox<'_>) -> Node {
 }
 
 fn entry<T: ?Sized>(field: Field<T>, value: Value) -> FieldEntry {
-    FieldEntry {
-        index: field.index,
-        value,
-        ignored: false,
-        connection: None,
-        span: Span::default(),
-    }
+    FieldEntry::new(field.index, value, Span::default())
 }
 
 fn transform(fields: Vec<FieldEntry>) -> Node {
