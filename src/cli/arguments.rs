@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::{Arg, ArgAction, ArgMatches};
+use clap::{Arg, ArgAction, ArgMatches, value_parser};
 use ivcam_base::diag::Result;
 use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::Allowance;
@@ -19,6 +19,22 @@ pub(crate) fn scene_argument() -> Arg {
         "scene file: .iv, .wrl, .x3d, .x3dv, .glb, .gltf, .obj, .ply, .stl, plain or .gz; - for \
               standard input",
     )
+}
+
+/// Returns the arguments that say what a scene may read; [`readable_folders`] returns their values.
+pub(crate) fn reading_arguments() -> [Arg; 2] {
+    let folder = |name: &'static str| {
+        let argument = Arg::new(name).long(name).value_name("FOLDER");
+        argument.value_parser(value_parser!(PathBuf))
+    };
+    [
+        folder("search")
+            .action(ArgAction::Append)
+            .help("searches this folder too for files of the scene, and opens files below it"),
+        folder("contain").help(
+            "opens files of the scene only below this folder and those of --search [the scene's project]",
+        ),
+    ]
 }
 
 /// Returns the folders of `--search` and that of `--contain`, which say what a scene may read.
@@ -121,11 +137,6 @@ pub(crate) fn parsed<T>(
     expects: &str,
     parse: impl FnOnce(&str) -> Option<T>,
 ) -> Result<Option<T>> {
-    let Some(word) = text(matches, name) else {
-        return Ok(None);
-    };
-    match parse(word) {
-        Some(value) => Ok(Some(value)),
-        None => Err(options::invalid_value(name, word, expects)),
-    }
+    let word = text(matches, name);
+    options::parsed_word(name, word, expects, parse)
 }

@@ -55,19 +55,7 @@ pub(crate) fn command() -> Command {
             "handles",
             "includes the handles of draggers and manipulators",
         ))
-        .arg(
-            path("search")
-                .long("search")
-                .value_name("FOLDER")
-                .action(ArgAction::Append)
-                .help("searches this folder too for files of a scene, and opens files below it"),
-        )
-        .arg(
-            path("contain")
-                .long("contain")
-                .value_name("FOLDER")
-                .help("opens files of a scene only below this folder and those of --search [the scene's project]"),
-        )
+        .args(super::reading_arguments())
         .args([FONTS, LIMIT, MEMORY, WORK].iter().map(argument))
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
+use clap::{Arg, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result, Severity};
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::Budget;
@@ -82,19 +82,7 @@ pub(crate) fn command() -> Command {
                 .value_name("N")
                 .help("threads for the scenes of a folder [one for each core]"),
         )
-        .arg(
-            path("search")
-                .long("search")
-                .value_name("FOLDER")
-                .action(ArgAction::Append)
-                .help("searches this folder too for files of the scene, and opens files below it"),
-        )
-        .arg(
-            path("contain")
-                .long("contain")
-                .value_name("FOLDER")
-                .help("opens files of the scene only below this folder and those of --search [the scene's project]"),
-        )
+        .args(super::reading_arguments())
         .args([FONTS, LIMIT, MEMORY, WORK].iter().map(super::flags::argument))
         .arg(super::time_for_each("ends each scene after this time, such as 30s [never]"))
 }

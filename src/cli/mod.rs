@@ -57,7 +57,7 @@ mod wrong_file;
 
 pub(crate) use arguments::{
     allowance, compares_folder, folder_of_scenes, fonts, limits, memory, parsed, readable_folders,
-    scene_argument, switch, text, time_for_each, value,
+    reading_arguments, scene_argument, switch, text, time_for_each, value,
 };
 use dispatch::unknown_command;
 pub use dispatch::{open, plan, run};

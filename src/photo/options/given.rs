@@ -75,13 +75,7 @@ impl GivenOptions {
         expects: &str,
         parse: impl FnOnce(&str) -> Option<T>,
     ) -> Result<Option<T>> {
-        let Some(word) = self.text(name) else {
-            return Ok(None);
-        };
-        match parse(word) {
-            Some(value) => Ok(Some(value)),
-            None => Err(invalid_value(name, word, expects)),
-        }
+        parsed_word(name, self.text(name), expects, parse)
     }
 
     /// Parses the option's value as one of several names.
@@ -105,7 +99,21 @@ impl GivenOptions {
     }
 }
 
+/// Parses the value of an option, if it was given.
+///
+/// # Errors
+/// Returns an error with the text `expects` if `parse` returns `None`.
+pub(crate) fn parsed_word<T>(
+    name: &str,
+    word: Option<&str>,
+    expects: &str,
+    parse: impl FnOnce(&str) -> Option<T>,
+) -> Result<Option<T>> {
+    let value = |word| parse(word).ok_or_else(|| invalid_value(name, word, expects));
+    word.map(value).transpose()
+}
+
 /// Returns the error for an invalid value of an option.
-pub(crate) fn invalid_value(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
+fn invalid_value(name: &str, word: &str, expects: &str) -> Box<Diagnostic> {
     Diagnostic::error(format!("`--{name} {word}` is not {expects}"))
 }

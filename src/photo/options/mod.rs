@@ -23,7 +23,7 @@ mod values;
 pub use conversions::command_line;
 pub(crate) use conversions::idle_options;
 pub use given::GivenOptions;
-pub(crate) use given::{MovieFrame, invalid_value};
+pub(crate) use given::{MovieFrame, parsed_word};
 pub use lens::lens_options;
 pub(crate) use option::OptionNeeds;
 pub use option::{Opt, Takes};
