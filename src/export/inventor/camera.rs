@@ -2,11 +2,33 @@
 
 use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
-use ivcam_inventor::pose::Projection;
+use ivcam_inventor::iv::Limits;
+use ivcam_inventor::pose::{CameraPose, Projection};
+use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::model::{Model, SceneCamera};
 
-use super::write::Viewing;
 use crate::export::nodes::{NodeBuilder, rotation, vec3};
+use crate::photo::overview::Overview;
+
+/// What a VRML97 scene says about its viewer, which the model does not hold.
+#[derive(Clone, Debug)]
+pub(in crate::export) struct Viewing {
+    /// The pose of the viewpoint that is bound first, in the scene's world space.
+    pub camera: Option<CameraPose>,
+    /// Whether the headlight is on.
+    pub headlight: bool,
+}
+
+impl Viewing {
+    /// Finds the settings of a VRML97 scene. Without a `NavigationInfo` the headlight is on.
+    pub(in crate::export) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
+        let overview = Overview::of(snapshot, limits);
+        Self {
+            camera: overview.camera,
+            headlight: overview.navigation_info.unwrap_or(true),
+        }
+    }
+}
 
 /// The center and the radius of a sphere around the scene, for clipping planes.
 type Sphere = (DVec3, f64);

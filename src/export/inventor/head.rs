@@ -7,9 +7,8 @@ use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_render::scene::model::{Model, Place};
 
-use super::camera::cameras;
+use super::camera::{Viewing, cameras};
 use super::light::{LightWriter, ambient_fields};
-use super::write::Viewing;
 use crate::export::losses::Losses;
 use crate::export::nodes::NodeBuilder;
 

@@ -17,5 +17,6 @@ mod tests;
 mod tree;
 mod write;
 
+pub(super) use camera::Viewing;
 pub(super) use look::approximates_texture;
-pub(super) use write::{Viewing, write};
+pub(super) use write::write;

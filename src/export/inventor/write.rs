@@ -1,36 +1,14 @@
 //! Begins a file of Inventor V2.1.
 
 use ivcam_inventor::grammar::Dialect;
-use ivcam_inventor::iv::{Format, Limits};
-use ivcam_inventor::pose::CameraPose;
-use ivcam_inventor::snapshot::Snapshot;
+use ivcam_inventor::iv::Format;
 use ivcam_render::scene::model::Model;
 
+use super::camera::Viewing;
 use super::head::head;
 use super::tree::tree;
 use crate::export::losses::Losses;
 use crate::export::nodes::NodeBuilder;
-use crate::photo::overview::Overview;
-
-/// What a VRML97 scene says about its viewer, which the model does not hold.
-#[derive(Clone, Debug)]
-pub(in crate::export) struct Viewing {
-    /// The pose of the viewpoint that is bound first, in the scene's world space.
-    pub camera: Option<CameraPose>,
-    /// Whether the headlight is on.
-    pub headlight: bool,
-}
-
-impl Viewing {
-    /// Finds the settings of a VRML97 scene. Without a `NavigationInfo` the headlight is on.
-    pub(in crate::export) fn of(snapshot: &Snapshot<'_>, limits: &Limits) -> Self {
-        let overview = Overview::of(snapshot, limits);
-        Self {
-            camera: overview.camera,
-            headlight: overview.navigation_info.unwrap_or(true),
-        }
-    }
-}
 
 /// Writes a model as Inventor V2.1, with pictures beside it that begin with `stem`, or as pixels in
 /// the file if it is empty. What Inventor cannot express is added to `losses`.

@@ -9,9 +9,9 @@ use ivcam_base::math::Meters;
 use ivcam_render::shade::Shading;
 
 use super::given::GivenOptions;
-use super::lens::lens_options;
 use super::option::{OptionNeeds, Takes};
 use super::table::all;
+use super::table::lens_options;
 use crate::photo::plan::{Era, LensChoice, Optics, PictureLook, Plan};
 
 impl Plan {

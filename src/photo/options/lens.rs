@@ -6,7 +6,6 @@ use ivcam_optics::lens::{Coating, FocusMethod, Gap, Iris};
 
 use super::given::GivenOptions;
 use super::option::{Opt, OptionNeeds, Takes};
-use super::table::all;
 use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
     switch, unless_default,
@@ -327,22 +326,6 @@ pub(super) static OPTIONS: [Opt; 16] = [
     )
     .examples(&["--solids"]),
 ];
-
-/// Returns the options that apply to a lens without a scene, which `ivcam lens` has.
-pub fn lens_options() -> impl Iterator<Item = &'static Opt> {
-    const NAMES: [&str; 9] = [
-        "zoom",
-        "efl",
-        "zoom-position",
-        "aperture",
-        "coating",
-        "focus",
-        "focus-method",
-        "glass-catalogue",
-        "gap",
-    ];
-    all().filter(|option| NAMES.contains(&option.name))
-}
 
 fn focal_length(plan: &mut Plan, words: &GivenOptions, sink: &mut Sink) -> Result<()> {
     let length = |word: &str| {

@@ -24,7 +24,6 @@ pub use conversions::command_line;
 pub(crate) use conversions::idle_options;
 pub use given::GivenOptions;
 pub(crate) use given::{MovieFrame, parsed_word};
-pub use lens::lens_options;
 pub(crate) use option::OptionNeeds;
 pub use option::{Opt, Takes};
 pub(crate) use sampling::rear_element;
@@ -33,6 +32,6 @@ pub(crate) use scene::{
     typefaces, work,
 };
 pub(crate) use shutter::Shutter;
-pub use table::all;
 pub(crate) use table::groups;
+pub use table::{all, lens_options};
 pub(crate) use values::{POSITIVE, duration, positive};

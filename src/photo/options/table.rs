@@ -53,3 +53,19 @@ pub(crate) fn groups() -> &'static [Group] {
 pub fn all() -> impl Iterator<Item = &'static Opt> {
     GROUPS.iter().flat_map(|group| group.options)
 }
+
+/// Returns the options that apply to a lens without a scene, which `ivcam lens` has.
+pub fn lens_options() -> impl Iterator<Item = &'static Opt> {
+    const NAMES: [&str; 9] = [
+        "zoom",
+        "efl",
+        "zoom-position",
+        "aperture",
+        "coating",
+        "focus",
+        "focus-method",
+        "glass-catalogue",
+        "gap",
+    ];
+    all().filter(|option| NAMES.contains(&option.name))
+}

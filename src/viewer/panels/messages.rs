@@ -3,7 +3,7 @@
 use egui::{Color32, RichText, Ui};
 use ivcam_base::diag::{Diagnostic, Severity, counted};
 
-use super::settings::meters;
+use super::wheel::meters;
 use crate::viewer::model::WindowModel;
 
 pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {

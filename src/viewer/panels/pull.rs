@@ -2,7 +2,7 @@
 
 use egui::{Button, DragValue, Ui};
 
-use super::settings::meters;
+use super::wheel::meters;
 use crate::viewer::model::WindowModel;
 
 pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {

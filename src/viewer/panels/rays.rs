@@ -4,7 +4,7 @@ use egui::Ui;
 use ivcam_render::camera::LensCamera;
 
 use super::drawing;
-use super::settings::meters;
+use super::wheel::meters;
 use crate::photo::{RAYS, ray_section};
 use crate::viewer::model::WindowModel;
 

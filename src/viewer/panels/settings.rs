@@ -3,6 +3,7 @@
 use egui::{Grid, Ui};
 use ivcam_optics::lens::Iris;
 
+use super::wheel::meters;
 use super::{Kit, Turn, camera, pull, rule, wheel};
 use crate::viewer::model::WindowModel;
 use crate::viewer::sharpness::{self, DepthOfField};
@@ -11,17 +12,6 @@ use crate::viewer::sharpness::{self, DepthOfField};
 pub(super) const STOPS: [f64; 13] = [
     1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0, 22.0, 32.0, 45.0, 64.0,
 ];
-
-/// Formats a distance with a unit.
-pub(super) fn meters(distance: f64) -> String {
-    match distance {
-        d if !d.is_finite() => "∞".into(),
-        d if d < 1.0 => format!("{:.1} cm", 100.0 * d),
-        d if d < 10.0 => format!("{d:.3} m"),
-        d if d < 100.0 => format!("{d:.2} m"),
-        d => format!("{d:.0} m"),
-    }
-}
 
 pub(super) fn focus(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     let heading = ui.heading(format!("Focus {}", meters(model.setup.focus())));

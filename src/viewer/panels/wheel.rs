@@ -14,6 +14,17 @@ pub(crate) struct Turn {
     pub speed: f64,
 }
 
+/// Formats a distance with a unit.
+pub(super) fn meters(distance: f64) -> String {
+    match distance {
+        d if !d.is_finite() => "∞".into(),
+        d if d < 1.0 => format!("{:.1} cm", 100.0 * d),
+        d if d < 10.0 => format!("{d:.3} m"),
+        d if d < 100.0 => format!("{d:.2} m"),
+        d => format!("{d:.0} m"),
+    }
+}
+
 /// Shows a wheel that can be dragged, scrolled over, or turned by the arrow keys when it has the
 /// keyboard focus. `angle` is its angle, for the ridges.
 pub(crate) fn wheel(ui: &mut Ui, name: &str, angle: &mut f32) -> (Response, Turn) {

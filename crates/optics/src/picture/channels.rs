@@ -1,12 +1,6 @@
 //! Images of named channels, such as depth or a map of positions, as OpenEXR files.
 
-use std::path::Path;
-
 use indexmap::IndexMap;
-use ivcam_base::diag::Result;
-use ivcam_base::files::write_whole;
-
-use super::exr;
 
 /// An image of any number of named channels, with rows from the top.
 #[derive(Clone, Debug)]
@@ -34,15 +28,6 @@ impl ChannelImage {
         }
         let named = names.map(str::to_owned).into_iter().zip(channels);
         self.channels.extend(named);
-    }
-
-    /// Writes the image as OpenEXR with 32 bits in each channel.
-    ///
-    /// # Errors
-    /// Fails if the file cannot be written, or if a channel has not a value for each pixel. A
-    /// failed write leaves no file.
-    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
-        write_whole(path.as_ref(), |file| exr::write_channels(self, file))
     }
 }
 

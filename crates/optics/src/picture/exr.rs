@@ -1,6 +1,7 @@
 //! Reads and writes OpenEXR files: linear exposure values, with the provenance as attributes.
 
 use std::io::{Cursor, Write};
+use std::path::Path;
 
 use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock};
 use ::exr::block::write as write_blocks;
@@ -10,7 +11,7 @@ use ::exr::prelude::{self as exr, ReadChannels as _, ReadLayers as _};
 use flate2::{Compression, write::ZlibEncoder};
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::WriteSeek;
+use ivcam_base::files::{WriteSeek, write_whole};
 use rayon::prelude::*;
 
 use super::channels::ChannelImage;
@@ -195,8 +196,19 @@ fn texts(
     provenance.iter().map(entry)
 }
 
+impl ChannelImage {
+    /// Writes the image as OpenEXR with 32 bits in each channel.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be written, or if a channel has not a value for each pixel. A
+    /// failed write leaves no file.
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<()> {
+        write_whole(path.as_ref(), |file| write_channels(self, file))
+    }
+}
+
 /// Writes an image as one layer of its channels.
-pub(super) fn write_channels(image: &ChannelImage, file: &mut dyn Write) -> std::io::Result<()> {
+fn write_channels(image: &ChannelImage, file: &mut dyn Write) -> std::io::Result<()> {
     let size = (image.width as usize, image.height as usize);
     if image.channels.values().any(|c| c.len() != size.0 * size.1) {
         return Err(std::io::Error::other(

@@ -166,7 +166,7 @@ mod tests {
     use ivcam_base::diag::Source;
 
     use super::*;
-    use crate::prescription::formats::format::Reading;
+    use crate::prescription::formats::reading::Reading;
 
     fn read_text(index: &str) -> Result<Prescription> {
         let text = format!(

@@ -605,7 +605,7 @@ mod tests {
     use ivcam_base::diag::Source;
 
     use super::*;
-    use crate::prescription::formats::format::Reading;
+    use crate::prescription::formats::reading::Reading;
 
     fn parse(text: &str) -> Result<Prescription> {
         let source = &Arc::new(Source::new("a.json", text.as_bytes().to_vec()));

@@ -25,6 +25,7 @@ pub(crate) mod origin;
 mod oslo;
 pub mod read;
 mod reader;
+mod reading;
 mod roa;
 mod seq;
 pub mod write;
@@ -32,8 +33,8 @@ mod write_seq;
 mod zmx;
 
 pub(crate) use format::PrescriptionFormat;
-pub use format::{Gap, Reading};
 pub use read::read;
+pub use reading::{Gap, Reading};
 
 /// The formats that are read; a file is in the first that recognizes it.
 pub(crate) static FORMATS: [&PrescriptionFormat; 13] = [

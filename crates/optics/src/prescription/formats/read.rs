@@ -6,8 +6,8 @@ use ivcam_base::diag::{Result, Sink, Source, Span};
 
 use crate::prescription::formats::FORMATS;
 use crate::prescription::formats::apertures;
-use crate::prescription::formats::format::Reading;
 use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::reading::Reading;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::text;
 

@@ -13,7 +13,7 @@ use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::{
     F_NUMBER_TOLERANCE, SystemData, fill, note_f_number,
 };
-use crate::prescription::formats::format::Reading;
+use crate::prescription::formats::reading::Reading;
 use crate::prescription::glass::{Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, StatedBeam, check, check_count};
 use crate::prescription::surface::Surface;

@@ -14,9 +14,6 @@ use super::face::Face;
 use super::letters::{LetterOrder, is_mark, letters};
 use super::missing::MissingCharacters;
 
-/// The largest number of characters of one text. The rest of a longer text is not drawn.
-pub(crate) const MAX_GLYPHS: usize = 250_000;
-
 /// A glyph as polylines and triangles, at a font size of 1.
 #[derive(Clone, Debug, Default)]
 pub(super) struct FlatGlyph {

@@ -2,8 +2,9 @@
 
 use glam::Vec2;
 
-use super::glyph::{LineGlyph, MAX_GLYPHS, Typeface, length};
+use super::glyph::{LineGlyph, Typeface, length};
 use super::letters::LetterOrder;
+use super::letters::MAX_GLYPHS;
 use super::missing::MissingCharacters;
 use super::style::{Justify, TextStyle};
 

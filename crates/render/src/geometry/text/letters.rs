@@ -9,7 +9,6 @@ use unicode_normalization::UnicodeNormalization;
 use unicode_normalization::char::{canonical_combining_class, compose, decompose_canonical};
 
 use super::arabic;
-use super::glyph::MAX_GLYPHS;
 
 /// The order in which the characters of a line are returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +22,8 @@ pub(super) enum LetterOrder {
 /// The characters below this one are neither composed nor reordered.
 const FIRST_COMPLEX: char = '\u{300}';
 
+/// The largest number of characters of one text. The rest of a longer text is not drawn.
+pub(crate) const MAX_GLYPHS: usize = 250_000;
 /// The largest number of characters that are read. Two become one glyph at most after they were
 /// composed, so that a line with too many glyphs is found to be too long.
 const MAX_CHARACTERS: usize = 2 * (MAX_GLYPHS + 1);

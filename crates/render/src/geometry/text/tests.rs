@@ -1,8 +1,9 @@
 use glam::Vec2;
 
-use super::glyph::{MAX_GLYPHS, Typeface, length};
+use super::glyph::{Typeface, length};
 use super::layout::layout;
 use super::letters::LetterOrder;
+use super::letters::MAX_GLYPHS;
 use super::vrml97::{ABOVE, vrml97_layout};
 use super::*;
 use crate::geometry::TriangleMesh;

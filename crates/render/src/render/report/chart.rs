@@ -134,20 +134,22 @@ impl Axis {
     }
 }
 
-/// Draws a convergence table as an SVG file.
-pub(super) fn chart(table: &Convergence, across: Across) -> String {
-    let [left, right, top, bottom] = MARGIN;
-    let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
-    let curves = curves(table, across);
-    let points = || curves.iter().flat_map(|c| c.points.iter());
-    let x = Axis::over(points().map(|p| p.0), left, x1);
-    let y = Axis::over(points().map(|p| p.1), y1, top);
-    let mut out = head(table);
-    write_axes(&mut out, &x, &y, across.title());
-    let labels = write_lines(&mut out, &curves, &x, &y);
-    write_labels(&mut out, labels);
-    out.push_str("</svg>\n");
-    out
+impl Convergence {
+    /// Returns a chart of relRMSE as SVG, both axes logarithmic, one line for each method.
+    pub fn svg(&self, across: Across) -> String {
+        let [left, right, top, bottom] = MARGIN;
+        let (x1, y1) = (WIDTH - right, HEIGHT - bottom);
+        let curves = curves(self, across);
+        let points = || curves.iter().flat_map(|c| c.points.iter());
+        let x = Axis::over(points().map(|p| p.0), left, x1);
+        let y = Axis::over(points().map(|p| p.1), y1, top);
+        let mut out = head(self);
+        write_axes(&mut out, &x, &y, across.title());
+        let labels = write_lines(&mut out, &curves, &x, &y);
+        write_labels(&mut out, labels);
+        out.push_str("</svg>\n");
+        out
+    }
 }
 
 /// Returns the opening tag, the background and the titles.

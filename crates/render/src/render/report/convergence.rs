@@ -6,7 +6,6 @@ use indexmap::IndexMap;
 use serde::Serialize;
 
 use super::account::{count, percent};
-use super::chart::{Across, chart};
 use super::deviation::Deviation;
 use super::peers::Peer;
 use super::slope::Slope;
@@ -208,11 +207,6 @@ impl Convergence {
             );
         }
         out
-    }
-
-    /// Returns a chart of relRMSE as SVG, both axes logarithmic, one line for each method.
-    pub fn svg(&self, across: Across) -> String {
-        chart(self, across)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The columns of a table: by the words of a heading, or by the values in them.
 
 use crate::prescription::formats::dat::lines::Cell;
-use crate::prescription::formats::format::Gap;
+use crate::prescription::formats::reading::Gap;
 use crate::prescription::surface::MAX_POWER;
 
 /// What a column holds.

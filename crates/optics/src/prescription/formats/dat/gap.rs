@@ -21,7 +21,7 @@
 //! two have the same. [`MARGIN`] points or more ahead of the others it is certain; otherwise a
 //! warning names both.
 
-use crate::prescription::formats::format::Gap;
+use crate::prescription::formats::reading::Gap;
 use crate::prescription::glass::D_LINE;
 use crate::prescription::prescription::{Prescription, crossings};
 

@@ -4,8 +4,8 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, Source};
 
 use crate::lens::{Lens, Shape, shipped_names};
 use crate::prescription::formats::dat::reader;
-use crate::prescription::formats::format::{Gap, Reading};
 use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::reading::{Gap, Reading};
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::polynomial;
 

@@ -3,9 +3,9 @@
 use ivcam_base::diag::Result;
 
 use crate::prescription::formats::commands::Command;
-use crate::prescription::formats::format::Reading;
 use crate::prescription::formats::index_table;
 use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::reading::Reading;
 use crate::prescription::glass::medium::{Formula, Medium, named_line};
 use crate::prescription::text::Word;
 

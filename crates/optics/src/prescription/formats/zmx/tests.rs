@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Result, Sink, Source, Span};
 
-use crate::prescription::formats::format::Reading;
 use crate::prescription::formats::reader::PrescriptionReader;
+use crate::prescription::formats::reading::Reading;
 use crate::prescription::formats::zmx::reader;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::Shape;
