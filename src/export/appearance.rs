@@ -37,16 +37,21 @@ pub(super) fn texture_point(matrix: Affine2, coordinates: Vec2) -> Vec2 {
 }
 
 impl<'m> Appearance<'m> {
-    /// Returns the appearance of a material. `image` is the picture of its texture, and
-    /// `is_colorful` says whether its mesh has colors.
-    pub(super) fn of(material: &Material, image: Option<&'m Image>, is_colorful: bool) -> Self {
-        let plain = Self {
+    /// Returns the appearance of a material with its own color and its texture's picture.
+    pub(super) fn plain(material: &Material, image: Option<&'m Image>) -> Self {
+        Self {
             color: material.diffuse,
             opacity: 1.0 - material.transparency,
             unlit: material.unlit,
             keeps_colors: true,
             image: image.map(Cow::Borrowed),
-        };
+        }
+    }
+
+    /// Returns the appearance of a material. `image` is the picture of its texture, and
+    /// `is_colorful` says whether its mesh has colors.
+    pub(super) fn of(material: &Material, image: Option<&'m Image>, is_colorful: bool) -> Self {
+        let plain = Self::plain(material, image);
         let (Some(texture), Some(image)) = (&material.texture, image) else {
             return plain;
         };

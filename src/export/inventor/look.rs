@@ -3,7 +3,6 @@
 //! A `Group` does not restore the state, so its properties act on the shape that follows it in the
 //! same `Separator`.
 
-use std::borrow::Cow;
 use std::collections::HashMap;
 
 use glam::{Affine2, DAffine3, DQuat, DVec3, Vec3};
@@ -164,13 +163,7 @@ impl<'m> Colors<'m> {
         let is_replaced = texture.is_some_and(|t| t.model == TextureModel::Diffuse);
         let look = match is_replaced {
             true => Appearance::of(material, image, !mesh.colors.is_empty()),
-            false => Appearance {
-                color: material.diffuse,
-                opacity: 1.0 - material.transparency,
-                unlit: material.unlit,
-                keeps_colors: true,
-                image: image.map(Cow::Borrowed),
-            },
+            false => Appearance::plain(material, image),
         };
         let has_alpha = |image: &Image| matches!(image.components, 2 | 4);
         let ambient = match look.color == material.diffuse {

@@ -231,6 +231,15 @@ impl Pen<'_> {
     }
 }
 
+/// Returns the mean of two normals whose angle has a cosine above `smooth`, and the first otherwise.
+fn blended(a: Vec2, b: Vec2, smooth: f32) -> Vec2 {
+    if a.dot(b) > smooth {
+        (a + b).normalize_or(a)
+    } else {
+        a
+    }
+}
+
 /// Returns the normal at both ends of each piece of a profile, as a unit vector (outward, toward
 /// the front).
 fn slopes(profile: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
@@ -238,13 +247,7 @@ fn slopes(profile: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
         .windows(2)
         .map(|p| (p[1] - p[0]).try_normalize().unwrap_or(Vec2::X))
         .collect();
-    let blend = |a: Vec2, b: Vec2| {
-        if a.dot(b) > smooth {
-            (a + b).normalize_or(a)
-        } else {
-            a
-        }
-    };
+    let blend = |a, b| blended(a, b, smooth);
     (0..normals.len())
         .map(|i| {
             let n = normals[i];
@@ -261,13 +264,7 @@ fn edge_normals(outline: &[Vec2], smooth: f32) -> Vec<(Vec2, Vec2)> {
     let flat: Vec<Vec2> = (0..n)
         .map(|i| outward(outline[i], outline[(i + 1) % n]))
         .collect();
-    let blend = |a: Vec2, b: Vec2| {
-        if a.dot(b) > smooth {
-            (a + b).normalize_or(a)
-        } else {
-            a
-        }
-    };
+    let blend = |a, b| blended(a, b, smooth);
     (0..n)
         .map(|i| {
             (

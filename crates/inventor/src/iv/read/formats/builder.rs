@@ -1,10 +1,10 @@
 //! Adds nodes of X3D for files of other formats.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use ivcam_base::diag::{Diagnostic, Result, Span};
 
 use crate::grammar::value::{NodeId, Value};
-use crate::grammar::{ClassId, Field, appearance, class, vrml97_shape};
+use crate::grammar::{ClassId, Field, appearance, class, texture_coordinate, vrml97_shape};
 use crate::iv::document::ClassRef;
 use crate::iv::read::assemble::Assembler;
 
@@ -47,6 +47,20 @@ impl Builder<'_, '_> {
         let node = self.node(class, span)?;
         self.set(node, field, value);
         Ok(node)
+    }
+
+    /// Adds texture coordinates.
+    ///
+    /// # Errors
+    /// Returns an error if a limit is exceeded.
+    pub(super) fn texture_coordinates(&mut self, list: Vec<Vec2>, span: Span) -> Result<NodeId> {
+        let list = Value::Vec2s(list);
+        self.with(
+            class::TEXTURE_COORDINATE,
+            texture_coordinate::POINT,
+            list,
+            span,
+        )
     }
 
     /// Names a node.

@@ -15,7 +15,7 @@ use super::mtl::MaterialLibraries;
 use super::text_lines::{TextLine, text_lines};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
-    Field, NodeRefValue, class, color, coordinate, texture_coordinate, vrml97_group,
+    Field, NodeRefValue, class, color, coordinate, vrml97_group,
     vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_normal,
 };
 use crate::iv::display::linear_of_display;
@@ -358,13 +358,8 @@ impl ObjReader<'_, '_> {
         builder.set(geometry, faces97::SOLID, Value::Bool(false));
         builder.set(geometry, faces97::CONVEX, Value::Bool(false));
         if key.has_coordinates {
-            let list = Value::Vec2s(used(&self.lists.coordinates, &mut corners.coordinates));
-            let node = builder.with(
-                class::TEXTURE_COORDINATE,
-                texture_coordinate::POINT,
-                list,
-                span,
-            )?;
+            let list = used(&self.lists.coordinates, &mut corners.coordinates);
+            let node = builder.texture_coordinates(list, span)?;
             put(builder, faces97::TEX_COORD, node);
             let index = Value::Ints(corners.coordinates);
             builder.set(geometry, faces97::TEX_COORD_INDEX, index);

@@ -10,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Span, excerpt};
 use super::builder::Builder;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
-    appearance, class, color, color_rgba, coordinate, image_texture, texture_coordinate,
+    appearance, class, color, color_rgba, coordinate, image_texture,
     vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_normal,
 };
 use crate::iv::encoding::text;
@@ -208,11 +208,8 @@ fn header(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<PlyHeader> {
                 let content = line
                     .split_once(char::is_whitespace)
                     .map_or("", |(_, c)| c.trim());
-                builder
-                    .asm
-                    .document
-                    .meta
-                    .push((words[0].into(), content.into()));
+                let meta = &mut builder.asm.document.meta;
+                meta.push((words[0].into(), content.into()));
             }
             _ => {}
         }
@@ -556,13 +553,8 @@ impl PlyMesh {
             builder.set(faces, faces97::CREASE_ANGLE, Value::Float(CREASE_ANGLE));
         }
         if self.coordinates.len() == count {
-            let list = Value::Vec2s(std::mem::take(&mut self.coordinates));
-            let node = builder.with(
-                class::TEXTURE_COORDINATE,
-                texture_coordinate::POINT,
-                list,
-                span,
-            )?;
+            let list = std::mem::take(&mut self.coordinates);
+            let node = builder.texture_coordinates(list, span)?;
             builder.set(faces, faces97::TEX_COORD, Value::Node(Some(node)));
         }
         Ok(faces)

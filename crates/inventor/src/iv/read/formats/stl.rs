@@ -107,11 +107,8 @@ fn binary(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
         && !name.is_empty()
         && builder.asm.source == 0
     {
-        builder
-            .asm
-            .document
-            .meta
-            .push(("title".into(), name.into()));
+        let meta = &mut builder.asm.document.meta;
+        meta.push(("title".into(), name.into()));
     }
     Ok(solid(builder, points, "", Span::new(0, bytes.len()))?
         .into_iter()

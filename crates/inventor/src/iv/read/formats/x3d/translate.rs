@@ -76,9 +76,13 @@ struct XmlAttributes<'x> {
 
 impl<'x> XmlAttributes<'x> {
     fn get(&self, name: &str) -> Option<&str> {
-        let mut list = self.list.iter();
-        list.find(|attribute| attribute.0 == name)
-            .map(|(_, value, _)| &**value)
+        self.placed(name).map(|(value, _)| &**value)
+    }
+
+    /// The value of an attribute, with its offset.
+    fn placed(&self, name: &str) -> Option<(&Cow<'x, str>, usize)> {
+        let found = self.list.iter().find(|attribute| attribute.0 == name);
+        found.map(|(_, value, place)| (value, *place))
     }
 }
 
@@ -363,12 +367,9 @@ impl<'x> Translator<'x> {
                 is_empty: true,
             };
         }
-        let value = attributes
-            .list
-            .iter()
-            .find(|attribute| attribute.0 == "value");
-        match value.filter(|(_, value, _)| !value.is_empty() || kind == FieldType::SFString) {
-            Some((_, value, place)) => self.value(kind, value, *place),
+        let value = attributes.placed("value");
+        match value.filter(|(value, _)| !value.is_empty() || kind == FieldType::SFString) {
+            Some((value, place)) => self.value(kind, value, place),
             None => self.put(&format!("{}\n", empty(kind)), at),
         }
         OpenElement::Nothing
@@ -386,13 +387,9 @@ impl<'x> Translator<'x> {
             .proto_named(&proto)
             .and_then(|fields| fields.types.get(&*own))
             .copied();
-        let value = attributes
-            .list
-            .iter()
-            .find(|attribute| attribute.0 == "value");
-        if let Some((_, value, place)) = value {
+        if let Some((value, place)) = attributes.placed("value") {
             self.put(&format!("{own} "), at);
-            self.value(kind.unwrap_or(FieldType::SFString), value, *place);
+            self.value(kind.unwrap_or(FieldType::SFString), value, place);
         }
         OpenElement::Valued(own.into())
     }
