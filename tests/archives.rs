@@ -572,8 +572,8 @@ fn a_damaged_scene_fails_a_strict_conversion_and_its_report_says_what_is_wrong()
     let archive = Archive::new("strict", &scenes);
     let (_, said) = archive.run("convert in -o out --to glb --report report.json");
     let said = said.replace("\n  ", " ");
-    let sum = "4 scenes: 2 converted, 1 with nothing to draw, 1 failed, 2 damaged, 1 with losses \
-               (`--report` lists them), 1 with missing files";
+    let sum = "4 scenes: 2 converted, 1 with nothing to draw, 1 failed, 2 damaged, 1 with missing \
+               files";
     assert!(said.contains(sum), "{said}");
     assert!(!archive.has("out/faces.glb") && archive.has("out/cut.glb"));
     let report = archive.json("report.json");

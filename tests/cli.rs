@@ -1167,7 +1167,7 @@ fn a_folder_is_converted_once_and_what_fails_does_not_stop_the_rest() {
         "5 scenes: 3 converted",
         "1 with nothing to draw",
         "1 failed",
-        "3 with losses",
+        "1 with losses",
         "1 with missing files",
     ] {
         assert!(said.contains(part), "{part} in {said}");
@@ -1206,6 +1206,21 @@ fn a_conversion_that_loses_something_fails_only_if_it_is_strict() {
             "{}",
             stderr(&output)
         );
+    }
+    // Inventor has ambient light by default, which glTF has not.
+    scratch.inventor("default.iv", "Cube { }");
+    scratch.inventor("stated.iv", "Environment { ambientIntensity 1 } Cube { }");
+    let lost = "the ambient light is left out";
+    for (scene, code, start) in [
+        ("default", 0, "note: "),
+        ("stated", 1, "warning: `Environment`: "),
+    ] {
+        let line = format!("convert DIR/{scene}.iv -o DIR/{scene}.glb --strict");
+        let line = line.replace("DIR", &scratch.0.display().to_string());
+        let output = ivcam(&line).output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{scene}");
+        let said = stderr(&output);
+        assert!(said.starts_with(start) && said.contains(lost), "{said}");
     }
     must_fail(
         &scratch,

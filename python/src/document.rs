@@ -321,6 +321,7 @@ fn loss_records<'py>(py: Python<'py>, losses: &Losses) -> PyResult<Bound<'py, Py
         record.set_item("text", &loss.text)?;
         add_place(&record, &loss.place)?;
         record.set_item("count", loss.count)?;
+        record.set_item("stated", loss.stated)?;
         list.append(record)?;
     }
     Ok(list)

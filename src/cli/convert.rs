@@ -57,7 +57,7 @@ pub(crate) fn command() -> Command {
         .arg(path("report").long("report").value_name("FILE").help(
             "writes what the format could not express, and what is wrong with the scene, to a JSON file",
         ))
-        .arg(switch("strict", "exits with code 1 if something could not be expressed, or if the scene is damaged"))
+        .arg(switch("strict", "exits with code 1 if something that the file states could not be expressed, or if the scene is damaged"))
         .arg(Arg::new("tolerance").long("tolerance").value_name("FRACTION").help(
             "the largest error of triangles for round shapes, text and NURBS, from 0.0001 to 0.1 of their size [0.005]",
         ))
@@ -171,7 +171,7 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         write_whole(report, |file| writeln!(file, "{report_text:#}"))?;
     }
     let is_damaged = FileState::of(&document) == FileState::Damaged;
-    let lost = matches.get_flag("strict") && (is_damaged || !conversion.losses.is_empty());
+    let lost = matches.get_flag("strict") && (is_damaged || conversion.losses.has_stated());
     let code = if lost { LOSSES } else { 0 };
     match output {
         None => {
@@ -301,10 +301,10 @@ fn print_all(conversion: &Conversion, scene: &Path) {
     let found = conversion.diagnostics.iter();
     let found = found.filter(|d| d.severity >= Severity::Warning);
     found.for_each(print_diagnostic);
-    for warning in conversion.losses.warnings() {
-        match warning.place {
-            Some(_) => print_diagnostic(&warning),
-            None => print_diagnostic(&warning.in_file(scene.display().to_string())),
+    for message in conversion.losses.messages() {
+        match message.place {
+            Some(_) => print_diagnostic(&message),
+            None => print_diagnostic(&message.in_file(scene.display().to_string())),
         }
     }
     if conversion.is_empty {

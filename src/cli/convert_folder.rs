@@ -234,7 +234,7 @@ impl ConversionSum {
         }
         let losses = &converted.conversion.losses;
         self.converted += 1;
-        self.with_losses += usize::from(!losses.is_empty());
+        self.with_losses += usize::from(losses.has_stated());
         let path = job.output.display().to_string();
         let mut report = losses.json(&job.name, output.name(), &path);
         let losses = json!({ "losses": report["losses"].take() });

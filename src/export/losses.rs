@@ -21,6 +21,8 @@ pub struct ConversionLoss {
     pub place: Place,
     /// The number of uses of the node.
     pub count: u64,
+    /// Whether the file states what is lost. Otherwise it is a default of the file's language.
+    pub stated: bool,
 }
 
 /// All losses of a conversion. Losses of the same kind at the same node are counted.
@@ -39,6 +41,7 @@ struct LossEntry<'a> {
     file: Option<&'a str>,
     line: Option<u32>,
     count: u64,
+    stated: bool,
 }
 
 /// The report of a conversion for programs.
@@ -70,14 +73,20 @@ fn shows_lost_backs(mesh: &Mesh, material: &Material) -> bool {
         && (is_transparent() || mesh.shows_backs())
 }
 
-/// Whether ambient light changes a material by half a level of 255 or more.
-fn reflects_ambient_light(material: &Material) -> bool {
-    !material.unlit && material.ambient_part().max_element() >= 0.5 / 255.0
-}
-
 impl Losses {
     /// Adds a loss. `code` names its kind for programs, and `text` says what becomes of the node.
     pub fn add(&mut self, code: &str, text: impl Into<String>, place: Place, count: u64) {
+        self.add_stated(code, text, place, (count, true));
+    }
+
+    /// Adds a loss, which the file states or not.
+    pub(crate) fn add_stated(
+        &mut self,
+        code: &str,
+        text: impl Into<String>,
+        place: Place,
+        (count, stated): (u64, bool),
+    ) {
         let text = text.into();
         let start = place.at.as_ref().map(|(_, span)| span.start);
         let key = (format!("{code} {text}"), place.class.clone(), start);
@@ -86,8 +95,10 @@ impl Losses {
             text,
             place,
             count: 0,
+            stated: false,
         });
         loss.count += count;
+        loss.stated |= stated;
     }
 
     /// Adds the loss of a node.
@@ -97,7 +108,13 @@ impl Losses {
 
     /// Adds a feature that the format cannot hold.
     pub(crate) fn feature(&mut self, feature: Feature, place: &Place, count: u64) {
-        self.add(feature.code(), feature.text(), place.clone(), count);
+        self.feature_stated(feature, place, (count, true));
+    }
+
+    /// Adds a feature that the format cannot hold, with its number of uses and whether the file
+    /// states it.
+    pub(crate) fn feature_stated(&mut self, feature: Feature, place: &Place, uses: (u64, bool)) {
+        self.add_stated(feature.code(), feature.text(), place.clone(), uses);
     }
 
     /// Adds the features of a model that a format cannot hold.
@@ -108,9 +125,10 @@ impl Losses {
             feature,
             place,
             count,
+            stated,
         } in found.filter(|o| lost(&o.feature))
         {
-            self.feature(*feature, place, *count);
+            self.feature_stated(*feature, place, (*count, *stated));
         }
         if lost(&Feature::Light) {
             let lights = model.lights.iter();
@@ -146,11 +164,8 @@ impl Losses {
                 self.feature(feature, &node.place, 1);
             }
             if lost(&Feature::OneSided) && shows_lost_backs(mesh, material) {
-                self.feature(Feature::OneSided, &node.place, 1);
+                self.feature_stated(Feature::OneSided, &node.place, (1, node.states_sides));
             }
-        }
-        if lost(&Feature::AmbientLight) && model.materials.iter().any(reflects_ambient_light) {
-            self.feature(Feature::AmbientLight, &Place::default(), 1);
         }
         let grouped = model.nodes.iter().skip(1);
         if lost(&Feature::Hierarchy) && grouped.clone().any(|n| n.parts.is_empty()) {
@@ -159,9 +174,14 @@ impl Losses {
         }
     }
 
-    /// Whether nothing is lost.
+    /// Whether nothing is lost, not even a default.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
+    }
+
+    /// Whether something is lost that the file states.
+    pub fn has_stated(&self) -> bool {
+        self.iter().any(|loss| loss.stated)
     }
 
     /// The losses, in the order in which they were found.
@@ -169,29 +189,38 @@ impl Losses {
         self.list.values()
     }
 
-    /// The number of uses of nodes that lost something.
+    /// The number of uses of nodes that lost something that the file states.
     pub fn total(&self) -> u64 {
-        self.iter().map(|loss| loss.count).sum()
+        let stated = self.iter().filter(|loss| loss.stated);
+        stated.map(|loss| loss.count).sum()
     }
 
-    /// One warning for each kind of loss, with the place of the first one.
-    pub(crate) fn warnings(&self) -> Vec<Box<Diagnostic>> {
-        let mut kinds: IndexMap<&str, (&ConversionLoss, u64)> = IndexMap::new();
+    /// One message for each kind of loss, with the place of the first one: a warning if the file
+    /// states what is lost, or else a note.
+    pub(crate) fn messages(&self) -> Vec<Box<Diagnostic>> {
+        let mut kinds: IndexMap<(&str, bool), (&ConversionLoss, u64)> = IndexMap::new();
         for loss in self.iter() {
-            kinds.entry(&loss.text).or_insert((loss, 0)).1 += loss.count;
+            let kind = kinds.entry((&loss.text, loss.stated));
+            kind.or_insert((loss, 0)).1 += loss.count;
         }
-        let warning = |(text, (loss, count)): (&str, (&ConversionLoss, u64))| {
-            let mut warning = Diagnostic::warning(match &*loss.place.class {
+        let message = |((text, stated), (loss, count)): ((&str, bool), (&ConversionLoss, u64))| {
+            let text = match &*loss.place.class {
                 "" => text.to_owned(),
                 class => format!("`{class}`: {text}"),
-            });
+            };
+            let mut warning = match stated {
+                true => Diagnostic::warning(text),
+                false => {
+                    Diagnostic::note(format!("{text} (a default that the file does not state)"))
+                }
+            };
             if let Some((source, span)) = &loss.place.at {
                 warning = warning.at(source, *span);
             }
             warning.count = usize::try_from(count).unwrap_or(usize::MAX);
             warning
         };
-        kinds.into_iter().map(warning).collect()
+        kinds.into_iter().map(message).collect()
     }
 
     /// The report for programs, as JSON.
@@ -205,6 +234,7 @@ impl Losses {
                 file: loss.place.file(),
                 line: loss.place.line(),
                 count: loss.count,
+                stated: loss.stated,
             }
         }
         let report = Report {

@@ -301,6 +301,109 @@ fn bright_colors_and_ambient_light_are_lost_where_the_format_has_none() {
     }
 }
 
+/// Ambient light without an `Environment`, the attenuation and the radius of lights and the side of
+/// faces have defaults that are lost.
+#[test]
+fn a_default_of_the_language_is_no_loss_of_the_file() {
+    const INVENTOR: &str = "#Inventor V2.1 ascii";
+    const VRML97: &str = "#VRML V2.0 utf8";
+    let face = "coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ] } }";
+    let shape = |sides: &str| format!("Shape {{ geometry IndexedFaceSet {{ {sides} {face}");
+    let lit = |light: &str| format!("{light} Shape {{ geometry Box {{ }} }}");
+    let cases = [
+        (INVENTOR, "Cube { }", Target::Glb, "ambient-light", ""),
+        (
+            INVENTOR,
+            "Environment { fogType NONE } Cube { }",
+            Target::Glb,
+            "ambient-light",
+            "",
+        ),
+        (
+            INVENTOR,
+            "Separator { Environment { ambientIntensity 1 } } Cube { }",
+            Target::Ply,
+            "ambient-light",
+            "",
+        ),
+        (
+            INVENTOR,
+            "Environment { ambientIntensity 0.2 } Cube { } Cube { }",
+            Target::Obj,
+            "ambient-light",
+            "Environment",
+        ),
+        (
+            INVENTOR,
+            "PointLight { } Cube { }",
+            Target::Usda,
+            "light-falloff",
+            "",
+        ),
+        (
+            INVENTOR,
+            "Environment { attenuation 0 1 0 } PointLight { } Cube { }",
+            Target::Usda,
+            "light-falloff",
+            "PointLight",
+        ),
+        (
+            VRML97,
+            &lit("PointLight { }"),
+            Target::Glb,
+            "light-falloff",
+            "",
+        ),
+        (
+            VRML97,
+            &lit("PointLight { attenuation 1 0 0 }"),
+            Target::Glb,
+            "light-falloff",
+            "PointLight",
+        ),
+        (
+            VRML97,
+            &lit("PointLight { location 0 0 200 }"),
+            Target::Inventor,
+            "light-radius",
+            "",
+        ),
+        (
+            VRML97,
+            &lit("PointLight { location 0 0 200 radius 100 }"),
+            Target::Inventor,
+            "light-radius",
+            "PointLight",
+        ),
+        (VRML97, &shape(""), Target::Obj, "one-sided", ""),
+        (
+            VRML97,
+            &shape("solid TRUE"),
+            Target::Ply,
+            "one-sided",
+            "IndexedFaceSet",
+        ),
+    ];
+    for (header, scene, target, code, stated) in cases {
+        let losses = converted(&format!("{header}\n{scene}"), target).losses;
+        let found: Vec<_> = losses.iter().filter(|loss| loss.code == code).collect();
+        assert_eq!(found.len(), 1, "{scene}: {losses:?}");
+        let node = if found[0].stated {
+            &*found[0].place.class
+        } else {
+            ""
+        };
+        assert_eq!(node, stated, "{scene}");
+    }
+    let lit = converted("#Inventor V2.1 ascii\nCube { }", Target::Glb).losses;
+    assert!(!lit.is_empty() && !lit.has_stated() && lit.total() == 0);
+    let report = lit.json("scene.iv", "glb", "scene.glb");
+    assert_eq!(
+        [&report["losses"][0]["stated"], &report["count"]],
+        [&Json::from(false), &Json::from(0)]
+    );
+}
+
 #[test]
 fn losses_name_their_node_and_line() {
     let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nTransform { children [\n\

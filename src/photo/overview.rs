@@ -8,6 +8,7 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::State;
 use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, first_pose};
+use ivcam_render::scene::model::Place;
 
 /// The camera, lights and navigation settings of a scene.
 #[derive(Default)]
@@ -18,6 +19,8 @@ pub(crate) struct Overview {
     pub has_light: bool,
     /// The field `headlight` of the first `NavigationInfo`, of VRML97 or in a file of VRML 1.0.
     pub navigation_info: Option<bool>,
+    /// That node, if it states the field.
+    pub headlight_node: Option<Place>,
     /// What the walk left out.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -67,6 +70,8 @@ impl<'a> Visitor<'a> for OverviewCollector {
     fn bindable(&mut self, node: NodeRef<'a>, _: &State<'a>) {
         if is_navigation_info(node) && self.overview.navigation_info.is_none() {
             self.overview.navigation_info = Some(node.get(navigation_info::HEADLIGHT));
+            let is_stated = node.states(navigation_info::HEADLIGHT);
+            self.overview.headlight_node = is_stated.then(|| Place::of(node));
         }
     }
 }

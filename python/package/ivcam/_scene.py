@@ -72,7 +72,8 @@ class Conversion:
         format: the name of the format.
         files: the files that were written, the main one first.
         losses: what the format could not express: dictionaries with `feature`, `text`, `node`,
-            `name`, `file`, `line` and `count`.
+            `name`, `file`, `line`, `count`, and `stated`, which is false for a default of the file's
+            language.
         problems: what is wrong with the scene.
         empty: whether nothing is drawn.
     """

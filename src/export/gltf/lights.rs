@@ -49,7 +49,8 @@ pub(super) fn light(light: &SceneLight, around: LightBounds, losses: &mut Losses
         });
     }
     if !light.linear {
-        losses.feature(Feature::LightFalloff, &light.place, 1);
+        let uses = (1, light.states_attenuation);
+        losses.feature_stated(Feature::LightFalloff, &light.place, uses);
     }
     let distance = light.position.distance(around.center);
     let distance = distance.max(0.1 * around.radius);

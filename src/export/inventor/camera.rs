@@ -5,7 +5,7 @@ use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::iv::Limits;
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::Snapshot;
-use ivcam_render::scene::model::{Model, SceneCamera};
+use ivcam_render::scene::model::{Model, Place, SceneCamera};
 
 use crate::export::nodes::{NodeBuilder, rotation, vec3};
 use crate::photo::overview::Overview;
@@ -17,6 +17,8 @@ pub(in crate::export) struct Viewing {
     pub camera: Option<CameraPose>,
     /// Whether the headlight is on.
     pub headlight: bool,
+    /// The node that states whether it is, if there is one.
+    pub headlight_node: Option<Place>,
 }
 
 impl Viewing {
@@ -26,6 +28,7 @@ impl Viewing {
         Self {
             camera: overview.camera,
             headlight: overview.navigation_info.unwrap_or(true),
+            headlight_node: overview.headlight_node,
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
-use ivcam_render::scene::model::{Model, Place};
+use ivcam_render::scene::model::Model;
 
 use super::camera::{Viewing, cameras};
 use super::light::{LightWriter, ambient_fields};
@@ -48,9 +48,14 @@ fn headlight(
     nodes: &mut NodeBuilder,
     losses: &mut Losses,
 ) -> Option<NodeId> {
+    let mut lost = |text: &str| {
+        let node = &viewing.headlight_node;
+        let place = node.clone().unwrap_or_default();
+        losses.add_stated(HEADLIGHT, text, place, (1, node.is_some()));
+    };
     if !viewing.headlight {
         let text = "the headlight is off, but a viewer of Inventor may turn its own on";
-        losses.add(HEADLIGHT, text, Place::default(), 1);
+        lost(text);
         let is_dark = model.lights.is_empty();
         let dark = vec![("intensity", Value::Float(0.0))];
         return is_dark.then(|| nodes.node("DirectionalLight", dark));
@@ -62,12 +67,11 @@ fn headlight(
     nodes.name(light, "headlight");
     let Some(camera) = camera else {
         let text = "the headlight shines along -z, because the scene has no camera to follow";
-        losses.add(HEADLIGHT, text, Place::default(), 1);
+        lost(text);
         return Some(light);
     };
     if model.cameras.len() > 1 {
-        let text = "the headlight follows the first camera alone";
-        losses.add(HEADLIGHT, text, Place::default(), 1);
+        lost("the headlight follows the first camera alone");
     }
     let turn = nodes.connected("Rotation", "rotation", camera, "orientation");
     // The light acts beyond the group, and the rotation does not.

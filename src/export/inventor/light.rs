@@ -80,21 +80,27 @@ impl<'w> LightWriter<'w> {
 
     /// Adds what a light loses.
     fn report(&mut self, light: &SceneLight) {
-        let mut lost = |code: &str, text: &str| {
-            self.losses.add(code, text, light.place.clone(), 1);
+        let mut lost = |code: &str, text: &str, stated: bool| {
+            let place = light.place.clone();
+            self.losses.add_stated(code, text, place, (1, stated));
         };
         if light.ambient > 0.0 && light.shape != LightShape::Directional {
-            lost("light-ambient", "the light's ambient part is left out");
+            lost(
+                "light-ambient",
+                "the light's ambient part is left out",
+                true,
+            );
         }
         if light.shape == LightShape::Directional {
             return;
         }
         if self.bounds.is_some_and(|bounds| ends_within(light, bounds)) {
-            lost("light-radius", "the light shines beyond its radius");
+            let text = "the light shines beyond its radius";
+            lost("light-radius", text, light.states_radius);
         }
         if exceeds_full(light) {
             let text = "the light is brighter than full near its place";
-            lost(Feature::LightFalloff.code(), text);
+            lost(Feature::LightFalloff.code(), text, true);
         }
         if let LightShape::Spot {
             inner,

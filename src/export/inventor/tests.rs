@@ -210,6 +210,11 @@ fn the_headlight_turns_with_the_camera_if_there_are_other_lights() {
     assert_eq!(losses(&format!("Viewpoint {{ }} {turned}")), ["headlight"]);
     assert_eq!(directions(&lit)[0], DVec3::NEG_Z);
     assert_eq!(losses(&lit), ["headlight"]);
+    let is_stated = |text: &str| converted(text).losses.has_stated();
+    assert!(!is_stated(&lit));
+    assert!(is_stated(&format!(
+        "NavigationInfo {{ headlight TRUE }} {lit}"
+    )));
     let dark = both(&format!("NavigationInfo {{ headlight FALSE }} {shape}"));
     assert_eq!(dark[1].lights[0].intensity, 0.0);
 }

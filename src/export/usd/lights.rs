@@ -77,7 +77,8 @@ pub(super) fn light(
         out.line("float inputs:angle = 0");
     } else {
         if !light.linear {
-            losses.feature(Feature::LightFalloff, &light.place, 1);
+            let uses = (1, light.states_attenuation);
+            losses.feature_stated(Feature::LightFalloff, &light.place, uses);
         }
         // A normalized sphere of radiance L = I / (4πr²) has the illuminance π L r² / d².
         let intensity = 4.0 * illuminance(light, distance) * distance * distance;

@@ -105,6 +105,11 @@ impl Diagnostic {
         Box::new(Self::new(Severity::Error, message))
     }
 
+    /// Creates a note without a location.
+    pub fn note(message: impl Into<String>) -> Box<Self> {
+        Box::new(Self::new(Severity::Note, message))
+    }
+
     /// Creates a warning without a location.
     pub fn warning(message: impl Into<String>) -> Box<Self> {
         Box::new(Self::new(Severity::Warning, message))

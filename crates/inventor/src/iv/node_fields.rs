@@ -45,7 +45,7 @@ impl<'a> NodeRef<'a> {
     }
 
     /// Returns whether the file states the field of a node of the handle's class or one below it.
-    pub(crate) fn states<T: ?Sized>(self, field: Field<T>) -> bool {
+    pub fn states<T: ?Sized>(self, field: Field<T>) -> bool {
         self.index_of(field)
             .and_then(|index| self.stated(index))
             .is_some()

@@ -10,8 +10,8 @@ use super::state::{
 
 impl State<'_> {
     /// Whether a shape looks the same in both states except for its place: all elements are equal
-    /// but the matrix, the choice of the last `Switch` and the node of the material. Lists of the
-    /// document are compared by their address.
+    /// but the matrix, the choice of the last `Switch`, and the nodes of material and environment.
+    /// Lists of the document are compared by their address.
     pub fn is_like(&self, other: &Self) -> bool {
         // All fields are named, so that a new one cannot be forgotten.
         let Self {
@@ -20,6 +20,7 @@ impl State<'_> {
             switch: _,
             bindables: _,
             material_node: _,
+            environment_node: _,
             coordinates,
             geo_origin,
             normals,

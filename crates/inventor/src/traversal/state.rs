@@ -743,6 +743,8 @@ pub struct State<'a> {
     pub font: FontElement<'a>,
     /// Ambient light, attenuation and fog.
     pub environment: EnvironmentElement,
+    /// The last `Environment`.
+    pub environment_node: Option<NodeRef<'a>>,
     /// The lights that light the shape.
     pub lights: LightList,
     /// The clip planes in world space, as normal and distance. Points with p·normal ≥ distance are
@@ -901,6 +903,7 @@ impl<'a> State<'a> {
                 },
                 _ => EnvironmentElement::DEFAULT,
             },
+            environment_node: None,
             lights: LightList::default(),
             clip_planes: Arc::default(),
             profile_coordinates: ProfileCoordinates::Two(&[]),

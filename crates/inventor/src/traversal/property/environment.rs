@@ -11,6 +11,7 @@ use crate::traversal::state::{EnvironmentElement, FogKind, State};
 /// Applies an `Environment`.
 pub(super) fn environment<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let color = node.acting_or_default(environment::AMBIENT_COLOR);
+    state.environment_node = Some(node);
     state.environment = EnvironmentElement {
         ambient: color * node.acting_or_default(environment::AMBIENT_INTENSITY),
         attenuation: node.acting_or_default(environment::ATTENUATION),

@@ -54,6 +54,8 @@ pub struct Occurrence {
     pub place: Place,
     /// The number of uses of the node.
     pub count: u64,
+    /// Whether the file states the feature. Otherwise it is a default of the file's language.
+    pub stated: bool,
 }
 
 /// Declares the features with their names in reports and their sentences.

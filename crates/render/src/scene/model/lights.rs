@@ -2,9 +2,10 @@
 
 use glam::{DQuat, DVec3, Vec3};
 use ivcam_inventor::grammar::value::Value;
+use ivcam_inventor::grammar::{Class, environment, vrml97_point_light};
 use ivcam_inventor::iv::{NodeRef, display_of_linear};
 use ivcam_inventor::pose::CameraPose;
-use ivcam_inventor::traversal::state::{LightElement, LightKind};
+use ivcam_inventor::traversal::state::{LightElement, LightKind, State};
 
 use super::feature::Place;
 use crate::scene::precision::are_in_reach;
@@ -51,8 +52,12 @@ pub struct SceneLight {
     pub least_divisor: f32,
     /// Whether intensity and attenuation are of light, as glTF's, and not of a screen's levels.
     pub linear: bool,
+    /// Whether the file states the attenuation.
+    pub states_attenuation: bool,
     /// The distance in meters at which the light ends; infinite for Inventor's lights.
     pub radius: f32,
+    /// Whether the file states the radius.
+    pub states_radius: bool,
     /// The share of the color that a VRML97 light adds to the ambient light; 0 for Inventor's
     /// lights.
     pub ambient: f32,
@@ -81,7 +86,18 @@ pub struct Pose {
 impl SceneLight {
     /// Converts a light of the traversal. Numbers that are not finite, and positions that are not
     /// in reach ([`are_in_reach`]), become the defaults of their fields.
-    pub(super) fn new(light: &LightElement, node: NodeRef<'_>, name: String, place: Place) -> Self {
+    pub(super) fn new(
+        light: &LightElement,
+        node: NodeRef<'_>,
+        state: &State<'_>,
+        name: String,
+        place: Place,
+    ) -> Self {
+        let environment = state.environment_node;
+        let states_attenuation = match node.known_class().is_some_and(Class::is_vrml97) {
+            true => node.states(vrml97_point_light::ATTENUATION),
+            false => environment.is_some_and(|node| node.states(environment::ATTENUATION)),
+        };
         let angle = |angle: f32| finite_or(angle, std::f32::consts::FRAC_PI_4);
         let shape = match light.kind {
             LightKind::Directional => LightShape::Directional,
@@ -124,7 +140,9 @@ impl SceneLight {
             },
             least_divisor: light.least_divisor,
             linear: light.linear,
+            states_attenuation,
             radius: light.radius,
+            states_radius: node.states(vrml97_point_light::RADIUS),
             ambient: finite_or(light.ambient, 0.0),
         }
     }

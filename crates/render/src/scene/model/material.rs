@@ -79,6 +79,11 @@ impl Material {
         self.ambient * self.ambient_light
     }
 
+    /// Whether ambient light changes the surface by half a level of 255 or more.
+    pub(super) fn reflects_ambient_light(&self) -> bool {
+        !self.unlit && self.ambient_part().max_element() >= 0.5 / 255.0
+    }
+
     /// The numbers of the material as bits, which are equal for equal materials.
     pub(super) fn key(&self) -> Vec<u32> {
         let mut key = Vec::with_capacity(32);

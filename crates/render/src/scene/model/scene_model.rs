@@ -34,6 +34,8 @@ pub struct SceneNode {
     pub world: DAffine3,
     /// The meshes of the node's shape.
     pub parts: Vec<Part>,
+    /// Whether the file states which sides of the shape are seen.
+    pub states_sides: bool,
     /// A number that identifies the node in models of the same document at other times.
     pub(super) key: u64,
     /// The point of the node's space that became its origin when the scene was moved.

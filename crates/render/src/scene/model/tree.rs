@@ -12,7 +12,8 @@ use glam::{DAffine3, DMat4, DVec3};
 use indexmap::IndexMap;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::grammar::{
-    Class, class, environment, switch_node, viewpoint, vrml97_group, vrml97_lod, vrml97_switch_node,
+    Class, class, environment, extrusion, switch_node, viewpoint, vrml97_group, vrml97_lod,
+    vrml97_switch_node,
 };
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::pose::CameraPose;
@@ -50,7 +51,8 @@ struct ModelBuilder<'a> {
     canvas: MeshCanvas,
     model: Model,
     open: Vec<Open>,
-    features: IndexMap<(Feature, NodeId), Occurrence>,
+    /// The features by their node; those without one are defaults of the file's language.
+    features: IndexMap<(Feature, Option<NodeId>), Occurrence>,
     /// The meshes and materials so far, by a hash of their content.
     meshes: HashMap<u64, Vec<usize>>,
     materials: HashMap<Vec<u32>, usize>,
@@ -122,6 +124,7 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
         local: DAffine3::IDENTITY,
         world: DAffine3::IDENTITY,
         parts: Vec::new(),
+        states_sides: false,
         key: 0,
         center: DVec3::ZERO,
         is_fixed: false,
@@ -204,6 +207,7 @@ impl ModelBuilder<'_> {
             local: DAffine3::IDENTITY,
             world: world.unwrap_or(above),
             parts: Vec::new(),
+            states_sides: false,
             key,
             center: DVec3::ZERO,
             is_fixed: false,
@@ -233,12 +237,14 @@ impl ModelBuilder<'_> {
                 if is_shape && (node.place.name.is_none() || shape.place.name.is_none()) {
                     // The key is the shape's, which may be hidden at times when the group is not.
                     let (parts, key) = (shape.parts.clone(), shape.key);
+                    let states_sides = shape.states_sides;
                     let mut place = shape.place.clone();
                     place.name = node.place.name.clone().or(place.name);
                     self.model.nodes.truncate(child);
                     let node = &mut self.model.nodes[group];
                     node.children.clear();
                     (node.parts, node.place, node.key) = (parts, place, key);
+                    node.states_sides = states_sides;
                 }
             }
             _ => {}
@@ -247,13 +253,19 @@ impl ModelBuilder<'_> {
 
     /// Counts a feature of a node.
     fn note(&mut self, feature: Feature, node: NodeRef<'_>) {
-        let entry = self.features.entry((feature, node.id));
+        self.note_by(feature, Some(node));
+    }
+
+    /// Counts a feature of a node, or adds one that no node states.
+    fn note_by(&mut self, feature: Feature, node: Option<NodeRef<'_>>) {
+        let entry = self.features.entry((feature, node.map(|node| node.id)));
         let occurrence = entry.or_insert_with(|| Occurrence {
             feature,
-            place: Place::of(node),
-            count: 0,
+            place: node.map(Place::of).unwrap_or_default(),
+            count: u64::from(node.is_none()),
+            stated: node.is_some(),
         });
-        occurrence.count += 1;
+        occurrence.count += u64::from(node.is_some());
     }
 
     /// Returns the index of a mesh, which is added unless the model has an equal one.
@@ -275,7 +287,7 @@ impl ModelBuilder<'_> {
             let lit = lit_by.get(&node.id).copied().unwrap_or(0);
             if lit < self.shapes {
                 self.note(Feature::LightScope, node);
-                if let Some(o) = self.features.get_mut(&(Feature::LightScope, node.id)) {
+                if let Some(o) = self.features.get_mut(&(Feature::LightScope, Some(node.id))) {
                     o.count = self.shapes - lit;
                 }
             }
@@ -388,6 +400,9 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         if is_screen_aligned(node) {
             self.note(Feature::ScreenAligned, node);
         }
+        if drawn.parts.iter().any(|(_, m)| m.reflects_ambient_light()) {
+            self.note_by(Feature::AmbientLight, ambient_node(state));
+        }
         if !drawn.parts.iter().all(|(_, m)| m.unlit) {
             self.shapes += 1;
             let compile =
@@ -397,6 +412,7 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
             self.lit[set] += 1;
         }
         let index = self.add(node, key, Some(world));
+        self.model.nodes[index].states_sides = states_sides(node);
         for (mesh, material) in drawn.parts {
             let mesh = self.mesh(mesh);
             let next = self.materials.len();
@@ -439,11 +455,11 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         }
     }
 
-    fn light(&mut self, node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
+    fn light(&mut self, node: NodeRef<'a>, light: &LightElement, state: &State<'a>) {
         let place = Place::of(node);
         let name = place.name.clone().unwrap_or_else(|| place.class.clone());
         self.light_nodes.push(node);
-        let light = SceneLight::new(light, node, name, place);
+        let light = SceneLight::new(light, node, state, name, place);
         self.model.lights.push(light);
     }
 
@@ -487,6 +503,20 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
     fn is_full(&self) -> bool {
         self.canvas.is_full()
     }
+}
+
+/// Returns the node that states the ambient light, or `None` if it is that of the language.
+fn ambient_node<'a>(state: &State<'a>) -> Option<NodeRef<'a>> {
+    let node = state.environment_node?;
+    let is_stated =
+        node.states(environment::AMBIENT_INTENSITY) || node.states(environment::AMBIENT_COLOR);
+    is_stated.then_some(node)
+}
+
+/// Whether the file states which sides of a shape are seen. In Inventor both are unless it does.
+fn states_sides(node: NodeRef<'_>) -> bool {
+    let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
+    !is_vrml97 || node.states(extrusion::SOLID)
 }
 
 /// Whether a shape faces the camera, with a size in pixels.
