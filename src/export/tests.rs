@@ -405,6 +405,20 @@ fn a_default_of_the_language_is_no_loss_of_the_file() {
 }
 
 #[test]
+fn a_wire_sphere_has_the_wires_of_its_complexity_at_any_tolerance() {
+    let lines = |style: &str, tolerance: f64| {
+        let text = format!("#Inventor V2.1 ascii\nDrawStyle {{ style {style} }} Sphere {{ }}");
+        let options = ModelOptions {
+            tolerance,
+            ..ModelOptions::default()
+        };
+        Model::at(&document(&text), 0.0, &options).meshes[0].clone()
+    };
+    assert_eq!(lines("LINES", 0.0005), lines("LINES", 0.01));
+    assert_ne!(lines("FILLED", 0.0005), lines("FILLED", 0.01));
+}
+
+#[test]
 fn losses_name_their_node_and_line() {
     let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nTransform { children [\n\
                  TouchSensor { } Shape { geometry Box { } } ] }\n";

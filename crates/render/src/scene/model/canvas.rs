@@ -152,9 +152,19 @@ impl MeshCanvas {
     }
 
     fn outlines(&self) -> bool {
-        let style = self.shape.as_ref().map(|s| s.drawing.style);
-        matches!(style, Some(DrawStyle::Lines | DrawStyle::Points))
+        let shape = self.shape.as_ref();
+        shape.is_some_and(|shape| has_outlines(&shape.drawing))
     }
+
+    /// Whether edges or vertices of shapes with a state are kept instead of faces.
+    pub(super) fn will_outline(&self, state: &State<'_>) -> bool {
+        !self.ignores_draw_style && has_outlines(&state.drawing)
+    }
+}
+
+/// Whether only edges or vertices are drawn.
+fn has_outlines(drawing: &DrawStyleElement) -> bool {
+    matches!(drawing.style, DrawStyle::Lines | DrawStyle::Points)
 }
 
 /// Returns a vector with length 1, or zero.

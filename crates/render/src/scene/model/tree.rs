@@ -384,7 +384,8 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         }
         let mut finer;
         let mut state = state;
-        if state.complexity.value < self.complexity {
+        // The edges of round shapes are those of the scene's complexity.
+        if !self.canvas.will_outline(state) && state.complexity.value < self.complexity {
             finer = state.clone();
             finer.complexity.value = self.complexity;
             state = &finer;
