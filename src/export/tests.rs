@@ -419,6 +419,15 @@ fn a_wire_sphere_has_the_wires_of_its_complexity_at_any_tolerance() {
 }
 
 #[test]
+fn a_text_in_pixels_alone_has_the_size_that_it_has_in_pictures() {
+    let text = "#Inventor V2.1 ascii\nText2 { string \"habla\" }";
+    let conversion = converted(text, Target::Glb);
+    assert!(!conversion.is_empty);
+    let rewritten = converted(text, Target::Inventor);
+    assert!(!rewritten.is_empty);
+}
+
+#[test]
 fn losses_name_their_node_and_line() {
     let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nTransform { children [\n\
                  TouchSensor { } Shape { geometry Box { } } ] }\n";

@@ -155,7 +155,8 @@ fn survey_once(snapshot: &Snapshot<'_>, options: &CompileOptions, all_levels: bo
     survey
 }
 
-/// Returns the first camera in the order of traversal, or a view of everything from the front.
+/// Returns the first camera in the order of traversal, or a view of everything from the front, as
+/// pictures have it: a `Text2` alone has a size in Inventor's box and none in the box of surfaces.
 /// Returns `None` for a scene without anything to see.
 pub(super) fn first_camera(
     snapshot: &Snapshot<'_>,
@@ -163,7 +164,7 @@ pub(super) fn first_camera(
 ) -> Option<CameraPose> {
     let walk = WalkOptions::within(&options.limits);
     traversal::first_camera(snapshot, &walk).or_else(|| {
-        let bounds = survey_once(snapshot, options, false).bounds?;
+        let bounds = survey(snapshot, options).inventor_bounds?;
         Some(CameraPose::view_all(bounds, 1.0))
     })
 }
