@@ -150,15 +150,20 @@ impl Losses {
             if is_blended && target.holds(Feature::Texture) {
                 self.feature(Feature::TextureBlend, &node.place, 1);
             }
+            let shown = texture.filter(|_| target.holds(Feature::Texture));
+            let is_repeated_once = shown.is_some_and(|t| t.repeat[0] != t.repeat[1]);
+            let has_squares = shown.is_some_and(|t| !t.smooth);
+            let is_thin = !matches!(mesh.primitives, Primitives::Triangles(_));
+            let is_lit_line = is_thin && !material.unlit && target.holds(Feature::LinesAndPoints);
             let uses = [
                 (texture.is_some(), Feature::Texture),
+                (is_repeated_once, Feature::TextureRepeat),
+                (has_squares, Feature::TextureFilter),
                 (!mesh.colors.is_empty(), Feature::VertexColors),
                 (is_shaded, Feature::Shading),
                 (is_bright(mesh, material), Feature::ColorRange),
-                (
-                    !matches!(mesh.primitives, Primitives::Triangles(_)),
-                    Feature::LinesAndPoints,
-                ),
+                (is_thin, Feature::LinesAndPoints),
+                (is_lit_line, Feature::LitLines),
             ];
             for (_, feature) in uses.into_iter().filter(|(used, f)| *used && lost(f)) {
                 self.feature(feature, &node.place, 1);

@@ -106,7 +106,11 @@ impl Target {
     pub fn holds(self, feature: Feature) -> bool {
         let surfaces = matches!(
             feature,
-            Feature::Texture | Feature::VertexColors | Feature::Shading | Feature::LinesAndPoints
+            Feature::Texture
+                | Feature::TextureRepeat
+                | Feature::VertexColors
+                | Feature::Shading
+                | Feature::LinesAndPoints
         );
         let scenes = matches!(
             feature,
@@ -114,16 +118,26 @@ impl Target {
         );
         match self {
             Self::Glb | Self::Gltf => {
-                surfaces || scenes || matches!(feature, Feature::Motion | Feature::OneSided)
+                let others = matches!(
+                    feature,
+                    Feature::Motion
+                        | Feature::OneSided
+                        | Feature::TextureFilter
+                        | Feature::LitLines
+                );
+                surfaces || scenes || others
             }
             Self::Usda => {
                 let others = matches!(
                     feature,
-                    Feature::Motion | Feature::OneSided | Feature::ColorRange
+                    Feature::Motion | Feature::OneSided | Feature::ColorRange | Feature::LitLines
                 );
                 surfaces || scenes || others
             }
-            Self::Obj => surfaces || matches!(feature, Feature::AmbientColor | Feature::ColorRange),
+            Self::Obj => {
+                let others = matches!(feature, Feature::AmbientColor | Feature::ColorRange);
+                surfaces && feature != Feature::TextureRepeat || others
+            }
             Self::Ply => feature == Feature::VertexColors,
             Self::X3d | Self::Vrml97 | Self::Inventor => {
                 let is_lighting = matches!(
@@ -132,7 +146,9 @@ impl Target {
                 );
                 // The writer of X3D reports the colors that it limits.
                 let keeps_colors = feature == Feature::ColorRange && self != Self::Vrml97;
-                surfaces || scenes || is_lighting || keeps_colors || feature == Feature::OneSided
+                let in_inventor = matches!(feature, Feature::TextureFilter | Feature::LitLines);
+                let is_kept = keeps_colors || in_inventor && self == Self::Inventor;
+                surfaces || scenes || is_lighting || is_kept || feature == Feature::OneSided
             }
         }
     }

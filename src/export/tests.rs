@@ -405,6 +405,57 @@ fn a_default_of_the_language_is_no_loss_of_the_file() {
 }
 
 #[test]
+fn the_texels_of_a_small_pixel_texture_are_squares_where_the_format_has_them() {
+    let scene = |texture: &str| {
+        let face = "coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } coordIndex [ 0 1 2 ]";
+        format!(
+            "#VRML V2.0 utf8\nShape {{ appearance Appearance {{ texture PixelTexture {{ \
+             {texture} }} }} geometry IndexedFaceSet {{ solid FALSE {face} }} }}"
+        )
+    };
+    let [small, wide] = [
+        "2 1 3 0xff0000 0x00ff00",
+        &format!("9 1 1 {}", "7 ".repeat(9)),
+    ]
+    .map(|image| scene(&format!("image {image}")));
+    let filter = |text: &str| {
+        let bytes = converted(text, Target::Gltf).bytes;
+        let gltf: Json = serde_json::from_slice(&bytes).expect("JSON");
+        gltf["samplers"][0]["magFilter"].clone()
+    };
+    assert_eq!([filter(&small), filter(&wide)], [9728, 9729]);
+    for (target, expected) in [
+        (Target::Obj, &["texture-filter"][..]),
+        (Target::Usda, &["texture-filter"]),
+        (Target::Inventor, &[]),
+        (Target::Glb, &[]),
+    ] {
+        assert_eq!(losses(&small, target), expected, "{target:?}");
+        assert_eq!(losses(&wide, target), [""; 0], "{target:?}");
+    }
+    let strip = scene("image 9 1 1 0 0 0 0 0 0 0 0 0 repeatT FALSE");
+    assert_eq!(losses(&strip, Target::Obj), ["texture-repeat"]);
+    assert_eq!(losses(&strip, Target::Glb), [""; 0]);
+}
+
+#[test]
+fn lines_that_inventor_lights_are_a_loss_where_the_format_lights_none() {
+    let lit = "#Inventor V2.1 ascii\nEnvironment { ambientIntensity 0 }
+               DrawStyle { style LINES } Cube { }";
+    let unlit = lit.replace("DrawStyle", "LightModel { model BASE_COLOR } DrawStyle");
+    for (target, expected) in [
+        (Target::Vrml97, &["lit-lines"][..]),
+        (Target::X3d, &["lit-lines"]),
+        (Target::Obj, &["lit-lines"]),
+        (Target::Glb, &[]),
+        (Target::Ply, &["lines-and-points"]),
+    ] {
+        assert_eq!(losses(lit, target), expected, "{target:?}");
+    }
+    assert_eq!(losses(&unlit, Target::Vrml97), [""; 0]);
+}
+
+#[test]
 fn a_wire_sphere_has_the_wires_of_its_complexity_at_any_tolerance() {
     let lines = |style: &str, tolerance: f64| {
         let text = format!("#Inventor V2.1 ascii\nDrawStyle {{ style {style} }} Sphere {{ }}");

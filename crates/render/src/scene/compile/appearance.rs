@@ -4,7 +4,6 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::{DVec3, DVec4, Mat4, Vec3, Vec4};
-use ivcam_inventor::grammar::{class, image_texture, texture_properties};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::state::{
     AlphaMode, DrawStyle, DrawStyleElement, Language, LightElement, State, TextureCoordinates,
@@ -14,7 +13,7 @@ use ivcam_inventor::traversal::state::{
 use super::scene_builder::SceneBuilder;
 use crate::scene::looks::{
     CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, PhysicalSurface,
-    Repeat, Surface, Texture, TextureFiles, TextureUse,
+    Repeat, Surface, Texture, TextureFiles, TextureUse, usual_filter,
 };
 use crate::scene::options::{ColorCoding, TextureFilter};
 
@@ -29,9 +28,6 @@ pub(super) struct Shared {
     /// The textures by file.
     pub files: TextureFiles,
 }
-
-/// The largest width and height in texels of a `PixelTexture` that is not interpolated.
-const SMALL_PIXEL_TEXTURE: usize = 8;
 
 impl SceneBuilder {
     /// Returns the surface of a shape that begins.
@@ -187,16 +183,9 @@ impl SceneBuilder {
         Some(texture.metallic_roughness())
     }
 
-    /// Returns the filter of a texture. An author states the texels of a small `PixelTexture` one
-    /// by one, as squares of color.
+    /// Returns the filter of a texture.
     fn filter(&self, element: &TextureElement<'_>, texture: &Texture) -> TextureFilter {
-        let is_small = texture.width.max(texture.height) <= SMALL_PIXEL_TEXTURE;
-        let is_drawn = element.node.class_id() == Some(class::PIXEL_TEXTURE) && is_small;
-        let is_drawn = is_drawn || states_nearest(element.node);
-        let usual = || match is_drawn {
-            true => TextureFilter::Nearest,
-            false => TextureFilter::of(element.quality),
-        };
+        let usual = || usual_filter(element, texture);
         self.options.texture_filter.unwrap_or_else(usual)
     }
 
@@ -257,14 +246,6 @@ impl SceneBuilder {
         self.shape.uses.coordinates = true;
         self.scene.census.transparent = true;
     }
-}
-
-/// Whether X3D's `TextureProperties` of a texture ask for its nearest texel.
-fn states_nearest(texture: NodeRef<'_>) -> bool {
-    let properties = texture.get_node(image_texture::TEXTURE_PROPERTIES);
-    properties.is_some_and(|properties| {
-        properties.get(texture_properties::MAGNIFICATION_FILTER) == "NEAREST_PIXEL"
-    })
 }
 
 /// Returns the layer of a shape: 0 if a polygon offset moves it back, 2 if it moves it forward,

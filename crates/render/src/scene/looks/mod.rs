@@ -8,6 +8,7 @@ mod light_sets;
 mod surface;
 mod texture;
 mod texture_files;
+mod usual_filter;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
@@ -22,3 +23,4 @@ pub(crate) use surface::{
 pub(crate) use texture::{Repeat, Texture};
 pub use texture_files::components;
 pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles};
+pub(in crate::scene) use usual_filter::usual_filter;

@@ -105,6 +105,8 @@ features! {
     LinePattern, "line-pattern", "dashed lines are written whole";
     /// Points larger than a pixel.
     PointSize, "point-size", "the size of points is left out";
+    /// Lines and points with normals, which Inventor lights.
+    LitLines, "lit-lines", "lines and points are shown without lighting";
     /// Lines and points.
     LinesAndPoints, "lines-and-points", "lines and points are left out";
     /// A light.
@@ -119,6 +121,10 @@ features! {
     Camera, "camera", "the camera is left out";
     /// A texture.
     Texture, "texture", "the texture is left out";
+    /// A texture that is repeated in one direction only.
+    TextureRepeat, "texture-repeat", "the texture is repeated in both directions";
+    /// A texture whose texels are shown as squares.
+    TextureFilter, "texture-filter", "the texture is interpolated between its texels";
     /// A texture that shows the surroundings.
     EnvironmentTexture, "environment-texture", "the reflection texture is left out";
     /// A texture with a depth.

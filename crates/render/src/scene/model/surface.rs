@@ -181,12 +181,12 @@ impl ModelSurface {
             }),
             unlit: state.is_unlit(),
             double_sided: !state.hints.culls(),
-            texture: found.as_ref().map(|(element, (_, image))| Texture {
+            texture: found.as_ref().map(|(element, (texture, image))| Texture {
                 image: *image,
                 model: element.model,
                 blend_color: element.blend_color,
                 repeat: [element.repeat_s, element.repeat_t],
-                smooth: TextureFilter::of(element.quality) != TextureFilter::Nearest,
+                smooth: looks::usual_filter(element, texture) != TextureFilter::Nearest,
                 matrix: flat(state.texture_matrix),
             }),
         };
