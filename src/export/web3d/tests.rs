@@ -362,6 +362,22 @@ fn a_color_under_a_color_texture_of_vrml97_is_white_in_x3d() {
     assert_eq!(materials[2], materials[1]);
 }
 
+/// VRML97, 4.14: the alpha of a texture replaces the material's transparency. X3D multiplies them.
+#[test]
+fn the_transparency_under_a_texture_with_alpha_is_left_out_in_x3d() {
+    let found = scene(
+        "#VRML V2.0 utf8\nShape { appearance Appearance { material DEF M Material { transparency 1 \
+         shininess 0.5 } texture PixelTexture { image 1 1 2 0x77FF } } }\n\
+         Shape { appearance Appearance { material USE M texture PixelTexture { image 1 1 1 0x77 } } }",
+    );
+    let materials = found.iter().filter(|line| line.starts_with("<Material"));
+    let expected = [
+        "<Material DEF='M' shininess='0.5'/>",
+        "<Material transparency='1' shininess='0.5'/>",
+    ];
+    assert_eq!(materials.collect::<Vec<_>>(), expected);
+}
+
 #[test]
 fn deep_nesting_neither_overflows_the_stack_nor_the_file() {
     let depth = 20_000;

@@ -24,9 +24,16 @@ use crate::export::names::Names;
 pub(in crate::export) enum Textures<'t> {
     /// A texture multiplies the diffuse color, as in X3D 4.
     Multiply,
-    /// A texture with color replaces the diffuse color, as in VRML97. The folders are searched for
-    /// its file.
+    /// A texture with color replaces the diffuse color, and one with alpha the transparency, as in
+    /// VRML97. The folders are searched for its file.
     Replace(&'t [PathBuf]),
+}
+
+/// What a texture replaces of the material beside it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Replaced {
+    color: bool,
+    transparency: bool,
 }
 
 /// The class of a node, as X3D writes it.
@@ -46,8 +53,8 @@ enum XmlTask<'d> {
     Node {
         id: NodeId,
         field: &'d str,
-        /// Whether a material is under a texture that replaces its diffuse color.
-        textured: bool,
+        /// What a texture replaces of it, if it is a material.
+        replaced: Replaced,
     },
     /// The end of an element.
     End(&'static str),
@@ -67,8 +74,8 @@ struct XmlWriter<'d, 'l> {
     names: Names,
     /// The names after `DEF`.
     tokens: HashMap<NodeId, String>,
-    /// The nodes that are written, with whether they were under a texture.
-    written: HashMap<NodeId, bool>,
+    /// The nodes that are written, with what a texture replaced of them.
+    written: HashMap<NodeId, Replaced>,
     /// The nodes that are used several times or by routes, so that they need a name.
     shared: HashSet<NodeId>,
     /// The `IS` links of the prototype that is being written.
@@ -337,8 +344,8 @@ impl<'d> XmlWriter<'d, '_> {
                 XmlTask::Node {
                     id,
                     field,
-                    textured,
-                } => self.node(id, field, textured, &mut tasks),
+                    replaced,
+                } => self.node(id, field, replaced, &mut tasks),
             }
         }
     }
@@ -379,7 +386,13 @@ impl<'d> XmlWriter<'d, '_> {
     }
 
     /// Writes a node, or its use if it is written already. Its children become tasks.
-    fn node(&mut self, id: NodeId, field: &'d str, textured: bool, tasks: &mut Vec<XmlTask<'d>>) {
+    fn node(
+        &mut self,
+        id: NodeId,
+        field: &'d str,
+        replaced: Replaced,
+        tasks: &mut Vec<XmlTask<'d>>,
+    ) {
         let Some(element) = self.element(id) else {
             let (code, text) = match self.document.nodes[id.0 as usize].class {
                 ClassRef::Known(_) => ("x3d-class", "X3D has no such node with these fields"),
@@ -401,7 +414,7 @@ impl<'d> XmlWriter<'d, '_> {
         }
         let before = self.written.get(&id).copied();
         // A texture replaces the diffuse color of one use of a material and not of another.
-        let is_other = before.is_some_and(|before| before != textured) && tag == "Material";
+        let is_other = before.is_some_and(|before| before != replaced) && tag == "Material";
         let container = match field == usual {
             true => String::new(),
             false => format!(" containerField='{field}'"),
@@ -412,14 +425,14 @@ impl<'d> XmlWriter<'d, '_> {
             return;
         }
         if !is_other {
-            self.written.insert(id, textured);
+            self.written.insert(id, replaced);
             if let Some(token) = self.token(id) {
                 head += &format!(" DEF='{token}'");
             }
         }
         head += &container;
         self.lose_bright_colors(id);
-        head += &self.attributes(id, element, textured);
+        head += &self.attributes(id, element, replaced);
         let inner = self.inner(id, element);
         if inner.is_empty() {
             self.line(&format!("{head}/>"));
@@ -471,19 +484,27 @@ impl<'d> XmlWriter<'d, '_> {
     }
 
     /// Returns the attributes of a node for the fields that hold no nodes.
-    fn attributes(&self, id: NodeId, element: XmlElement<'d>, textured: bool) -> String {
+    fn attributes(&self, id: NodeId, element: XmlElement<'d>, replaced: Replaced) -> String {
         let interface = match element {
             XmlElement::Known(_) => &[],
             XmlElement::Script(interface) => interface,
             XmlElement::Instance(_) => return String::new(),
         };
-        let is_white = textured && self.class_name(id) == "Material";
+        let replaced = match self.class_name(id) {
+            "Material" => replaced,
+            _ => Replaced::default(),
+        };
+        let is_replaced = |name: &str| match name {
+            "diffuseColor" => replaced.color,
+            "transparency" => replaced.transparency,
+            _ => false,
+        };
         let mut out = String::new();
         for entry in &self.document.nodes[id.0 as usize].fields {
             let (name, kind) = self.described(id, entry);
             let is_node = matches!(entry.value, Value::Node(_) | Value::Nodes(_));
             let is_declared = interface.iter().any(|item| *item.name == *name);
-            if is_node || is_declared || is_white && name == "diffuseColor" {
+            if is_node || is_declared || is_replaced(name) {
                 continue;
             }
             let name = field_name(self.class_name(id), name);
@@ -493,7 +514,7 @@ impl<'d> XmlWriter<'d, '_> {
             };
             out += &format!(" {name}='{}'", attribute(&value, kind));
         }
-        if is_white {
+        if replaced.color {
             out += " diffuseColor='1 1 1'";
         }
         out
@@ -505,7 +526,7 @@ impl<'d> XmlWriter<'d, '_> {
         let node_data = &self.document.nodes[id.0 as usize];
         let mut inner = Vec::new();
         let mut held = Vec::new();
-        let textured = self.has_colored_texture(id);
+        let replaced = self.replaced_below(id);
         match element {
             XmlElement::Known(_) => {}
             XmlElement::Script(interface) => {
@@ -533,7 +554,7 @@ impl<'d> XmlWriter<'d, '_> {
                 held.extend(nodes_of(&entry.value).iter().map(|&id| XmlTask::Node {
                     id,
                     field,
-                    textured,
+                    replaced,
                 }));
             }
             held.extend(node_data.children.iter().map(|&id| node(id, "children")));
@@ -591,22 +612,24 @@ impl<'d> XmlWriter<'d, '_> {
         }
     }
 
-    /// Returns whether a node is an `Appearance` with a texture that replaces the diffuse color.
-    fn has_colored_texture(&self, id: NodeId) -> bool {
+    /// Returns what the texture of a node replaces of its material, if it is an `Appearance`.
+    fn replaced_below(&self, id: NodeId) -> Replaced {
         let Textures::Replace(folders) = self.textures else {
-            return false;
+            return Replaced::default();
         };
         let node = &self.document.nodes[id.0 as usize];
         if node.class != ClassRef::Known(class::APPEARANCE) {
-            return false;
+            return Replaced::default();
         }
         let mut fields = node.fields.iter();
         let texture = fields.find(|entry| self.described(id, entry).0 == "texture");
         let texture = texture.and_then(|entry| nodes_of(&entry.value).first().copied());
-        texture.is_some_and(|texture| {
-            let texture = self.document.node(texture);
-            texture_components(texture, folders).is_some_and(|n| n >= 3)
-        })
+        let texture = texture.map(|texture| self.document.node(texture));
+        let components = texture.and_then(|texture| texture_components(texture, folders));
+        Replaced {
+            color: components.is_some_and(|n| n >= 3),
+            transparency: matches!(components, Some(2 | 4)),
+        }
     }
 }
 
@@ -615,7 +638,7 @@ fn node(id: NodeId, field: &str) -> XmlTask<'_> {
     XmlTask::Node {
         id,
         field,
-        textured: false,
+        replaced: Replaced::default(),
     }
 }
 
