@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_inventor::iv::{Document, Format};
+use ivcam_inventor::iv::{Document, Format, FormatLoss, NodeRef};
 use ivcam_render::scene::model::{
     Feature, LightShape, Model, ModelOptions, Motion, Place, Sampling,
 };
@@ -138,8 +138,9 @@ pub(crate) fn rewriting(
     options: &ExportOptions,
 ) -> Conversion {
     let mut losses = Losses::default();
-    for loss in document.losses(format) {
-        losses.add("binary", loss, Place::default(), 1);
+    for FormatLoss { code, text, node } in document.losses(format) {
+        let place = node.map(|id| Place::of(NodeRef { document, id }));
+        losses.add(code, text, place.unwrap_or_default(), 1);
     }
     let compile = &options.model.compile;
     let taken = snapshot(document, &snapshot_options(options.time), compile);

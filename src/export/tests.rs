@@ -2,11 +2,11 @@
 
 use std::sync::Arc;
 
-use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_inventor::iv::{Document, Format, Limits, NoFiles};
 use ivcam_render::scene::model::{Model, ModelOptions, Sampling};
 use serde_json::Value as Json;
 
-use super::{Conversion, ExportOptions, Target, convert};
+use super::{Conversion, ExportOptions, Target, convert, rewritten};
 
 fn document(text: &str) -> Document {
     let text = text.as_bytes().to_vec();
@@ -453,6 +453,21 @@ fn lines_that_inventor_lights_are_a_loss_where_the_format_lights_none() {
         assert_eq!(losses(lit, target), expected, "{target:?}");
     }
     assert_eq!(losses(&unlit, Target::Vrml97), [""; 0]);
+}
+
+#[test]
+fn what_inventors_binary_form_cannot_hold_is_named_with_its_node() {
+    let scene = "#VRML V2.0 utf8\nPROTO BOX [ ] { Shape { geometry Box { } } } BOX { }
+                 DEF CLOCK TimeSensor { }\nDEF FADE Script { eventIn SFFloat now url \"\" }
+                 ROUTE CLOCK.fraction_changed TO FADE.now";
+    let losses = rewritten(&document(scene), Format::Binary, &ExportOptions::default()).losses;
+    let found = losses.iter().map(|loss| (&*loss.code, loss.place.line()));
+    let expected = [
+        ("protos", Some(2)),
+        ("routes", Some(4)),
+        ("script-interfaces", Some(4)),
+    ];
+    assert_eq!(found.collect::<Vec<_>>(), expected);
 }
 
 #[test]

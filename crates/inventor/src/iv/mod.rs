@@ -28,5 +28,5 @@ pub use display::{LINEAR_LIGHT, display_of_linear};
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub use limits::Limits;
 pub use loader::{FolderLoader, Loader, NoFiles};
-pub use write::Format;
 pub(crate) use write::value_text;
+pub use write::{Format, FormatLoss};

@@ -5,7 +5,9 @@ use std::io;
 
 use super::protos::protos_by_body;
 use super::{ascii, binary};
-use crate::iv::document::Document;
+use crate::grammar::value::NodeId;
+use crate::iv::declarations::Extension;
+use crate::iv::document::{ClassRef, Document};
 
 /// A format that [`Document::write`] can write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +18,17 @@ pub enum Format {
     /// Inventor V2.1 binary. The format has no protos, so they are written expanded. It has no
     /// routes and no script interfaces, so they are left out.
     Binary,
+}
+
+/// A feature of a document that a format cannot express.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FormatLoss {
+    /// The name of the feature, for programs.
+    pub code: &'static str,
+    /// What becomes of it, in lower case.
+    pub text: String,
+    /// The first node that it is about.
+    pub node: Option<NodeId>,
 }
 
 impl Document {
@@ -51,43 +64,56 @@ impl Document {
         }
     }
 
-    /// Returns one message for each feature of this document that a format cannot express.
-    pub fn losses(&self, format: Format) -> Vec<String> {
+    /// Returns the features of this document that a format cannot express.
+    pub fn losses(&self, format: Format) -> Vec<FormatLoss> {
         if format == Format::Ascii {
             return Vec::new();
         }
         let mut out = Vec::new();
-        if !self.protos.list.is_empty() {
-            out.push(
-                "the binary format has no protos; their instances are written expanded".into(),
-            );
+        let mut lost = |code, text: String, node| out.push(FormatLoss { code, text, node });
+        if let Some(proto) = self.protos.list.first() {
+            let text = "the binary format has no protos; their instances are written expanded";
+            lost("protos", text.into(), self.first_of(proto.extension));
         }
-        if !self.routes.is_empty() {
-            out.push(format!(
-                "{} routes are left out, which the binary format cannot express",
-                self.routes.len()
-            ));
+        if let Some(route) = self.routes.first() {
+            let count = self.routes.len();
+            let text =
+                format!("{count} routes are left out, which the binary format cannot express");
+            lost("routes", text, Some(route.to));
         }
-        let with_interface = self.extensions.iter().filter(|e| !e.interface.is_empty());
-        let count = with_interface.count();
-        if count > 0 {
-            out.push(format!(
+        let extensions = || (0..).zip(&self.extensions);
+        let scripts: Vec<u32> = extensions()
+            .filter(|(_, e)| !e.interface.is_empty())
+            .map(|(i, _)| i)
+            .collect();
+        if let Some(&first) = scripts.first() {
+            let count = scripts.len();
+            let text = format!(
                 "the interfaces of {count} scripts are left out, which the binary format cannot \
                  express"
-            ));
+            );
+            lost("script-interfaces", text, self.first_of(first));
         }
-        let skipped = self
-            .extensions
-            .iter()
-            .filter(|e| e.fields.is_empty() && e.is_a.is_empty());
-        let names: Vec<String> = skipped.map(|e| format!("`{}`", e.name)).collect();
-        if !names.is_empty() {
-            let names = names.join(", ");
-            out.push(format!(
+        let is_proto = |i: u32| self.protos.list.iter().any(|proto| proto.extension == i);
+        let unknown: Vec<(u32, &Extension)> = extensions()
+            .filter(|(i, e)| e.fields.is_empty() && e.is_a.is_empty() && !is_proto(*i))
+            .collect();
+        if let Some((first, _)) = unknown.first() {
+            let names = unknown.iter().map(|(_, e)| format!("`{}`", e.name));
+            let names = names.collect::<Vec<_>>().join(", ");
+            let text = format!(
                 "the contents of {names} are left out: the file does not declare their fields"
-            ));
+            );
+            lost("unknown-fields", text, self.first_of(*first));
         }
         out
+    }
+
+    /// Returns the first node of a class that the file declares.
+    fn first_of(&self, extension: u32) -> Option<NodeId> {
+        let mut nodes = self.nodes.iter();
+        let place = nodes.position(|node| node.class == ClassRef::Extension(extension));
+        place.map(|place| NodeId(place as u32))
     }
 
     /// Returns the indices of the file's own protos, grouped by the proto whose body declares them.

@@ -11,5 +11,5 @@ mod protos;
 mod spelling;
 mod text_values;
 
-pub use format::Format;
+pub use format::{Format, FormatLoss};
 pub(crate) use text_values::value_text;
