@@ -211,7 +211,7 @@ impl PyDocument {
         } else {
             Format::Ascii
         };
-        let bytes = on_pool(py, || self.read().write(format))?;
+        let bytes = on_pool(py, || self.read().in_inventor(format).write(format))?;
         Ok(pyo3::types::PyBytes::new(py, &bytes))
     }
 

@@ -138,6 +138,7 @@ pub(crate) fn rewriting(
     options: &ExportOptions,
 ) -> Conversion {
     let mut losses = Losses::default();
+    let document = &*document.in_inventor(format);
     for FormatLoss { code, text, node } in document.losses(format) {
         let place = node.map(|id| Place::of(NodeRef { document, id }));
         losses.add(code, text, place.unwrap_or_default(), 1);

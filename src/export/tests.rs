@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use ivcam_inventor::iv::{Document, Format, Limits, NoFiles};
+use ivcam_inventor::grammar::{class, vrml97_navigation_info};
+use ivcam_inventor::iv::{ClassRef, Document, Format, Limits, NoFiles, NodeId};
 use ivcam_render::scene::model::{Model, ModelOptions, Sampling};
 use serde_json::Value as Json;
 
@@ -470,6 +471,28 @@ fn what_inventors_binary_form_cannot_hold_is_named_with_its_node() {
     assert_eq!(found.collect::<Vec<_>>(), expected);
 }
 
+/// In Inventor's files VRML97 has no ambient light and a headlight beside lights only if they say
+/// so.
+#[test]
+fn the_light_of_vrml97_is_stated_in_inventors_binary_form() {
+    let lit = "DirectionalLight { } Shape { appearance Appearance { material Material { } }
+               geometry Box { } }";
+    for (info, headlight) in [("", true), ("NavigationInfo { headlight FALSE }", false)] {
+        let scene = document(&format!("#VRML V2.0 utf8\n{info} {lit}"));
+        let bytes = rewritten(&scene, Format::Binary, &ExportOptions::default()).bytes;
+        let limits = Limits::default();
+        let again = Document::read("scene.iv", bytes, Arc::new(NoFiles), &limits).expect("reads");
+        let model = Model::at(&again, 0.0, &ModelOptions::default());
+        assert_eq!(model.materials[0].ambient_light, glam::Vec3::ZERO);
+        let info = again
+            .nodes
+            .iter()
+            .position(|node| node.class == ClassRef::Known(class::VRML97_NAVIGATION_INFO));
+        let info = again.node(NodeId(info.expect("a NavigationInfo") as u32));
+        assert_eq!(info.get(vrml97_navigation_info::HEADLIGHT), headlight);
+    }
+}
+
 #[test]
 fn a_wire_sphere_has_the_wires_of_its_complexity_at_any_tolerance() {
     let lines = |style: &str, tolerance: f64| {
@@ -491,6 +514,43 @@ fn a_text_in_pixels_alone_has_the_size_that_it_has_in_pictures() {
     assert!(!conversion.is_empty);
     let rewritten = converted(text, Target::Inventor);
     assert!(!rewritten.is_empty);
+}
+
+/// The files show what VRML 1.0 means otherwise than Inventor: `PER_VERTEX`, the crease angle and
+/// materials of computed light.
+#[test]
+fn what_vrml_1_means_otherwise_than_inventor_is_written_in_inventors_terms() {
+    let scenes = ["precomputed", "shape-hints", "material-binding"].map(|name| {
+        let path = format!(
+            "{}/tests/golden/vrml1/{name}.wrl",
+            env!("CARGO_MANIFEST_DIR")
+        );
+        std::fs::read_to_string(path).expect("a scene")
+    });
+    let own = "#VRML V1.0 ascii\nSeparator {
+        Coordinate3 { point [ -2 -2 0, 0 -2 .4, 2 -2 0, -2 2 0, 0 2 .4, 2 2 0 ] }
+        Material { diffuseColor [ 1 0 0, 0 1 0, 0 0 1, 1 1 0, 1 0 1, 0 1 1 ] }
+        DEF FACES IndexedFaceSet { coordIndex [ 0, 1, 4, 3, -1, 1, 2, 5, 4, -1 ] }
+        MaterialBinding { value PER_VERTEX } USE FACES
+        IndexedLineSet { coordIndex [ 5, 0, 2, -1, 3, 1, -1 ] } PointSet { }
+        Normal { vector [ 0 0 1, 0 1 0, 1 0 0, 0 0 1, 0 1 0, 1 0 0 ] }
+        NormalBinding { value PER_VERTEX } USE FACES ShapeHints { shapeType SOLID } USE FACES }";
+    for scene in scenes.iter().map(String::as_str).chain([own]) {
+        let original = document(scene);
+        let options = ExportOptions::default();
+        let looks = |document: &Document| {
+            let model = Model::at(document, 0.0, &ModelOptions::default());
+            let parts = model.placed_meshes();
+            let parts = parts.map(|(mesh, material, ..)| (mesh.clone(), material.clone()));
+            parts.collect::<Vec<_>>()
+        };
+        for format in [Format::Ascii, Format::Binary] {
+            let bytes = rewritten(&original, format, &options).bytes;
+            let limits = Limits::default();
+            let again = Document::read("scene.iv", bytes, Arc::new(NoFiles), &limits);
+            assert_eq!(looks(&again.expect("reads")), looks(&original), "{scene}");
+        }
+    }
 }
 
 #[test]

@@ -14,7 +14,7 @@ use super::light_list::LightList;
 use super::steps::Step;
 use crate::grammar::material_binding;
 use crate::grammar::value::NodeId;
-use crate::iv::{Document, NodeRef, display_color};
+use crate::iv::{CREASE_ANGLE, Document, NodeRef, display_color};
 use crate::snapshot::BoundNodes;
 
 /// One value for a whole shape, or a list of values for its parts.
@@ -869,7 +869,7 @@ impl<'a> State<'a> {
             texture_indexed: true,
             hints: ShapeHints {
                 crease_angle: if language == Language::Vrml1 {
-                    0.5
+                    CREASE_ANGLE
                 } else {
                     0.0
                 },

@@ -32,7 +32,8 @@ pub struct FormatLoss {
 }
 
 impl Document {
-    /// Writes the document and returns the file's bytes.
+    /// Writes the document and returns the file's bytes. One of VRML is first to be put in
+    /// Inventor's terms ([`Document::in_inventor`]).
     pub fn write(&self, format: Format) -> Vec<u8> {
         let mut bytes = Vec::new();
         let written = self.write_to(format, &mut bytes);

@@ -7,7 +7,7 @@ use crate::grammar::{
     normal_binding, polygon_offset, profile, profile_coordinate2, profile_coordinate3, shape_hints,
     vertex_property,
 };
-use crate::iv::NodeRef;
+use crate::iv::{CREASE_ANGLE, NodeRef};
 use crate::traversal::state::{
     Binding, Complexity, Coordinates, Diffuse, DrawStyle, FontElement, Language,
     ProfileCoordinates, ProfileElement, State, TextureCoordinates, VertexOrdering,
@@ -87,11 +87,15 @@ pub(super) fn shape_hints<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         state.hints.convex = v == shape_hints::FACE_TYPE_CONVEX;
     }
     if let Some(v) = node.acting(shape_hints::CREASE_ANGLE) {
-        // The default is 0.5 in VRML 1.0 and 0 in Inventor 2.1.
+        // The default of VRML 1.0 is not Inventor's.
         let is_default = node.class_id() == Some(class::SHAPE_HINTS)
             && node.entry(shape_hints::CREASE_ANGLE.index).is_none();
         let is_vrml1 = state.language == Language::Vrml1;
-        state.hints.crease_angle = if is_default && is_vrml1 { 0.5 } else { v };
+        state.hints.crease_angle = if is_default && is_vrml1 {
+            CREASE_ANGLE
+        } else {
+            v
+        };
     }
 }
 

@@ -10,10 +10,8 @@ use crate::grammar::{
 use crate::iv::NodeRef;
 use crate::traversal::state::{Binding, Diffuse, Highlight, Language, List, State};
 
-/// Applies a `Material`; empty fields change nothing.
-///
-/// In VRML 1.0 a material of emissive colors alone is one of computed light, which is not lit: the
-/// fields `ambientColor`, `diffuseColor` and `specularColor` are stated and empty.
+/// Applies a `Material`; empty fields change nothing. In VRML 1.0 one of emissive colors alone is
+/// not lit.
 pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.material_node = Some(node);
     let language = state.language;
@@ -32,18 +30,12 @@ pub(super) fn material<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if let Some(c) = colors(material::SPECULAR_COLOR) {
         m.specular = c[0];
     }
-    let emissive = colors(material::EMISSIVE_COLOR);
-    if let Some(c) = emissive {
+    if let Some(c) = colors(material::EMISSIVE_COLOR) {
         m.emissive = c[0];
     }
-    let lit = [
-        material::AMBIENT_COLOR,
-        material::DIFFUSE_COLOR,
-        material::SPECULAR_COLOR,
-    ];
-    let is_empty = |field: Field<[Vec3]>| node.acting(field).is_some_and(<[Vec3]>::is_empty);
-    let computed =
-        emissive.filter(|_| language == Language::Vrml1 && lit.into_iter().all(is_empty));
+    let computed = node
+        .computed_colors()
+        .filter(|_| language == Language::Vrml1);
     m.is_unlit = computed.is_some();
     if let Some(colors) = computed {
         m.diffuse = Diffuse::Colors(List::Many(colors));
