@@ -240,7 +240,7 @@ fn put(
     to: &mut dyn Write,
 ) -> std::io::Result<()> {
     match format {
-        ConvertedFile::Rewritten(format) => document.write_to(format, to),
+        ConvertedFile::Rewritten(format) => document.in_inventor(format).write_to(format, to),
         ConvertedFile::Exported(_) => to.write_all(&conversion.bytes),
     }
 }

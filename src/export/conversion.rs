@@ -51,7 +51,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     let has_own_nodes = document.is_vrml97() || document.is_x3d();
     if target == Target::Inventor && !has_own_nodes {
         return Ok(Conversion {
-            bytes: document.write(Format::Ascii),
+            bytes: document.in_inventor(Format::Ascii).write(Format::Ascii),
             ..rewriting(document, Format::Ascii, options)
         });
     }
