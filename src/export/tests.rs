@@ -7,7 +7,7 @@ use ivcam_inventor::iv::{ClassRef, Document, Format, Limits, NoFiles, NodeId};
 use ivcam_render::scene::model::{Model, ModelOptions, Sampling};
 use serde_json::Value as Json;
 
-use super::{Conversion, ExportOptions, Target, convert, rewritten};
+use super::{Conversion, ExportOptions, Target, convert, rewriting};
 
 fn document(text: &str) -> Document {
     let text = text.as_bytes().to_vec();
@@ -461,7 +461,7 @@ fn what_inventors_binary_form_cannot_hold_is_named_with_its_node() {
     let scene = "#VRML V2.0 utf8\nPROTO BOX [ ] { Shape { geometry Box { } } } BOX { }
                  DEF CLOCK TimeSensor { }\nDEF FADE Script { eventIn SFFloat now url \"\" }
                  ROUTE CLOCK.fraction_changed TO FADE.now";
-    let losses = rewritten(&document(scene), Format::Binary, &ExportOptions::default()).losses;
+    let losses = rewriting(&document(scene), Format::Binary, &ExportOptions::default()).losses;
     let found = losses.iter().map(|loss| (&*loss.code, loss.place.line()));
     let expected = [
         ("protos", Some(2)),
@@ -479,7 +479,7 @@ fn the_light_of_vrml97_is_stated_in_inventors_binary_form() {
                geometry Box { } }";
     for (info, headlight) in [("", true), ("NavigationInfo { headlight FALSE }", false)] {
         let scene = document(&format!("#VRML V2.0 utf8\n{info} {lit}"));
-        let bytes = rewritten(&scene, Format::Binary, &ExportOptions::default()).bytes;
+        let bytes = scene.in_inventor(Format::Binary).write(Format::Binary);
         let limits = Limits::default();
         let again = Document::read("scene.iv", bytes, Arc::new(NoFiles), &limits).expect("reads");
         let model = Model::at(&again, 0.0, &ModelOptions::default());
@@ -537,7 +537,6 @@ fn what_vrml_1_means_otherwise_than_inventor_is_written_in_inventors_terms() {
         NormalBinding { value PER_VERTEX } USE FACES ShapeHints { shapeType SOLID } USE FACES }";
     for scene in scenes.iter().map(String::as_str).chain([own]) {
         let original = document(scene);
-        let options = ExportOptions::default();
         let looks = |document: &Document| {
             let model = Model::at(document, 0.0, &ModelOptions::default());
             let parts = model.placed_meshes();
@@ -545,7 +544,7 @@ fn what_vrml_1_means_otherwise_than_inventor_is_written_in_inventors_terms() {
             parts.collect::<Vec<_>>()
         };
         for format in [Format::Ascii, Format::Binary] {
-            let bytes = rewritten(&original, format, &options).bytes;
+            let bytes = original.in_inventor(format).write(format);
             let limits = Limits::default();
             let again = Document::read("scene.iv", bytes, Arc::new(NoFiles), &limits);
             assert_eq!(looks(&again.expect("reads")), looks(&original), "{scene}");
