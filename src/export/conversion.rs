@@ -130,8 +130,8 @@ fn light_by_levels(model: &mut Model, losses: &mut Losses) {
     }
 }
 
-/// Reports what a scene loses in the language of its file, Inventor or VRML97, as text or in binary.
-/// The bytes are left to [`Document::write_to`], which needs no memory for them.
+/// Reports what a scene loses in the language of its file, Inventor or VRML97, as text or in
+/// binary. The bytes are left to [`Document::write_to`], which needs no memory for them.
 pub(crate) fn rewriting(
     document: &Document,
     format: Format,

@@ -41,8 +41,8 @@ impl Document {
         bytes
     }
 
-    /// Writes the document in pieces of at most 64 kB and a string, so that a large file is never in
-    /// memory whole. It ends early if the work is stopped, which the caller must ask for.
+    /// Writes the document in pieces of at most 64 kB and a string, so that a large file is never
+    /// in memory whole. It ends early if the work is stopped, which the caller must ask for.
     ///
     /// # Errors
     /// Returns the first error of the destination.

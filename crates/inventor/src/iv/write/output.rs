@@ -1,4 +1,4 @@
-//! The bytes of a file on their way to a destination, so that a large file is never in memory whole.
+//! The bytes of a file on their way to a destination. A large file is never in memory whole.
 
 use std::fmt;
 use std::io::{self, Write};

@@ -1,9 +1,9 @@
 //! Reads prescriptions, whose format is recognized by their content, and writes them.
 //!
 //! Each format has a file or a folder with its `PrescriptionFormat`. What the readers share is in
-//! `reader` (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of a
-//! file), `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose` (JSON) and
-//! `index_table` (glasses by their indices at several wavelengths).
+//! `reader` (messages, numbers, glasses, units, the surfaces read so far), `apertures` (the beam of
+//! a file), `commands` (CODE V and OSLO), `decenters` (breaks and tilts), `json_text` and `loose`
+//! (JSON) and `index_table` (glasses by their indices at several wavelengths).
 
 mod apertures;
 mod bench;

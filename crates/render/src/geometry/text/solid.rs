@@ -231,7 +231,7 @@ impl Pen<'_> {
     }
 }
 
-/// Returns the mean of two normals whose angle has a cosine above `smooth`, and the first otherwise.
+/// Returns the mean of two normals whose angle has a cosine above `smooth`, or else the first.
 fn blended(a: Vec2, b: Vec2, smooth: f32) -> Vec2 {
     if a.dot(b) > smooth {
         (a + b).normalize_or(a)

@@ -89,7 +89,7 @@ pub(crate) struct Vertices<'a, 's> {
 }
 
 impl<'a, 's> Vertices<'a, 's> {
-    /// Returns the lists of a shape without an index, still without normals and texture coordinates.
+    /// Returns the lists of a shape without an index, before normals and texture coordinates.
     pub(crate) fn unindexed(state: &'s State<'a>) -> Self {
         Self {
             state,
