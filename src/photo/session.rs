@@ -141,6 +141,117 @@ fn usual_rays(plan: &Plan, scene: &RenderScene) -> u64 {
     pixels.saturating_mul(16 * (1 + lights))
 }
 
+/// What a plan's scene is compiled from.
+struct SceneSource<'a> {
+    plan: &'a Plan,
+    document: &'a Document,
+    snapshot: &'a Snapshot<'a>,
+    studio: Option<Studio>,
+}
+
+/// A compiled scene with the camera in front of it.
+struct FramedScene {
+    pose: CameraPose,
+    camera: Camera,
+    /// The projection that the scene was compiled for.
+    projection: Projection,
+    scene: RenderScene,
+}
+
+impl SceneSource<'_> {
+    fn options(&self, pose: &CameraPose, projection: Projection) -> CompileOptions {
+        CompileOptions {
+            studio: self.studio,
+            ..options(self.plan, self.plan.shading.needs(), pose, projection)
+        }
+    }
+
+    fn compile(&self, pose: CameraPose, camera: Camera) -> Result<FramedScene> {
+        let projection = camera.projection(&pose);
+        let scene = RenderScene::compile(self.snapshot, &self.options(&pose, projection))?;
+        Ok(FramedScene {
+            pose,
+            camera,
+            projection,
+            scene,
+        })
+    }
+
+    /// Views the scene from another side if the front shows next to nothing, or photographs of the
+    /// scene are seen from there. Returns that side, too.
+    fn turned(
+        &self,
+        framed: FramedScene,
+        framing: &Plan,
+    ) -> Result<(FramedScene, Option<ViewDirection>)> {
+        let FramedScene {
+            pose,
+            camera,
+            scene,
+            ..
+        } = &framed;
+        let side = better_side(scene, camera, pose);
+        let Some(side) = side.or_else(|| photographed_side(scene, camera, pose)) else {
+            return Ok((framed, None));
+        };
+        let bounds = framed_bounds(self.document, self.snapshot, self.plan);
+        let pose = view_of_everything(bounds, framing, side);
+        let mut turned = self.compile(pose, framed.camera)?;
+        turned.camera = turned.camera.posed(&turned.pose, turned.scene.origin);
+        Ok((turned, Some(side)))
+    }
+
+    /// Adds what the snapshot found. Returns whether there is nothing to draw.
+    fn report(&self, framed: &FramedScene, sink: &mut Sink) -> bool {
+        let options = || self.options(&framed.pose, framed.projection);
+        let draws_nothing =
+            framed.scene.primitives() == (0, 0, 0) && draws_nothing(self.snapshot, &options());
+        if draws_nothing && let Some(warning) = unused_prototypes(self.document) {
+            sink.add(*warning);
+        }
+        for diagnostic in self.snapshot.diagnostics() {
+            sink.add_at_most_warning(diagnostic);
+        }
+        draws_nothing
+    }
+}
+
+/// Returns what reading the files of a plan has found.
+fn found_in_reading(document: &Document, plan: &Plan) -> Sink {
+    let mut sink = Sink::new();
+    sink.extend_from(&document.sink);
+    for diagnostic in &plan.fonts.warnings {
+        sink.add((**diagnostic).clone());
+    }
+    sink
+}
+
+/// Returns what decides about the headlight, as far as it is known before the scene is compiled.
+fn headlight_sources(
+    plan: &Plan,
+    document: &Document,
+    environment: &Environment,
+    overview: &Overview,
+) -> HeadlightSources {
+    let lights_itself = plan.light.shines() && plan.shading == Shading::Path;
+    let has_environment = plan.environment.is_some();
+    HeadlightSources {
+        environment: has_environment.then_some(environment.headlight.is_some()),
+        navigation_info: overview.navigation_info,
+        is_vrml97: Language::of(document) == Language::Vrml97 && !lights_itself,
+        scene_has_light: overview.has_light || lights_itself,
+    }
+}
+
+/// Whether the side from which the scene is seen is ours to choose.
+fn may_turn(plan: &Plan, framing: &Plan, environment: &Environment, overview: &Overview) -> bool {
+    let is_stated =
+        framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
+    // What the pointer was over was seen from the front.
+    let is_touched = plan.actions.iter().any(Action::depends_on_viewer);
+    !is_stated && !plan.solids && framing.view.is_none() && !is_touched
+}
+
 /// What a session does with the nodes of its document after compiling them.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Nodes {
@@ -200,6 +311,9 @@ impl Session {
             Some(path) => Environment::merge(&mut document, path, plan.time)?,
             None => Environment::default(),
         };
+        if nodes == Nodes::Freed {
+            document.release_text();
+        }
         let read = clock.elapsed().as_secs_f64();
         let mut session = Self::from_document(plan, framing, (document, nodes), &environment)?;
         session.seconds.read = read;
@@ -229,33 +343,13 @@ impl Session {
         let memory = memory_beside_film(&plan)?;
         let budget = Budget::current();
         let mut seconds = StageSeconds::default();
-        let mut sink = Sink::new();
-        sink.extend_from(&document.sink);
-        for diagnostic in &plan.fonts.warnings {
-            sink.add((**diagnostic).clone());
-        }
+        let mut sink = found_in_reading(&document, &plan);
 
         let clock = Instant::now();
-        if nodes == Nodes::Freed {
-            document.release_text();
-        }
         let mut snapshot = snapshot_of(&document, &plan, None);
         let overview = Overview::of(&snapshot, &plan.limits);
-        let lights_itself = plan.light.shines() && plan.shading == Shading::Path;
-        let mut headlight_sources = HeadlightSources {
-            environment: plan
-                .environment
-                .is_some()
-                .then_some(environment.headlight.is_some()),
-            navigation_info: overview.navigation_info,
-            is_vrml97: Language::of(&document) == Language::Vrml97 && !lights_itself,
-            scene_has_light: overview.has_light || lights_itself,
-        };
-        let is_stated =
-            framing.camera.is_some() || environment.pose.is_some() || overview.camera.is_some();
-        // What the pointer was over was seen from the front.
-        let is_touched = plan.actions.iter().any(Action::depends_on_viewer);
-        let may_turn = !is_stated && !plan.solids && framing.view.is_none() && !is_touched;
+        let headlight_sources = headlight_sources(&plan, &document, environment, &overview);
+        let may_turn = may_turn(&plan, framing, environment, &overview);
         let bounds = || framed_bounds(&document, &snapshot, &plan);
         let own = overview.camera.clone();
         let mut pose = resolve_pose(framing, &snapshot, environment, own, bounds)?;
@@ -275,82 +369,49 @@ impl Session {
         let clock = Instant::now();
         let studio = studio_of(&plan, &snapshot);
         let stopped = stopped_down(&plan, &pose, studio.as_ref());
-        let (mut camera, settings) = camera(stopped.as_ref().unwrap_or(&plan), &pose, &mut sink)?;
+        let (camera, settings) = camera(stopped.as_ref().unwrap_or(&plan), &pose, &mut sink)?;
         budget.check()?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
         let clock = Instant::now();
-        let options_at = |pose: &CameraPose, projection| CompileOptions {
+        let source = SceneSource {
+            plan: &plan,
+            document: &document,
+            snapshot: &snapshot,
             studio,
-            ..options(&plan, plan.shading.needs(), pose, projection)
         };
-        let mut projection = camera.projection(&pose);
-        let mut scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
-        let mut turned = None;
-        let side = || better_side(&scene, &camera, &pose);
-        let other_side = || side().or_else(|| photographed_side(&scene, &camera, &pose));
-        if may_turn && let Some(side) = other_side() {
-            let bounds = framed_bounds(&document, &snapshot, &plan);
-            pose = view_of_everything(bounds, framing, side);
-            projection = camera.projection(&pose);
-            scene = RenderScene::compile(&snapshot, &options_at(&pose, projection))?;
-            camera = camera.posed(&pose, scene.origin);
-            turned = Some(side);
-        }
-        let draws_nothing = scene.primitives() == (0, 0, 0)
-            && draws_nothing(&snapshot, &options_at(&pose, projection));
-        let unused = unused_prototypes(&document).filter(|_| draws_nothing);
-        if let Some(warning) = unused {
-            sink.add(*warning);
-        }
-        for diagnostic in snapshot.diagnostics() {
-            sink.add_at_most_warning(diagnostic);
-        }
+        let framed = source.compile(pose, camera)?;
+        let (framed, turned) = match may_turn {
+            true => source.turned(framed, framing)?,
+            false => (framed, None),
+        };
+        let draws_nothing = source.report(&framed, &mut sink);
         drop(snapshot);
         if nodes == Nodes::Freed {
             document.free_nodes();
         }
+        let FramedScene {
+            pose,
+            camera,
+            projection,
+            scene,
+        } = framed;
         budget.check()?;
         scene.prepare(usual_rays(&plan, &scene));
         budget.check()?;
-        // The picture can be rendered in spite of these, so they are at most warnings.
-        for diagnostic in &scene.census().diagnostics {
-            sink.add_at_most_warning(diagnostic);
-        }
-        let found = overview.diagnostics.into_iter();
-        let unknown = found.filter(|d| !sink.has(&d.message));
-        for diagnostic in unknown.collect::<Vec<_>>() {
-            sink.add(diagnostic);
-        }
-        let world = |p: glam::Vec3| p.as_dvec3() + scene.origin;
-        let bounds = scene.bounds().map(|(low, high)| (world(low), world(high)));
-        if let Some(warning) = precision_warning(bounds, Some(pose.position)) {
-            sink.add(*warning);
-        }
         seconds.compile += clock.elapsed().as_secs_f64();
 
-        let surroundings = surroundings(&plan)?;
-        headlight_sources.scene_has_light |=
-            plan.shading == Shading::Path && scene.has_lamps(plan.light.emission);
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
         described.extend(settings);
-        let lit = headlight_sources.resolve(plan.headlight);
-        described.insert("headlight".into(), lit.describe().into());
-        let can_be_lit = plan.shading.needs().lights && scene.primitives() != (0, 0, 0);
-        if can_be_lit && is_left_dark(headlight_sources, lit) {
-            let dark = "the scene has no light, and the headlight is off";
-            let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
-            sink.add(*Diagnostic::warning(dark).with_help(help));
-        }
         let mut session = Self {
-            headlight: headlight_in_world(lit.on, environment.headlight, &pose),
+            headlight: None,
             draws_nothing,
             turned,
             follows_scene,
             headlight_sources,
             environment_headlight: environment.headlight,
-            surroundings,
+            surroundings: surroundings(&plan)?,
             metered: 1.0,
             studio,
             plan,
@@ -367,8 +428,44 @@ impl Session {
             opening: None,
             described,
         };
+        session.add_findings(overview.diagnostics);
+        session.decide_headlight();
         session.meter();
         Ok(session)
+    }
+
+    /// Adds what compiling and traversing the scene found. The picture can be rendered in spite of
+    /// it, so what compiling found are at most warnings.
+    fn add_findings(&mut self, traversal: Vec<Diagnostic>) {
+        let Self { sink, scene, .. } = self;
+        for diagnostic in &scene.census().diagnostics {
+            sink.add_at_most_warning(diagnostic);
+        }
+        let unknown = traversal.into_iter().filter(|d| !sink.has(&d.message));
+        for diagnostic in unknown.collect::<Vec<_>>() {
+            sink.add(diagnostic);
+        }
+        let world = |p: glam::Vec3| p.as_dvec3() + scene.origin;
+        let bounds = scene.bounds().map(|(low, high)| (world(low), world(high)));
+        if let Some(warning) = precision_warning(bounds, Some(self.pose.position)) {
+            sink.add(*warning);
+        }
+    }
+
+    /// Turns the headlight on or off, and warns if that leaves the scene without any light.
+    fn decide_headlight(&mut self) {
+        let has_lamps = || self.scene.has_lamps(self.plan.light.emission);
+        self.headlight_sources.scene_has_light |= self.plan.shading == Shading::Path && has_lamps();
+        let lit = self.headlight_state();
+        self.headlight = headlight_in_world(lit.on, self.environment_headlight, &self.pose);
+        self.described
+            .insert("headlight".into(), lit.describe().into());
+        let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
+        if can_be_lit && is_left_dark(self.headlight_sources, lit) {
+            let dark = "the scene has no light, and the headlight is off";
+            let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
+            self.sink.add(*Diagnostic::warning(dark).with_help(help));
+        }
     }
 
     /// Changes the plan and the pose for the same scene file. Only the parts that differ are
