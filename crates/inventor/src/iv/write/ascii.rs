@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use std::fmt::Write as _;
 use std::io;
 
-use super::output::Output;
+use super::output::PieceWriter;
 use super::protos::{instanced, instances_in, protos_by_body};
 use super::spelling::{Tokens, class_name, described, field_order, has_type_first};
 use super::text_values::{self, list, quoted};
@@ -21,7 +21,7 @@ use crate::iv::x3d_names::in_x3d;
 
 /// Writes a document as text.
 pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<()> {
-    Ascii::new(document, Output::to(to)).document()
+    Ascii::new(document, PieceWriter::to(to)).document()
 }
 
 /// The largest number of indentation levels that are written. Without it the size of a file would
@@ -57,7 +57,7 @@ struct Ascii<'d> {
     vrml97: bool,
     /// Whether fields have the names of X3D.
     x3d: bool,
-    out: Output<'d>,
+    out: PieceWriter<'d>,
     indent: usize,
     /// Whether this is the first of two passes, which only records the order of the nodes.
     dry: bool,
@@ -78,7 +78,7 @@ struct Ascii<'d> {
 }
 
 impl<'d> Ascii<'d> {
-    fn new(document: &'d Document, out: Output<'d>) -> Self {
+    fn new(document: &'d Document, out: PieceWriter<'d>) -> Self {
         Self {
             document,
             vrml97: document.is_vrml97() || document.is_x3d(),

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::io;
 
-use super::output::Output;
+use super::output::PieceWriter;
 use super::spelling::{
     Tokens, bit_names, class_name, described, enumeration, field_order, has_type_first,
 };
@@ -48,7 +48,7 @@ enum BinaryTask<'d> {
 /// The state of the binary writer.
 struct BinaryWriter<'d> {
     document: &'d Document,
-    out: Output<'d>,
+    out: PieceWriter<'d>,
     /// The nodes in the order in which they were visited, repeated visits included.
     visited: Vec<NodeId>,
     /// The nodes that this pass has written.
@@ -61,7 +61,7 @@ struct BinaryWriter<'d> {
 pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<()> {
     let mut writer = BinaryWriter {
         document,
-        out: Output::discarded(),
+        out: PieceWriter::discarded(),
         visited: Vec::new(),
         written: HashSet::new(),
         tokens: Tokens::default(),
@@ -69,7 +69,7 @@ pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<(
     writer.run();
     writer.tokens = Tokens::new(document, &writer.visited);
     writer.written.clear();
-    writer.out = Output::to(to);
+    writer.out = PieceWriter::to(to);
     writer.out.push_bytes(HEADER);
     writer.run();
     writer.out.finish()

@@ -6,15 +6,15 @@ use std::io::{self, Write};
 /// The number of bytes that wait before they go to the destination.
 const FULL: usize = 1 << 16;
 
-/// What a writer puts out. Errors of the destination are kept until [`Output::finish`].
-pub(super) struct Output<'w> {
+/// What a writer puts out. Errors of the destination are kept until [`PieceWriter::finish`].
+pub(super) struct PieceWriter<'w> {
     waiting: Vec<u8>,
     /// The destination, or `None` to discard everything.
     to: Option<&'w mut dyn Write>,
     result: io::Result<()>,
 }
 
-impl<'w> Output<'w> {
+impl<'w> PieceWriter<'w> {
     pub(super) fn to(to: &'w mut dyn Write) -> Self {
         Self {
             to: Some(to),
@@ -65,7 +65,7 @@ impl<'w> Output<'w> {
     }
 }
 
-impl fmt::Write for Output<'_> {
+impl fmt::Write for PieceWriter<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.push_str(text);
         Ok(())

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use ivcam_base::work::until_stopped;
 
-use super::output::Output;
+use super::output::PieceWriter;
 use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
@@ -12,7 +12,7 @@ use crate::grammar::value::{Image, Rotation, Value};
 /// Returns a value that contains no nodes as text.
 pub(crate) fn value_text(value: &Value, kind: FieldType) -> String {
     let mut bytes = Vec::new();
-    let mut out = Output::to(&mut bytes);
+    let mut out = PieceWriter::to(&mut bytes);
     put(&mut out, 0, value, kind, &[]);
     out.finish().expect("memory takes all bytes");
     String::from_utf8(bytes).expect("pieces of text")
@@ -20,7 +20,7 @@ pub(crate) fn value_text(value: &Value, kind: FieldType) -> String {
 
 /// Appends a value that contains no nodes.
 pub(super) fn put(
-    out: &mut Output<'_>,
+    out: &mut PieceWriter<'_>,
     indent: usize,
     value: &Value,
     kind: FieldType,
@@ -95,12 +95,12 @@ fn boolean(b: bool) -> &'static str {
     if b { "TRUE" } else { "FALSE" }
 }
 
-fn integer(out: &mut Output<'_>, n: i32) {
+fn integer(out: &mut PieceWriter<'_>, n: i32) {
     out.push_str(itoa::Buffer::new().format(n));
 }
 
 /// Appends the shortest text that reads back as the same number.
-fn float(out: &mut Output<'_>, n: f32) {
+fn float(out: &mut PieceWriter<'_>, n: f32) {
     if (1e-5..1e9).contains(&n.abs()) {
         return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
     }
@@ -112,7 +112,7 @@ fn float(out: &mut Output<'_>, n: f32) {
 }
 
 /// Appends the shortest text that reads back as the same number.
-fn double(out: &mut Output<'_>, n: f64) {
+fn double(out: &mut PieceWriter<'_>, n: f64) {
     if (1e-5..1e15).contains(&n.abs()) {
         return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
     }
@@ -128,7 +128,7 @@ fn without_fraction(text: &str) -> &str {
     text.strip_suffix(".0").unwrap_or(text)
 }
 
-fn numbers<T>(out: &mut Output<'_>, list: &[T], one: impl Fn(&mut Output<'_>, &T)) {
+fn numbers<T>(out: &mut PieceWriter<'_>, list: &[T], one: impl Fn(&mut PieceWriter<'_>, &T)) {
     for (i, n) in until_stopped(list.iter()).enumerate() {
         if i > 0 {
             out.push_str(" ");
@@ -137,7 +137,7 @@ fn numbers<T>(out: &mut Output<'_>, list: &[T], one: impl Fn(&mut Output<'_>, &T
     }
 }
 
-fn floats(out: &mut Output<'_>, list: &[f32]) {
+fn floats(out: &mut PieceWriter<'_>, list: &[f32]) {
     numbers(out, list, |out, n| float(out, *n));
 }
 
@@ -147,11 +147,11 @@ fn rotation(r: &Rotation) -> [f32; 4] {
 
 /// Appends a list in brackets with `in_line` values per line, or a single value without brackets.
 pub(super) fn list<T>(
-    out: &mut Output<'_>,
+    out: &mut PieceWriter<'_>,
     indent: usize,
     list: &[T],
     in_line: usize,
-    one: impl Fn(&mut Output<'_>, &T),
+    one: impl Fn(&mut PieceWriter<'_>, &T),
 ) {
     if let [value] = list {
         return one(out, value);
@@ -171,7 +171,7 @@ pub(super) fn list<T>(
     out.push_str(" ]");
 }
 
-fn image(out: &mut Output<'_>, image: &Image, solid: bool) {
+fn image(out: &mut PieceWriter<'_>, image: &Image, solid: bool) {
     let _ = write!(out, "{} {}", image.width, image.height);
     if solid {
         let _ = write!(out, " {}", image.depth);
