@@ -9,7 +9,7 @@ use ivcam::lens::{
 };
 use ivcam::photo::LensChoice;
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
-use ivcam_optics::prescription::formats::write::{Target, write};
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use numpy::{
     PyArray1, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadwriteArray1,
     PyReadwriteArray2,
@@ -275,7 +275,7 @@ impl PyLens {
 
     /// Returns the prescription as JSON, with what the format leaves out.
     fn prescription(&self, py: Python<'_>) -> PyResult<(String, Vec<String>)> {
-        write(self.lens.prescription(), Target::Json).or_raise(py)
+        write(self.lens.prescription(), OutputFormat::Json).or_raise(py)
     }
 }
 

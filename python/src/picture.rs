@@ -404,7 +404,7 @@ fn end_of(session: &Session, exposure: &Exposure) -> Result<Option<Box<Diagnosti
         if exposure.is_blank() {
             return Err(session.too_late());
         }
-        return Ok(Some(session.ended_within_pass(stopped)));
+        return Ok(Some(session.ended_within_pass(exposure, stopped)));
     }
     let (Some(limit), Ok(error)) = (session.plan.stop.error, exposure.film.error()) else {
         return Ok(None);

@@ -15,8 +15,8 @@ use super::document::{ClassRef, Document, Node, NodeRef};
 use super::write::Format;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
-    ClassId, Field, class, environment, light_model, material, material_binding, shape_hints,
-    vrml97_navigation_info as navigation_info97,
+    ClassId, Field, class, environment, indexed_face_set, light_model, material, material_binding,
+    shape_hints, vrml97_navigation_info as navigation_info97,
 };
 
 /// The crease angle of VRML 1.0 where a file states none; Inventor's is 0.
@@ -58,7 +58,8 @@ impl Document {
             state_differences(&mut document, NodeId(i as u32));
         }
         light_by_materials(&mut document);
-        if document.nodes.iter().any(has_creases) {
+        let mut ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+        if ids.any(|id| has_creases(document.node(id))) {
             let hints = added(&mut document, class::SHAPE_HINTS);
             state_crease_angle(&mut document, hints);
             match document.roots[..] {
@@ -111,9 +112,17 @@ fn state_crease_angle(document: &mut Document, hints: NodeId) {
     document.store(hints, shape_hints::CREASE_ANGLE.index, value);
 }
 
-/// Whether the crease angle acts on a node.
-fn has_creases(node: &Node) -> bool {
-    matches!(node.class, ClassRef::Known(id) if id.get().descends_from(class::VERTEX_SHAPE))
+/// Whether the crease angle may act on a node: a shape with an index of one face has no edges
+/// between faces.
+fn has_creases(node: NodeRef<'_>) -> bool {
+    let is_one_face = || {
+        let index = node.get(indexed_face_set::COORD_INDEX);
+        let faces = index.split(|&i| i < 0).filter(|face| !face.is_empty());
+        faces.count() < 2
+    };
+    let class = node.class_id().map(ClassId::get);
+    class.is_some_and(|class| class.descends_from(class::VERTEX_SHAPE))
+        && !(node.class_id() == Some(class::INDEXED_FACE_SET) && is_one_face())
 }
 
 /// Follows each material by the `LightModel` that it has in VRML 1.0, if one of them is not lit.
