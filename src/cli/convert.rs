@@ -1,6 +1,7 @@
 //! `ivcam convert`: rewrites a scene as Inventor V2.1 or VRML97, or writes it in another format.
 //! `convert_folder` does the same for all scenes of a folder.
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -106,6 +107,15 @@ impl ConvertedFile {
         }
     }
 
+    /// Returns the document that is converted: of VRML that is rewritten, the one in Inventor's
+    /// terms.
+    pub(super) fn terms(self, document: &Document) -> Cow<'_, Document> {
+        match self {
+            Self::Rewritten(format) => document.in_inventor(format),
+            Self::Exported(_) => Cow::Borrowed(document),
+        }
+    }
+
     /// Returns what is written for a document. Inventor and VRML 1.0 become Inventor V2.1 by
     /// rewriting the scene, which keeps its nodes.
     pub(super) fn of(self, document: &Document) -> Self {
@@ -152,7 +162,8 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         _ => {}
     }
     let converting = format!("converting {}", scene.display());
-    let convert = || converted(&document, wanted, &options);
+    let terms = wanted.terms(&document);
+    let convert = || converted(&terms, wanted, &options);
     let mut conversion = waiting(MeterKind::Bar, converting, convert)?;
     if let Some(output) = output {
         conversion.carry_files(&document, [scene, output], &BTreeSet::new());
@@ -175,12 +186,12 @@ fn convert_one(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let code = if lost { LOSSES } else { 0 };
     match output {
         None => {
-            let written = put(&conversion, &document, wanted, out).and_then(|()| out.flush());
+            let written = put(&conversion, &terms, wanted, out).and_then(|()| out.flush());
             Budget::current().check()?;
             Ok(super::exit_code(written)?.max(code))
         }
         Some(path) => {
-            write(&conversion, &document, wanted, path)?;
+            write(&conversion, &terms, wanted, path)?;
             Ok(code)
         }
     }
@@ -194,7 +205,8 @@ pub(super) fn joined(mut report: Json, more: Json) -> Json {
     report
 }
 
-/// Converts a document. What only rewrites it has no bytes, which [`write()`] makes.
+/// Converts a document in the terms of its output. What only rewrites it has no bytes, which
+/// [`write()`] makes.
 pub(super) fn converted(
     document: &Document,
     output: ConvertedFile,
@@ -240,7 +252,7 @@ fn put(
     to: &mut dyn Write,
 ) -> std::io::Result<()> {
     match format {
-        ConvertedFile::Rewritten(format) => document.in_inventor(format).write_to(format, to),
+        ConvertedFile::Rewritten(format) => document.write_to(format, to),
         ConvertedFile::Exported(_) => to.write_all(&conversion.bytes),
     }
 }

@@ -169,7 +169,8 @@ impl FolderBatch<'_> {
             stem: stem.to_string_lossy().into_owned(),
             ..self.options.clone()
         };
-        let mut conversion = convert::converted(document, output, &options)?;
+        let terms = output.terms(document);
+        let mut conversion = convert::converted(&terms, output, &options)?;
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let problems: Vec<Diagnostic> = problems.collect();
@@ -187,7 +188,7 @@ impl FolderBatch<'_> {
             let folder = folder_of(&job.output);
             std::fs::create_dir_all(&folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
             convert::keep_scene(&conversion, &job.output, &job.input, document)?;
-            convert::write(&conversion, document, output, &job.output)?;
+            convert::write(&conversion, &terms, output, &job.output)?;
             // The bytes of many scenes may wait to be counted.
             (conversion.bytes, conversion.beside) = Default::default();
         }

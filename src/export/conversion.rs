@@ -50,9 +50,10 @@ pub struct Conversion {
 pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> Result<Conversion> {
     let has_own_nodes = document.is_vrml97() || document.is_x3d();
     if target == Target::Inventor && !has_own_nodes {
+        let document = document.in_inventor(Format::Ascii);
         return Ok(Conversion {
-            bytes: document.in_inventor(Format::Ascii).write(Format::Ascii),
-            ..rewriting(document, Format::Ascii, options)
+            bytes: document.write(Format::Ascii),
+            ..rewriting(&document, Format::Ascii, options)
         });
     }
     let at = snapshot_options(options.time);
@@ -130,15 +131,14 @@ fn light_by_levels(model: &mut Model, losses: &mut Losses) {
     }
 }
 
-/// Reports what a scene loses in the language of its file, Inventor or VRML97, as text or in
-/// binary. The bytes are left to [`Document::write_to`], which needs no memory for them.
+/// Reports what a scene in the terms of a format ([`Document::in_inventor`]) loses in the language
+/// of its file. The bytes are left to [`Document::write_to`], which needs no memory for them.
 pub(crate) fn rewriting(
     document: &Document,
     format: Format,
     options: &ExportOptions,
 ) -> Conversion {
     let mut losses = Losses::default();
-    let document = &*document.in_inventor(format);
     for FormatLoss { code, text, node } in document.losses(format) {
         let place = node.map(|id| Place::of(NodeRef { document, id }));
         losses.add(code, text, place.unwrap_or_default(), 1);
