@@ -16,10 +16,11 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
-use ivcam_base::math::{LengthUnit, Meters, parse_length};
+use ivcam_base::math::Meters;
 
 use super::ease::{Ease, EaseKey, PACES, SCALES, Scale};
 use super::timeline::{MOST_FRAMES, Timeline};
+use crate::photo::options::distance;
 
 impl Timeline {
     /// Reads the text of a timeline.
@@ -240,14 +241,11 @@ impl<'a> TimelineReader<'a> {
 
     fn distance(&self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<f64> {
         let [word] = self.exactly(name, values)?;
-        let length = parse_length(word.text, LengthUnit::Meter).map(Meters::from);
-        match length {
-            // Interpolation needs the reciprocal, which is infinite below 6e-309.
-            Some(Meters(d)) if d > 0.0 && d.recip().is_finite() => Ok(d),
-            _ => Err(self
-                .wrong(word.span, "not a distance to focus at")
-                .with_help("give meters such as 1.2, or a length such as 40cm, or inf")),
-        }
+        let distance = distance(word.text).map(|Meters(d)| d);
+        distance.ok_or_else(|| {
+            self.wrong(word.span, "not a distance to focus at")
+                .with_help("give meters such as 1.2, or a length such as 40cm, or inf")
+        })
     }
 
     fn f_number(&self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<f64> {

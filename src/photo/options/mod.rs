@@ -34,4 +34,4 @@ pub(crate) use scene::{
 pub(crate) use shutter::Shutter;
 pub(crate) use table::groups;
 pub use table::{all, lens_options};
-pub(crate) use values::{POSITIVE, duration, positive};
+pub(crate) use values::{POSITIVE, distance, duration, positive};

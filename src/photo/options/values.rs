@@ -47,8 +47,9 @@ pub(super) fn pair<T: std::str::FromStr>(word: &str) -> Option<(T, T)> {
     Some((a.trim().parse().ok()?, b.trim().parse().ok()?))
 }
 
-/// Parses a distance greater than 0 that has a reciprocal. A number without a unit is in meters.
-pub(super) fn distance(word: &str) -> Option<Meters> {
+/// Parses a distance greater than 0. A number without a unit is in meters. Focus is pulled in the
+/// reciprocal, which is infinite below 6e-309.
+pub(crate) fn distance(word: &str) -> Option<Meters> {
     parse_length(word, LengthUnit::Meter)
         .map(Meters::from)
         .filter(|d| d.0 > 0.0 && d.0.recip().is_finite())
