@@ -452,14 +452,20 @@ impl Session {
         }
     }
 
-    /// Turns the headlight on or off, and warns if that leaves the scene without any light.
-    fn decide_headlight(&mut self) {
-        let has_lamps = || self.scene.has_lamps(self.plan.light.emission);
-        self.headlight_sources.scene_has_light |= self.plan.shading == Shading::Path && has_lamps();
+    /// Turns the headlight on or off as the plan and the scene say.
+    fn turn_headlight(&mut self) -> HeadlightState {
         let lit = self.headlight_state();
         self.headlight = headlight_in_world(lit.on, self.environment_headlight, &self.pose);
         self.described
             .insert("headlight".into(), lit.describe().into());
+        lit
+    }
+
+    /// Turns the headlight on or off, and warns if that leaves the scene without any light.
+    fn decide_headlight(&mut self) {
+        let has_lamps = || self.scene.has_lamps(self.plan.light.emission);
+        self.headlight_sources.scene_has_light |= self.plan.shading == Shading::Path && has_lamps();
+        let lit = self.turn_headlight();
         let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
         if can_be_lit && is_left_dark(self.headlight_sources, lit) {
             let dark = "the scene has no light, and the headlight is off";
@@ -589,11 +595,8 @@ impl Session {
         };
         self.camera = fresh.posed(&pose, self.scene.origin);
         self.described.extend(plan.describe());
-        let lit = self.headlight_sources.resolve(plan.headlight);
-        self.described
-            .insert("headlight".into(), lit.describe().into());
-        self.headlight = headlight_in_world(lit.on, self.environment_headlight, &pose);
         (self.plan, self.pose) = (plan, pose);
+        self.turn_headlight();
         self.state_metered();
         Ok(())
     }
