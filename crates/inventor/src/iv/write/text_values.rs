@@ -1,6 +1,6 @@
 //! Writes field values as text. Numbers have the shortest text that reads back as the same number.
 
-use std::fmt::Write as _;
+use std::fmt::{LowerExp, Write as _};
 
 use ivcam_base::work::until_stopped;
 
@@ -99,28 +99,26 @@ fn integer(out: &mut PieceWriter<'_>, n: i32) {
     out.push_str(itoa::Buffer::new().format(n));
 }
 
-/// Appends the shortest text that reads back as the same number.
 fn float(out: &mut PieceWriter<'_>, n: f32) {
-    if (1e-5..1e9).contains(&n.abs()) {
-        return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
-    }
-    let _ = match n {
-        n if n.is_nan() => write!(out, "nan"),
-        n if n == 0.0 || n.is_infinite() => write!(out, "{n}"),
-        n => write!(out, "{n:e}"),
-    };
+    number(out, n, n == 0.0 || (1e-5..1e9).contains(&n.abs()));
 }
 
-/// Appends the shortest text that reads back as the same number.
 fn double(out: &mut PieceWriter<'_>, n: f64) {
-    if (1e-5..1e15).contains(&n.abs()) {
-        return out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
+    number(out, n, n == 0.0 || (1e-5..1e15).contains(&n.abs()));
+}
+
+/// Appends the shortest text that reads back as the same number, without an exponent if `plain`.
+fn number<N>(out: &mut PieceWriter<'_>, n: N, plain: bool)
+where
+    N: zmij::Float + LowerExp + Into<f64> + Copy,
+{
+    if plain {
+        out.push_str(without_fraction(zmij::Buffer::new().format_finite(n)));
+    } else if n.into().is_nan() {
+        out.push_str("nan");
+    } else {
+        let _ = write!(out, "{n:e}");
     }
-    let _ = match n {
-        n if n.is_nan() => write!(out, "nan"),
-        n if n == 0.0 || n.is_infinite() => write!(out, "{n}"),
-        n => write!(out, "{n:e}"),
-    };
 }
 
 /// Returns a number without the fraction `.0` of whole numbers.
