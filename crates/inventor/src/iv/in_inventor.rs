@@ -120,9 +120,10 @@ fn has_creases(node: NodeRef<'_>) -> bool {
         let faces = index.split(|&i| i < 0).filter(|face| !face.is_empty());
         faces.count() < 2
     };
-    let class = node.class_id().map(ClassId::get);
-    class.is_some_and(|class| class.descends_from(class::VERTEX_SHAPE))
-        && !(node.class_id() == Some(class::INDEXED_FACE_SET) && is_one_face())
+    node.class_id().is_some_and(|class| {
+        class.get().descends_from(class::VERTEX_SHAPE)
+            && !(class == class::INDEXED_FACE_SET && is_one_face())
+    })
 }
 
 /// Follows each material by the `LightModel` that it has in VRML 1.0, if one of them is not lit.

@@ -59,9 +59,10 @@ struct BinaryWriter<'d> {
 /// Writes a document in the binary format. It makes two passes, of which the first finds the nodes
 /// that are used more than once.
 pub(super) fn write(document: &Document, to: &mut dyn io::Write) -> io::Result<()> {
+    let mut nowhere = io::sink();
     let mut writer = BinaryWriter {
         document,
-        out: PieceWriter::discarded(),
+        out: PieceWriter::to(&mut nowhere),
         visited: Vec::new(),
         written: HashSet::new(),
         tokens: Tokens::default(),
