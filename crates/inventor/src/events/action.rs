@@ -102,7 +102,7 @@ impl World {
         if let Some(id) = names.get(name) {
             return Ok(*id);
         }
-        let all = (0..self.document.nodes.len() as u32).map(NodeId);
+        let all = self.document.ids();
         let of_class = all.filter(|id| self.document.node(*id).class_name() == name);
         let of_class: BTreeSet<NodeId> = of_class.map(|id| self.document.node(id).id).collect();
         if let (1, Some(id)) = (of_class.len(), of_class.first()) {

@@ -340,7 +340,7 @@ impl World {
         }
         let parents = Parents::of(document);
         // The node, and the instance of a prototype that it represents.
-        let all = (0..document.nodes.len() as u32).map(NodeId);
+        let all = document.ids();
         let same = all.filter(|other| document.node(*other).id == id);
         let mut level: BTreeSet<NodeId> = same.collect();
         let mut known = level.clone();

@@ -53,7 +53,7 @@ impl WorldSurvey {
 /// Returns whether a scene has sensors that depend on where the viewer is, or a route from a
 /// `Collision`.
 pub fn depends_on_viewer(document: &Document) -> bool {
-    let mut nodes = (0..document.nodes.len() as u32).map(NodeId);
+    let mut nodes = document.ids();
     nodes.any(|id| is_viewer_sensor(NodeRef { document, id })) || hears_collisions(document)
 }
 

@@ -149,6 +149,11 @@ impl Document {
         NodeRef { document: self, id }
     }
 
+    /// Returns the ids of all nodes that the document has now.
+    pub fn ids(&self) -> impl Iterator<Item = NodeId> + use<> {
+        (0..self.nodes.len() as u32).map(NodeId)
+    }
+
     /// Returns whether a node is part of a proto's definition and not of the scene.
     pub fn is_template(&self, id: NodeId) -> bool {
         self.protos.is_template(id)

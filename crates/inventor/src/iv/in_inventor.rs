@@ -54,12 +54,11 @@ impl Document {
 
     fn vrml1_in_inventor(&self) -> Self {
         let mut document = self.clone();
-        for i in 0..document.nodes.len() {
-            state_differences(&mut document, NodeId(i as u32));
+        for id in document.ids() {
+            state_differences(&mut document, id);
         }
         light_by_materials(&mut document);
-        let mut ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
-        if ids.any(|id| has_creases(document.node(id))) {
+        if document.ids().any(|id| has_creases(document.node(id))) {
             let hints = added(&mut document, class::SHAPE_HINTS);
             state_crease_angle(&mut document, hints);
             match document.roots[..] {
@@ -128,9 +127,8 @@ fn has_creases(node: NodeRef<'_>) -> bool {
 
 /// Follows each material by the `LightModel` that it has in VRML 1.0, if one of them is not lit.
 fn light_by_materials(document: &mut Document) {
-    let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
     let is_material = |id: &NodeId| document.node(*id).class_id() == Some(class::MATERIAL);
-    let materials: Vec<NodeId> = ids.filter(is_material).collect();
+    let materials: Vec<NodeId> = document.ids().filter(is_material).collect();
     let computed = |id: &&NodeId| document.node(**id).computed_colors().is_some();
     let computed: HashSet<NodeId> = materials.iter().filter(computed).copied().collect();
     if computed.is_empty() {

@@ -12,7 +12,7 @@ impl Leading {
     /// Finds the nodes that lead to one that is wanted. A kit always does, because it may make its
     /// parts.
     pub fn to(document: &Document, wanted: impl Fn(NodeRef<'_>) -> bool) -> Self {
-        let ids = || (0..document.nodes.len() as u32).map(NodeId);
+        let ids = || document.ids();
         let mut leads = vec![false; document.nodes.len()];
         let mut found: Vec<NodeId> = ids()
             .filter(|id| {
@@ -45,7 +45,7 @@ impl Parents {
     /// Finds the parents of all nodes of a document.
     pub(crate) fn of(document: &Document) -> Self {
         let mut parents = Vec::new();
-        for id in (0..document.nodes.len() as u32).map(NodeId) {
+        for id in document.ids() {
             each_child(document, id, |child| parents.push((child, id)));
         }
         parents.sort_unstable_by_key(|(child, _)| child.0);

@@ -14,7 +14,7 @@ use crate::snapshot::Snapshot;
 
 /// Whether the document has a node that shines in a given way.
 pub(super) fn has_light(document: &Document, wanted: LightReach) -> bool {
-    let nodes = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+    let nodes = document.ids();
     let reaches = |id: NodeId| property::reach(document.node(id));
     nodes.into_iter().any(|id| reaches(id) == Some(wanted))
 }

@@ -50,7 +50,7 @@ fn proto_order(document: &Document) -> Vec<usize> {
 /// proto does not count as an instance.
 pub(super) fn instanced(document: &Document) -> HashSet<u32> {
     let defaults: HashSet<NodeId> = document.protos.list.iter().map(|p| p.defaults).collect();
-    let ids = (0..document.nodes.len()).map(|i| NodeId(i as u32));
+    let ids = document.ids();
     let nodes = ids.filter(|id| !defaults.contains(id));
     nodes
         .filter_map(|id| match document.nodes[id.0 as usize].class {

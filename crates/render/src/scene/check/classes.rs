@@ -48,7 +48,7 @@ pub fn classes(document: &Document) -> [(&'static str, Vec<(String, usize)>); 4]
 /// Returns the nodes that stand for others when a viewer collides with them, which are never drawn:
 /// those below the `proxy` of a `Collision` and nowhere else.
 fn proxies(document: &Document) -> HashSet<NodeId> {
-    let ids = (0..document.nodes.len() as u32).map(NodeId);
+    let ids = document.ids();
     let proxies: HashSet<NodeId> = ids
         .filter_map(|id| document.node(id).get_node(collision::PROXY))
         .map(|node| node.id)

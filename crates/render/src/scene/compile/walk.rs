@@ -108,7 +108,7 @@ impl Compiler<'_> {
     /// Returns the number of shapes that the walk has not reached.
     fn unreached_shapes(&self) -> usize {
         let document = self.snapshot.document();
-        let ids = (0..document.nodes.len() as u32).map(NodeId);
+        let ids = document.ids();
         ids.filter(|&id| {
             let is_shape = matches!(
                 role(document.node(id)),

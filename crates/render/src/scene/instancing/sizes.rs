@@ -63,8 +63,12 @@ impl ExpandedSizes {
             is_repeated |= *uses > 1;
         };
         document.roots.iter().for_each(|id| count(*id));
-        ids(document).for_each(|id| each_child(document, id, &mut count));
-        is_repeated |= ids(document).any(|id| copies(document, id) > 1 || has_text(document, id));
+        document
+            .ids()
+            .for_each(|id| each_child(document, id, &mut count));
+        is_repeated |= document
+            .ids()
+            .any(|id| copies(document, id) > 1 || has_text(document, id));
         is_repeated.then(|| {
             let mut this = Self {
                 sizes: vec![None; document.nodes.len()],
@@ -131,10 +135,6 @@ impl ExpandedSizes {
         let size = self.size(id);
         size.nodes.max(size.primitives) <= SMALL
     }
-}
-
-fn ids(document: &Document) -> impl Iterator<Item = NodeId> {
-    (0..document.nodes.len() as u32).map(NodeId)
 }
 
 /// The number of times that a node draws its children.
