@@ -85,6 +85,17 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     if matches!(target, Target::X3d | Target::Vrml97 | Target::Inventor) {
         light_by_levels(&mut model, losses);
     }
+    let viewing = inventor::Viewing::of(&taken, &options.model.compile.limits);
+    if has_own_nodes && matches!(target, Target::Glb | Target::Gltf | Target::Usda) {
+        let is_lit = !model.lights.is_empty();
+        let lost = match viewing.headlight {
+            true => is_lit.then_some("the headlight beside the lights is left out"),
+            false => (!is_lit).then_some("the headlight is off, but a viewer may add a light"),
+        };
+        if let Some(text) = lost {
+            viewing.report_headlight(text, losses);
+        }
+    }
     match target {
         Target::Glb | Target::Gltf => {
             let packing = match target {
@@ -100,8 +111,6 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
             (conversion.bytes, conversion.beside) = web3d::vrml97(&model, &options.stem, losses);
         }
         Target::Inventor => {
-            let viewing = inventor::Viewing::of(&taken, &options.model.compile.limits);
-            let losses = &mut conversion.losses;
             (conversion.bytes, conversion.beside) =
                 inventor::write(&model, &viewing, &options.stem, losses);
         }

@@ -494,6 +494,25 @@ fn the_light_of_vrml97_is_stated_in_inventors_binary_form() {
 }
 
 #[test]
+fn a_headlight_beside_lights_is_a_loss_in_formats_without_one() {
+    let shape = "Shape { appearance Appearance { material Material { } } geometry Box { } }";
+    let headlight = |head: &str| {
+        let scene = document(&format!("#VRML V2.0 utf8\n{head} {shape}"));
+        let options = ExportOptions::default();
+        let converted = convert(&scene, Target::Glb, &options).expect("converts");
+        let mut losses = converted.losses.iter();
+        losses
+            .find(|loss| loss.code == "headlight")
+            .map(|loss| loss.stated)
+    };
+    assert_eq!(headlight(""), None);
+    assert_eq!(headlight("DirectionalLight { }"), Some(false));
+    let off = "NavigationInfo { headlight FALSE }";
+    assert_eq!(headlight(off), Some(true));
+    assert_eq!(headlight(&format!("{off} DirectionalLight {{ }}")), None);
+}
+
+#[test]
 fn a_wire_sphere_has_the_wires_of_its_complexity_at_any_tolerance() {
     let lines = |style: &str, tolerance: f64| {
         let text = format!("#Inventor V2.1 ascii\nDrawStyle {{ style {style} }} Sphere {{ }}");

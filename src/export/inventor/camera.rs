@@ -7,8 +7,12 @@ use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::model::{Model, Place, SceneCamera};
 
+use crate::export::losses::Losses;
 use crate::export::nodes::{NodeBuilder, rotation, vec3};
 use crate::photo::overview::Overview;
+
+/// The name of the kind of loss about the headlight.
+const HEADLIGHT: &str = "headlight";
 
 /// What a VRML97 scene says about its viewer, which the model does not hold.
 #[derive(Clone, Debug)]
@@ -30,6 +34,12 @@ impl Viewing {
             headlight: overview.navigation_info.unwrap_or(true),
             headlight_node: overview.headlight_node,
         }
+    }
+
+    /// Reports what becomes of the headlight. `text` says it.
+    pub(in crate::export) fn report_headlight(&self, text: &str, losses: &mut Losses) {
+        let place = self.headlight_node.clone().unwrap_or_default();
+        losses.add_stated(HEADLIGHT, text, place, (1, self.headlight_node.is_some()));
     }
 }
 

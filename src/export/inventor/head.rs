@@ -12,9 +12,6 @@ use super::light::{LightWriter, ambient_fields};
 use crate::export::losses::Losses;
 use crate::export::nodes::NodeBuilder;
 
-/// The name of the kind of loss about the headlight.
-const HEADLIGHT: &str = "headlight";
-
 /// Returns the nodes before the shapes.
 pub(super) fn head(
     model: &Model,
@@ -48,14 +45,9 @@ fn headlight(
     nodes: &mut NodeBuilder,
     losses: &mut Losses,
 ) -> Option<NodeId> {
-    let mut lost = |text: &str| {
-        let node = &viewing.headlight_node;
-        let place = node.clone().unwrap_or_default();
-        losses.add_stated(HEADLIGHT, text, place, (1, node.is_some()));
-    };
     if !viewing.headlight {
         let text = "the headlight is off, but a viewer of Inventor may turn its own on";
-        lost(text);
+        viewing.report_headlight(text, losses);
         let is_dark = model.lights.is_empty();
         let dark = vec![("intensity", Value::Float(0.0))];
         return is_dark.then(|| nodes.node("DirectionalLight", dark));
@@ -67,11 +59,11 @@ fn headlight(
     nodes.name(light, "headlight");
     let Some(camera) = camera else {
         let text = "the headlight shines along -z, because the scene has no camera to follow";
-        lost(text);
+        viewing.report_headlight(text, losses);
         return Some(light);
     };
     if model.cameras.len() > 1 {
-        lost("the headlight follows the first camera alone");
+        viewing.report_headlight("the headlight follows the first camera alone", losses);
     }
     let turn = nodes.connected("Rotation", "rotation", camera, "orientation");
     // The light acts beyond the group, and the rotation does not.
