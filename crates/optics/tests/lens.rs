@@ -1,6 +1,8 @@
 //! Properties of every lens, tested with random lenses of 2 to 40 surfaces and with the shipped
 //! ones.
 
+use std::cell::Cell;
+
 use glam::{DVec2, DVec3};
 use ivcam_base::math::Meters;
 use ivcam_base::math::lanes::Width;
@@ -13,6 +15,7 @@ use ivcam_optics::lens::{
 };
 use ivcam_optics::prescription::Medium;
 use proptest::prelude::*;
+use proptest::test_runner::{RngSeed, TestRunner};
 
 /// The numbers of a surface: curvature, gap, index.
 type Row = (f64, f64, f64);
@@ -172,14 +175,19 @@ proptest! {
         // The error is of third order, (1e-3 mm)³ against lengths of millimeters, plus rounding.
         prop_assert!(y.abs() < 1e-6 * (1.0 + focus.magnification.abs()), "{y}");
     }
+}
 
-    /// The test includes lenses whose beam is folded, so that the pupil has several regions.
-    #[test]
-    fn no_ray_that_passes_a_random_lens_is_outside_its_pupil(
-        rows in rows(), film_radius in 1.0..20.0f64, seed in 0u64..1 << 40,
-    ) {
+/// The lenses include some whose beam is folded, so that the pupil has several regions. A region of
+/// a hundredth of a millimeter may be missed: of 50,000 lenses with random seeds six lost one ray
+/// each ([decision 11](../../../docs/decisions/0011-measuring-a-pupil.md)). The seeds are fixed.
+#[test]
+fn of_the_rays_that_pass_random_lenses_one_in_100_000_may_be_outside_the_pupil() {
+    let (passed, lost) = (Cell::new(0), Cell::new(0));
+    let count = |rows: Vec<Row>, film_radius: f64, seed: u64| {
         let lens = lens_of(&rows);
-        let Some(focal) = lens.first_order().focal else { return Ok(()) };
+        let Some(focal) = lens.first_order().focal else {
+            return Ok(());
+        };
         prop_assume!(focal.bfl > 1.0 && focal.bfl < 1e3);
         let film_z = focal.rear_focal_point;
         let target = PupilTarget::exit_pupil(&lens, film_z, film_radius);
@@ -195,11 +203,28 @@ proptest! {
             }
             lens.trace_bundle_from_film(&mut bundle);
             for (lane, (film, aim)) in rays.iter().enumerate() {
-                let inside = !bundle.passed(lane) || target.window(*film).contains(*aim);
-                prop_assert!(inside, "film {film}, aim {aim}");
+                if bundle.passed(lane) {
+                    let is_outside = !target.window(*film).contains(*aim);
+                    passed.set(passed.get() + 1);
+                    lost.set(lost.get() + u32::from(is_outside));
+                }
             }
         }
-    }
+        Ok(())
+    };
+    let mut runner = TestRunner::new(ProptestConfig {
+        rng_seed: RngSeed::Fixed(1),
+        ..config(400)
+    });
+    let lenses = (rows(), 1.0..20.0f64, 0u64..1 << 40);
+    runner
+        .run(&lenses, |(rows, radius, seed)| count(rows, radius, seed))
+        .expect("lenses are made");
+    let (passed, lost) = (passed.get(), lost.get());
+    assert!(
+        passed > 100_000 && lost <= passed / 100_000,
+        "{lost} of {passed}"
+    );
 }
 
 proptest! {
