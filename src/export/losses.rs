@@ -139,7 +139,9 @@ impl Losses {
             cameras.for_each(|camera| self.feature(Feature::Camera, &camera.place, 1));
         }
         for (mesh, material, _, node) in model.placed_meshes() {
+            let is_thin = !matches!(mesh.primitives, Primitives::Triangles(_));
             let is_shaded = material.specular.max_element() > 0.0
+                || material.unlit && !is_thin
                 || material.emissive.max_element() > 0.0
                 || material.transparency > 0.0;
             let texture = material.texture.as_ref();
@@ -153,7 +155,6 @@ impl Losses {
             let shown = texture.filter(|_| target.holds(Feature::Texture));
             let is_repeated_once = shown.is_some_and(|t| t.repeat[0] != t.repeat[1]);
             let has_squares = shown.is_some_and(|t| !t.smooth);
-            let is_thin = !matches!(mesh.primitives, Primitives::Triangles(_));
             let is_lit_line = is_thin && !material.unlit && target.holds(Feature::LinesAndPoints);
             let uses = [
                 (texture.is_some(), Feature::Texture),

@@ -454,6 +454,9 @@ fn lines_that_inventor_lights_are_a_loss_where_the_format_lights_none() {
         assert_eq!(losses(lit, target), expected, "{target:?}");
     }
     assert_eq!(losses(&unlit, Target::Vrml97), [""; 0]);
+    let unlit_cube = unlit.replace("DrawStyle { style LINES }", "");
+    assert_eq!(losses(&unlit_cube, Target::Ply), ["shading"]);
+    assert_eq!(losses(&unlit_cube, Target::Obj), [""; 0]);
 }
 
 #[test]
@@ -587,7 +590,8 @@ fn losses_name_their_node_and_line() {
     assert_eq!(report["count"], 2);
     let plain = "#VRML V2.0 utf8\nTransform { children Shape { geometry Box { } } }";
     assert!(losses(plain, Target::Glb).is_empty());
-    assert_eq!(losses(plain, Target::Ply), Vec::<String>::new());
+    // A shape without a material is not lit in VRML97.
+    assert_eq!(losses(plain, Target::Ply), ["shading"]);
 }
 
 /// The numbers come from the files as a reader finds them.
