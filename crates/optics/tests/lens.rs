@@ -178,8 +178,8 @@ proptest! {
 }
 
 /// The lenses include some whose beam is folded, so that the pupil has several regions. A region of
-/// a hundredth of a millimeter may be missed: of 20,000 lenses with random seeds three lost one, one
-/// and four rays ([decision 11](../../../docs/decisions/0011-measuring-a-pupil.md)). Here the seeds
+/// a hundredth of a millimeter may be missed: of 20,000 lenses with random seeds three lost rays, 6
+/// in all ([decision 11](../../../docs/decisions/0011-measuring-a-pupil.md)). Here the seeds
 /// are fixed.
 #[test]
 fn of_the_rays_that_pass_random_lenses_one_in_100_000_may_be_outside_the_pupil() {
