@@ -85,8 +85,9 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     if matches!(target, Target::X3d | Target::Vrml97 | Target::Inventor) {
         light_by_levels(&mut model, losses);
     }
-    let viewing = inventor::Viewing::of(&taken, &options.model.compile.limits);
+    let viewing = || inventor::Viewing::of(&taken, &options.model.compile.limits);
     if has_own_nodes && matches!(target, Target::Glb | Target::Gltf | Target::Usda) {
+        let viewing = viewing();
         let is_lit = !model.lights.is_empty();
         let lost = match viewing.headlight {
             true => is_lit.then_some("the headlight beside the lights is left out"),
@@ -112,7 +113,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         }
         Target::Inventor => {
             (conversion.bytes, conversion.beside) =
-                inventor::write(&model, &viewing, &options.stem, losses);
+                inventor::write(&model, &viewing(), &options.stem, losses);
         }
         Target::Usda => {
             (conversion.bytes, conversion.beside) =
