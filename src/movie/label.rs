@@ -6,11 +6,10 @@
 //! and the lens.
 
 use std::collections::BTreeSet;
-use std::io::Read as _;
 use std::path::Path;
 
 use ivcam_base::diag::{Diagnostic, Result, differences};
-use ivcam_base::files::{HASH_START, Inputs, MAX_TEXT, hash, read_file, write_new};
+use ivcam_base::files::{Inputs, MAX_TEXT, hash_of_file, read_file, write_new};
 
 use super::timeline::Timeline;
 use crate::photo::Plan;
@@ -145,20 +144,6 @@ pub(super) fn read_label(folder: &Path) -> Result<(u32, f64)> {
 /// Returns the keys and values of a label.
 fn lines(text: &str) -> impl Iterator<Item = (&str, &str)> {
     text.lines().map(|l| l.split_once(' ').unwrap_or((l, "")))
-}
-
-/// Returns the hash of a file's bytes.
-fn hash_of_file(path: &Path) -> std::io::Result<u64> {
-    let mut file = std::fs::File::open(path)?;
-    let mut sum = HASH_START;
-    let mut block = vec![0; 1 << 16];
-    loop {
-        let length = file.read(&mut block)?;
-        if length == 0 {
-            return Ok(sum);
-        }
-        sum = hash(sum, &block[..length]);
-    }
 }
 
 #[cfg(test)]

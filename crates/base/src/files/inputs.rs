@@ -2,8 +2,12 @@
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
+
+use xxhash_rust::xxh3::{Xxh3Default, xxh3_64};
 
 /// The hashes of the contents of files, by the names of the files without their folders.
 pub type Inputs = BTreeMap<String, BTreeSet<u64>>;
@@ -54,17 +58,24 @@ pub(super) fn record(name: &str, bytes: &[u8]) {
         inputs
             .entry(name.into_owned())
             .or_default()
-            .insert(hash(HASH_START, bytes));
+            .insert(xxh3_64(bytes));
     }
 }
 
-/// The hash of no bytes.
-pub const HASH_START: u64 = 0xcbf2_9ce4_8422_2325;
-
-/// Continues a hash with more bytes (FNV-1a, 64 bits).
-pub fn hash(start: u64, bytes: &[u8]) -> u64 {
-    let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
-    bytes.iter().fold(start, add)
+/// Returns the hash of a file's contents, which are read piece by piece (XXH3, 64 bits).
+///
+/// # Errors
+/// Fails if the file cannot be read.
+pub fn hash_of_file(path: &Path) -> std::io::Result<u64> {
+    let mut file = File::open(path)?;
+    let mut hash = Xxh3Default::new();
+    let mut piece = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(hash.digest()),
+            length => hash.update(&piece[..length]),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -72,12 +83,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hash_is_that_of_its_authors_and_may_be_continued() {
-        // From the test suite of Fowler, Noll and Vo.
-        assert_eq!(hash(HASH_START, b"foobar"), 0x8594_4171_f739_67e8);
-        assert_eq!(
-            hash(hash(HASH_START, b"foo"), b"bar"),
-            hash(HASH_START, b"foobar")
-        );
+    fn a_file_read_in_pieces_has_the_hash_of_its_bytes() {
+        let path = std::env::temp_dir().join(format!("ivcam-hash-{}", std::process::id()));
+        let bytes: Vec<u8> = (0..200_000_u32)
+            .map(|i| (i.wrapping_mul(i) >> 7) as u8)
+            .collect();
+        std::fs::write(&path, &bytes).unwrap();
+        let read = hash_of_file(&path);
+        std::fs::remove_file(&path).unwrap();
+        assert_eq!(read.unwrap(), xxh3_64(&bytes));
     }
 }

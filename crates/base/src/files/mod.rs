@@ -19,7 +19,7 @@ mod whole;
 
 pub use claim::{Claims, Held, host_name};
 pub use folder::{folder_of, named_project, project_of};
-pub use inputs::{HASH_START, InputRecord, Inputs, hash};
+pub use inputs::{InputRecord, Inputs, hash_of_file};
 pub use markup::escaped;
 pub use read::{FileBytes, LARGE_FILE, MAX_PICTURE, MAX_TEXT, open_file};
 pub use read::{read_file, read_file_named, read_stream};
