@@ -92,35 +92,107 @@ pub(super) enum Above {
 
 /// Reorders items into consecutive parts of at most `most` items, and returns the tree above the
 /// parts, with the root first. A part is larger only if all its boxes are equal, or if the work is
-/// stopped.
+/// stopped. Many items are split on the threads of rayon's current pool; the parts and the tree do
+/// not depend on their number.
 pub(super) fn split_by_sah(items: &mut [Item], most: usize, stop: &StopSignal) -> Vec<Above> {
-    let mut above = vec![Above::Part(0..items.len())];
+    let splitting = Splitting {
+        most,
+        // Below this depth parts are cut in half, so that no branch becomes much deeper.
+        deep: 2 * items.len().max(1).ilog2() + 8,
+        stop,
+    };
     if items.len() <= most {
-        return above;
+        return vec![Above::Part(0..items.len())];
     }
-    // Below this depth parts are cut in half, so that no branch becomes much deeper.
-    let deep = 2 * items.len().max(1).ilog2() + 8;
-    let mut ahead = vec![(0, 0, CostExtent::of(items))];
-    while let Some((at, depth, extent)) = ahead.pop() {
-        let Above::Part(range) = &above[at] else {
-            continue;
-        };
-        let (start, end) = (range.start, range.end);
-        let is_done = end - start <= most || stop.is_set();
-        if is_done || is_one_box(&items[start..end], &extent) {
-            continue;
+    let extent = CostExtent::of(items);
+    splitting.split(items, 0, (0, extent))
+}
+
+/// The number of items from which both parts of a cut are split by threads of their own.
+const MANY: usize = 1 << 15;
+
+/// How items are split.
+struct Splitting<'a> {
+    most: usize,
+    deep: u32,
+    stop: &'a StopSignal,
+}
+
+impl Splitting<'_> {
+    /// Splits a part whose first item has the number `start`, at a depth of the tree.
+    fn split(
+        &self,
+        items: &mut [Item],
+        start: usize,
+        (depth, extent): (u32, CostExtent),
+    ) -> Vec<Above> {
+        if items.len() < MANY {
+            return self.split_alone(items, start, (depth, extent));
         }
-        let (left, extents) = cut(&mut items[start..end], &extent, depth > deep);
-        let middle = start + left;
-        let first = above.len();
-        above.push(Above::Part(start..middle));
-        above.push(Above::Part(middle..end));
+        if self.is_part(items, &extent) {
+            return vec![Above::Part(start..start + items.len())];
+        }
+        let (left, [a, b]) = cut(items, &extent, depth > self.deep);
+        let (low, high) = items.split_at_mut(left);
+        let (low, high) = rayon::join(
+            || self.split(low, start, (depth + 1, a)),
+            || self.split(high, start + left, (depth + 1, b)),
+        );
         let around = (extent.low.truncate(), extent.high.truncate());
-        above[at] = Above::Inner { first, around };
-        let [a, b] = extents;
-        ahead.extend([(first, depth + 1, a), (first + 1, depth + 1, b)]);
+        let mut above = vec![Above::Inner { first: 1, around }];
+        // Both roots come first, so the nodes behind them move by two, and those of the second part
+        // also by the nodes of the first.
+        let moves = [2, low.len() + 1];
+        let mut rest = Vec::with_capacity(low.len() + high.len());
+        for (nodes, by) in [low, high].into_iter().zip(moves) {
+            let mut nodes = nodes.into_iter().map(|node| match node {
+                Above::Inner { first, around } => Above::Inner {
+                    first: first + by,
+                    around,
+                },
+                part => part,
+            });
+            above.extend(nodes.next());
+            rest.extend(nodes);
+        }
+        above.append(&mut rest);
+        above
     }
-    above
+
+    /// Splits a part as [`Self::split`] does, on this thread.
+    fn split_alone(
+        &self,
+        items: &mut [Item],
+        start: usize,
+        (depth, extent): (u32, CostExtent),
+    ) -> Vec<Above> {
+        let mut above = vec![Above::Part(start..start + items.len())];
+        let mut ahead = vec![(0, depth, extent)];
+        while let Some((at, depth, extent)) = ahead.pop() {
+            let Above::Part(range) = &above[at] else {
+                continue;
+            };
+            let range = range.clone();
+            let part = &mut items[range.start - start..range.end - start];
+            if self.is_part(part, &extent) {
+                continue;
+            }
+            let (left, [a, b]) = cut(part, &extent, depth > self.deep);
+            let middle = range.start + left;
+            let first = above.len();
+            above.push(Above::Part(range.start..middle));
+            above.push(Above::Part(middle..range.end));
+            let around = (extent.low.truncate(), extent.high.truncate());
+            above[at] = Above::Inner { first, around };
+            ahead.extend([(first, depth + 1, a), (first + 1, depth + 1, b)]);
+        }
+        above
+    }
+
+    /// Whether items are not split any further.
+    fn is_part(&self, items: &[Item], extent: &CostExtent) -> bool {
+        items.len() <= self.most || self.stop.is_set() || is_one_box(items, extent)
+    }
 }
 
 fn is_one_box(items: &[Item], extent: &CostExtent) -> bool {
@@ -290,7 +362,9 @@ mod tests {
     #[test]
     fn parts_are_small_and_complete_and_lie_in_the_boxes_above_them() {
         for kind in 0..5 {
-            let boxes: Vec<Box3> = (0..3000).map(|i| hard(kind, i)).collect();
+            // So many that both parts of a cut are split by themselves, and fewer.
+            let count = if kind == 0 { 3 * MANY } else { 3000 };
+            let boxes: Vec<Box3> = (0..count).map(|i| hard(kind, i)).collect();
             let mut items = items(&boxes);
             let above = split_by_sah(&mut items, 64, &StopSignal::default());
             let mut held = vec![false; boxes.len()];
