@@ -3,13 +3,10 @@
 
     measure -- speed --only room --peer 'python crates/measure/mitsuba_room.py "$ROOM"'
 
-It needs the Python package `mitsuba` and a library of LLVM. Each line of the output has a name, samples per
-pixel, processor seconds and the relative RMSE against a reference of 2048 samples, separated by tabs. One
-thread renders through a thin lens of 50 mm at f/2, focused at 1.35 m. The least time of three counts, of one
-at 256 samples, after a picture that compiles the kernels.
-
-With `--pinhole` it renders the scene's own camera. It prints the names of its samplers; then, for each line of
-a name, samples per pixel and a seed that it reads, it prints processor seconds and the relative RMSE.
+It needs the Python package `mitsuba` and a library of LLVM. One thread renders through a thin lens of 50 mm at
+f/2, focused at 1.35 m, or, with `--pinhole`, with the scene's own camera. It prints the names of its samplers;
+then, for each line of a name, samples per pixel and a seed that it reads, it prints processor seconds and the
+relative RMSE against a reference of 2048 samples. Words in a line are separated by tabs.
 """
 
 import math
@@ -100,9 +97,9 @@ def relative_error(picture, reference):
     return np.sqrt(np.mean((picture - reference) ** 2)) / reference.mean()
 
 
-def answer(with_sampler, reference):
+def answer(with_sampler, camera, reference):
     """Renders what the lines of the input ask for."""
-    names = {f"Mitsuba {mi.__version__} llvm, perspective, {kind}": kind for kind in SAMPLERS}
+    names = {f"Mitsuba {mi.__version__} llvm, {camera}, {kind}": kind for kind in SAMPLERS}
     rooms = {name: with_sampler(kind) for name, kind in names.items()}
     print(*names, sep="\t", flush=True)
     for line in sys.stdin:
@@ -115,25 +112,12 @@ def main():
     mi.set_variant("llvm_ad_rgb")
     dr.set_thread_count(1)
     pinhole = "--pinhole" in sys.argv
-    words = [word for word in sys.argv[1:] if word != "--pinhole"]
-    with open(words[0], encoding="ascii") as file:
+    path = next(word for word in sys.argv[1:] if word != "--pinhole")
+    with open(path, encoding="ascii") as file:
         with_sampler = scene(file.read(), pinhole)
     room = with_sampler("independent")
     reference = sum(render(room, 256, 1000 + k)[1] for k in range(8)) / 8
-    if len(words) > 1:
-        mi.util.write_bitmap(words[1], mi.TensorXf(reference.astype(np.float32)))
-    if pinhole:
-        return answer(with_sampler, reference)
-    for kind in SAMPLERS:
-        room = with_sampler(kind)
-        for samples in (4, 16, 64, 256):
-            render(room, samples, 0)
-            rounds = 3 if samples < 256 else 1
-            made = [render(room, samples, 1 + k) for k in range(rounds)]
-            error = relative_error(made[0][1], reference)
-            seconds = min(seconds for seconds, _ in made)
-            name = f"Mitsuba {mi.__version__} llvm, thin lens, {kind}"
-            print(name, samples, f"{seconds:.3f}", f"{error:.4f}", sep="\t", flush=True)
+    answer(with_sampler, "perspective" if pinhole else "thin lens", reference)
 
 
 if __name__ == "__main__":

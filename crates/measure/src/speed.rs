@@ -377,39 +377,57 @@ fn pictures(report: &mut String) {
     report.push('\n');
 }
 
-/// Compares one wavelength with the wavelengths of a hero set: the cost of a picture at the same
-/// number of samples, and at the same error.
+/// Compares one wavelength with the wavelengths of a hero set, in turn: the cost of a picture with
+/// as many samples, and to the same error.
 fn dispersion(report: &mut String) {
-    report.push_str(
+    const ROUNDS: usize = 7;
+    let _ = writeln!(
+        report,
         "## Dispersion\n\nThe living room at 360x240 through a Flektogon of 20 mm, Phong and \
-         recursive, one thread. Time to 3% is seconds times the square of the error over 3%.\n\n\
-         | shading | dispersion | samples | render, s | film rays | scene rays | relRMSE | to 3%, s |\n\
-         |---|---|---|---|---|---|---|---|\n",
+         recursive, one thread. Seconds are medians of {ROUNDS} rounds in which pictures without and \
+         with dispersion take turns. To the same error, dispersion takes the ratio of the times \
+         multiplied by the squared ratio of the errors: the median, and the least and the greatest \
+         of a round.\n\n\
+         | shading | samples | s, without | s, with | relRMSE, without | relRMSE, with | times the \
+         time | to the same error |\n|---|---|---|---|---|---|---|---|"
     );
     for shading in [Shading::Phong, Shading::Recursive] {
-        for dispersion in [false, true] {
+        let sessions = [false, true].map(|dispersion| {
             let mut plan = living_room();
             let mut lens = LensChoice::named("flektogon");
             lens.efl = Some(ivcam_base::math::Mm(20.0));
             plan.optics = Optics::Lens(lens);
             (plan.shading, plan.dispersion) = (shading, dispersion);
-            let session = match Session::open(plan) {
-                Ok(session) => session,
-                Err(error) => return eprintln!("{}", error.message),
-            };
-            for samples in [4, 16] {
-                let (seconds, made) = render(&session, samples);
-                let error = made.film.relative_rmse().unwrap_or(f64::NAN);
-                let _ = writeln!(
-                    report,
-                    "| {} | {} | {samples} | {seconds:.2} | {} | {} | {error:.2e} | {:.1} |",
-                    shading.name(),
-                    if dispersion { "on" } else { "off" },
-                    made.counts.film_rays,
-                    made.counts.scene_rays,
-                    seconds * (error / 0.03) * (error / 0.03)
-                );
+            Session::open(plan)
+        });
+        let [Ok(without), Ok(with)] = &sessions else {
+            let messages = sessions.iter().filter_map(|session| session.as_ref().err());
+            messages.for_each(|error| eprintln!("{}", error.message));
+            return;
+        };
+        for samples in [4, 16] {
+            let (mut seconds, mut errors) = ([Vec::new(), Vec::new()], [0.0; 2]);
+            for _ in 0..ROUNDS {
+                for (k, session) in [without, with].into_iter().enumerate() {
+                    let (time, made) = render(session, samples);
+                    seconds[k].push(time);
+                    errors[k] = made.film.relative_rmse().unwrap_or(f64::NAN);
+                }
             }
+            let [off, on] = &seconds;
+            let noise = (errors[1] / errors[0]) * (errors[1] / errors[0]);
+            let to_error: Vec<f64> = on.iter().map(|s| s * noise).collect();
+            let _ = writeln!(
+                report,
+                "| {} | {samples} | {:.2} | {:.2} | {:.2e} | {:.2e} | {} | {} |",
+                shading.name(),
+                rays::median(off),
+                rays::median(on),
+                errors[0],
+                errors[1],
+                rays::ratio(on, off),
+                rays::ratio(&to_error, off)
+            );
         }
     }
     report.push('\n');

@@ -2,15 +2,24 @@
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 use ivcam::photo::{Era, Optics, Plan, Session};
 use ivcam_optics::sampling::{mix, unit};
 
 use super::pictures::saved;
-use super::room::{Made, made, peers, reference, seconds_to};
+use super::room::{reference, seconds_to, taken};
 
 /// The relative RMSE at which times are compared.
 const ERROR: f64 = 0.06;
+
+/// The time and error of one picture.
+struct Made {
+    name: String,
+    samples: u32,
+    seconds: f64,
+    error: f64,
+}
 
 /// Writes the scene: a sphere and a floor under 1,000 point lights whose light decreases with the
 /// square of the distance. Returns its path, or none if it cannot be written.
@@ -32,7 +41,9 @@ fn write() -> Option<PathBuf> {
     saved("lights.iv", &text)
 }
 
-/// Appends the table. `peer` is a command for the shell as in `room`.
+/// Appends the table. `peer` is a command for the shell, which finds the path of the scene in
+/// `$ROOM` and prints lines of a name, samples per pixel, seconds, and the relative RMSE against
+/// its own reference, separated by tabs.
 pub(in super::super) fn table(report: &mut String, peer: Option<&str>, seconds: &dyn Fn() -> f64) {
     let Some(scene) = write() else {
         return eprintln!("cannot write to the temporary folder");
@@ -74,6 +85,33 @@ fn pictures(scene: &Path, seconds: &dyn Fn() -> f64) -> ivcam_base::diag::Result
     plan.optics = Optics::Pinhole;
     let session = Session::open(plan)?;
     let truth = reference(&session, 256);
-    let one = |samples| made(&session, samples, &truth, "ivcam", false, seconds);
+    let one = |samples| {
+        let takes = [0, 1, 2].map(|seed| taken(&session, samples, seed, &truth, seconds));
+        Made {
+            name: "ivcam".to_owned(),
+            samples,
+            seconds: takes
+                .iter()
+                .fold(f64::INFINITY, |least, take| least.min(take.0)),
+            error: takes[0].1,
+        }
+    };
     Ok([1, 4, 16].map(one).into())
+}
+
+/// Runs the command of a peer.
+fn peers(command: &str, scene: &Path) -> Vec<Made> {
+    let mut shell = Command::new("sh");
+    let output = shell.args(["-c", command]).env("ROOM", scene).output();
+    let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
+    let line = |line: &str| {
+        let mut words = line.split('\t');
+        Some(Made {
+            name: words.next()?.to_owned(),
+            samples: words.next()?.parse().ok()?,
+            seconds: words.next()?.parse().ok()?,
+            error: words.next()?.trim().parse().ok()?,
+        })
+    };
+    text.unwrap_or_default().lines().filter_map(line).collect()
 }

@@ -300,7 +300,7 @@ fn differing(set: &Rays, ways: &[Trace<'_>]) -> Vec<usize> {
 }
 
 /// Returns the median of the ratios of each round, the least and the greatest, as text.
-pub(super) fn ratio(ours: &[f64], theirs: &[f64]) -> String {
+pub(crate) fn ratio(ours: &[f64], theirs: &[f64]) -> String {
     let mut ratios: Vec<f64> = ours.iter().zip(theirs).map(|(a, b)| a / b).collect();
     ratios.sort_by(f64::total_cmp);
     let [least, greatest] = [0, ratios.len() - 1].map(|k| ratios[k]);
@@ -308,7 +308,7 @@ pub(super) fn ratio(ours: &[f64], theirs: &[f64]) -> String {
 }
 
 /// Returns the median, the upper one of an even number.
-pub(super) fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     let mut values = values.to_vec();
     values.sort_by(f64::total_cmp);
     values[values.len() / 2]

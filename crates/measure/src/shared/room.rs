@@ -1,10 +1,10 @@
-//! Measures one scene of many triangles through a real lens and an ideal one, and prints another
-//! program's figures beside them. Through a pinhole both programs take turns.
+//! Measures one scene of many triangles through a real lens, an ideal one and a pinhole, in turn
+//! with another program.
 
 use std::fmt::Write as _;
-use std::io::{BufRead, BufReader, Write as _};
+use std::io::{BufRead, BufReader, Lines, Write as _};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use ivcam::photo::{Era, IdealChoice, LensChoice, Optics, Plan, Session};
 use ivcam_base::math::{Meters, Mm};
@@ -17,16 +17,11 @@ use super::rays::{median, ratio};
 /// Samples per pixel of the reference.
 const REFERENCE: u32 = 2048;
 
-/// The rounds in which the pinholes of both programs take turns, after one that does not count.
-const ROUNDS: usize = 7;
+/// Samples per pixel of the pictures.
+const SAMPLES: [u32; 4] = [4, 16, 64, 256];
 
-/// The time and error of one picture.
-pub(super) struct Made {
-    pub name: String,
-    pub samples: u32,
-    pub seconds: f64,
-    pub error: f64,
-}
+/// The rounds in which cameras take turns, after one that does not count.
+const ROUNDS: usize = 7;
 
 /// Returns a plan for the room.
 pub(crate) fn plan(scene: &Path, optics: Optics) -> Plan {
@@ -50,74 +45,160 @@ pub(crate) fn at_50_mm(name: &str) -> LensChoice {
     }
 }
 
-/// Returns the table. `peer` is a command for the shell, which finds the path of the scene in
-/// `$ROOM` and prints lines of a name, samples per pixel, seconds, and the relative RMSE against
-/// its own reference, separated by tabs.
+/// A camera whose pictures are measured in turn with others.
+enum Camera<'a> {
+    /// Our own, with a reference of other samples.
+    Own(&'a Session, &'a [[f64; 3]]),
+    /// That of a sampler of the peer.
+    Peer(&'a str),
+}
+
+/// Pictures of one camera: for each of [`SAMPLES`] the seconds of every round and the squares of
+/// the relative RMSE.
+#[derive(Default)]
+struct Rounds([(Vec<f64>, Vec<f64>); SAMPLES.len()]);
+
+impl Rounds {
+    /// The relative RMSE of all rounds' pictures at one number of samples.
+    fn error(&self, samples: usize) -> f64 {
+        let squares = &self.0[samples].1;
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    }
+
+    /// For each round the seconds to an error.
+    fn seconds_to(&self, error: f64) -> Vec<f64> {
+        let points = |round: usize| -> Vec<[f64; 2]> {
+            let seconds = self.0.iter().map(|(seconds, _)| seconds[round]);
+            let points = seconds.enumerate();
+            points
+                .map(|(k, seconds)| [self.error(k), seconds])
+                .collect()
+        };
+        let rounds = 0..self.0[0].0.len();
+        rounds
+            .map(|round| seconds_to(error, &points(round)))
+            .collect()
+    }
+}
+
+/// Appends the table of the room through a lens and an ideal lens, beside a peer if there is one,
+/// all of which take turns.
 pub(crate) fn table(
     report: &mut String,
     scene: &Path,
-    peer: Option<&str>,
+    command: Option<&str>,
     seconds: &dyn Fn() -> f64,
 ) {
-    let mut all = Vec::new();
-    let (mut beside, mut triangles) = (String::new(), 0);
+    let mut peer = command.and_then(|command| Peer::start(command, scene));
+    if let (Some(command), None) = (command, &peer) {
+        eprintln!("{command}: no names of samplers");
+    }
+    let mut sessions = Vec::new();
     for (name, optics) in optics() {
-        let mut truth = Vec::new();
-        for adaptive in [false, true] {
+        for (name, adaptive) in [
+            (name.to_owned(), false),
+            (format!("{name}, adaptive"), true),
+        ] {
             let mut plan = plan(scene, optics.clone());
             plan.adaptive = adaptive;
-            let session = match Session::open(plan) {
-                Ok(session) => session,
+            match Session::open(plan) {
+                Ok(session) => sessions.push((name, session)),
                 Err(error) => return eprintln!("{}", error.message),
-            };
-            if truth.is_empty() {
-                truth = reference(&session, REFERENCE);
-                let own = session.seconds;
-                triangles = session.scene.primitives().0;
-                let _ = writeln!(
-                    beside,
-                    "\n{name}: reading {:.3} s, compiling {:.3} s, pupil {:.4} s of the clock.",
-                    own.read, own.compile, own.pupil
-                );
-            }
-            for samples in [4, 16, 64, 256] {
-                all.push(made(&session, samples, &truth, name, adaptive, seconds));
             }
         }
     }
-    all.extend(peer.into_iter().flat_map(|command| peers(command, scene)));
+    let truths: Vec<_> = sessions
+        .chunks(2)
+        .map(|of| reference(&of[0].1, REFERENCE))
+        .collect();
+    let own = sessions.iter().enumerate();
+    let mut cameras: Vec<(&str, Camera)> = own
+        .map(|(k, (name, session))| (name.as_str(), Camera::Own(session, &truths[k / 2])))
+        .collect();
+    let samplers = peer
+        .as_ref()
+        .map_or(Vec::new(), |peer| peer.samplers.clone());
+    cameras.extend(
+        samplers
+            .iter()
+            .map(|name| (name.as_str(), Camera::Peer(name))),
+    );
+    let all = in_turn(&cameras, &mut peer, seconds);
     let _ = writeln!(
         report,
-        "## A room of {triangles} triangles\n\nAreas over nine decades, one point light, shadows, \
-         matte; 360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the \
-         pupil's set-up included; reading and compiling the scene are beside. Errors are relative \
-         RMSE against each camera's own reference of other samples.\n\n\
-         | | samples | s | relRMSE |\n|---|---|---|---|"
+        "## A room of {} triangles\n\nAreas over nine decades, one point light, shadows, matte; \
+         360x240, 50 mm f/2, focused at 1.35 m, one thread. Seconds of rendering, the pupil's \
+         set-up included, are medians of {ROUNDS} rounds in which all cameras take turns; reading \
+         and compiling the scene are beside. Errors are relative RMSE against each camera's own \
+         reference of other samples.\n\n| | samples | s | relRMSE |\n|---|---|---|---|",
+        sessions[0].1.scene.primitives().0
     );
-    for m in &all {
+    for ((name, _), rounds) in cameras.iter().zip(&all) {
+        for (k, samples) in SAMPLES.iter().enumerate() {
+            let (s, error) = (median(&rounds.0[k].0), rounds.error(k));
+            let _ = writeln!(report, "| {name} | {samples} | {s:.3} | {error:.4} |");
+        }
+    }
+    let _ = writeln!(
+        report,
+        "\nSeconds to an error, along the line through the two nearest points in logarithms, and how \
+         many times as fast the first camera comes to it: medians, and the least and the greatest \
+         of a round.\n\n| | s to .06 | times the first | s to .03 | times the first |\n\
+         |---|---|---|---|---|"
+    );
+    for ((name, _), rounds) in cameras.iter().zip(&all) {
+        let _ = write!(report, "| {name} |");
+        for error in [0.06, 0.03] {
+            let to = rounds.seconds_to(error);
+            let times = ratio(&to, &all[0].seconds_to(error));
+            let _ = write!(report, " {:.2} | {times} |", median(&to));
+        }
+        report.push('\n');
+    }
+    for (name, session) in sessions.iter().step_by(2) {
+        let own = session.seconds;
         let _ = writeln!(
             report,
-            "| {} | {} | {:.3} | {:.4} |",
-            m.name, m.samples, m.seconds, m.error
+            "\n{name}: reading {:.3} s, compiling {:.3} s, pupil {:.4} s of the clock.",
+            own.read, own.compile, own.pupil
         );
     }
-    report.push_str(
-        "\nSeconds to an error, along the line through the two nearest points of the table in \
-         logarithms:\n\n| | s to .06 | s to .03 |\n|---|---|---|\n",
-    );
-    for of_one in all.chunk_by(|a, b| a.name == b.name) {
-        let points: Vec<[f64; 2]> = of_one.iter().map(|m| [m.error, m.seconds]).collect();
-        let [a, b] = [0.06, 0.03].map(|error| seconds_to(error, &points));
-        let _ = writeln!(report, "| {} | {a:.2} | {b:.2} |", of_one[0].name);
-    }
-    report.push_str(&beside);
     report.push('\n');
 }
 
-/// Appends the table of the scene's own camera, at which both programs take turns. The command of
-/// the peer with ` --pinhole` behind it prints the names of its samplers in one line. For each line
-/// that it reads, of a sampler, samples per pixel and a seed, it prints seconds and the error.
-/// Returns nothing if the command does not do so.
+/// Takes pictures with all cameras in turn, in one round that does not count and [`ROUNDS`] more.
+fn in_turn(
+    cameras: &[(&str, Camera)],
+    peer: &mut Option<Peer>,
+    seconds: &dyn Fn() -> f64,
+) -> Vec<Rounds> {
+    let mut all: Vec<Rounds> = cameras.iter().map(|_| Rounds::default()).collect();
+    for round in 0..=ROUNDS as u64 {
+        for (k, &samples) in SAMPLES.iter().enumerate() {
+            for ((_, camera), rounds) in cameras.iter().zip(&mut all) {
+                let made = match camera {
+                    Camera::Own(session, truth) => {
+                        let (time, error) = taken(session, samples, round, truth, seconds);
+                        Some((time + session.seconds.pupil, error))
+                    }
+                    Camera::Peer(sampler) => peer
+                        .as_mut()
+                        .and_then(|peer| peer.picture(sampler, samples, round)),
+                };
+                // A peer that has ended leaves no figures, and the table shows that.
+                let (time, error) = made.unwrap_or((f64::NAN, f64::NAN));
+                if round > 0 {
+                    rounds.0[k].0.push(time);
+                    rounds.0[k].1.push(error * error);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Appends the table of the scene's own camera, at which ivcam and a peer, started with
+/// ` --pinhole` behind its command, take turns. Returns nothing if the peer does not answer.
 pub(crate) fn pinholes(
     report: &mut String,
     scene: &Path,
@@ -126,13 +207,15 @@ pub(crate) fn pinholes(
 ) -> Option<()> {
     let session = Session::open(plan(scene, Optics::Pinhole)).ok()?;
     let truth = reference(&session, REFERENCE);
-    let mut shell = Command::new("sh");
-    let shell = shell.args(["-c", &format!("{command} --pinhole")]);
-    let streams = shell.stdin(Stdio::piped()).stdout(Stdio::piped());
-    let mut peer = streams.env("ROOM", scene).spawn().ok()?;
-    let (mut questions, answers) = (peer.stdin.take()?, peer.stdout.take()?);
-    let mut answers = BufReader::new(answers).lines().map_while(Result::ok);
-    let samplers = answers.next()?;
+    let mut peer = Some(Peer::start(&format!("{command} --pinhole"), scene)?);
+    let samplers = peer.as_ref()?.samplers.clone();
+    let mut cameras = vec![("", Camera::Own(&session, &truth))];
+    cameras.extend(
+        samplers
+            .iter()
+            .map(|name| (name.as_str(), Camera::Peer(name))),
+    );
+    let all = in_turn(&cameras, &mut peer, seconds);
     let pixels = session.plan.resolution.width * session.plan.resolution.height;
     let _ = writeln!(
         report,
@@ -143,39 +226,74 @@ pub(crate) fn pinholes(
          | other program | samples | ns, ivcam | ns, other | other / ivcam | relRMSE, ivcam | \
          relRMSE, other |\n|---|---|---|---|---|---|---|"
     );
-    for sampler in samplers.split('\t') {
-        for samples in [4, 16, 64, 256] {
-            let (mut ours, mut theirs) = (Vec::new(), Vec::new());
-            let mut errors = [0.0; 2];
-            for round in 0..=ROUNDS {
-                let own = taken(&session, samples, round as u64, &truth, seconds);
-                writeln!(questions, "{sampler}\t{samples}\t{round}").ok()?;
-                let answer = answers.next()?;
-                let mut numbers = answer
-                    .split('\t')
-                    .map_while(|word| word.parse::<f64>().ok());
-                let other = (numbers.next()?, numbers.next()?);
-                if round > 0 {
-                    ours.push(own.0);
-                    theirs.push(other.0);
-                    errors = [own.1, other.1];
-                }
-            }
+    let own = &all[0];
+    for (sampler, other) in samplers.iter().zip(&all[1..]) {
+        for (k, &samples) in SAMPLES.iter().enumerate() {
+            let [ours, theirs] = [own, other].map(|rounds| &rounds.0[k].0);
             let each = |s: &[f64]| 1e9 * median(s) / f64::from(pixels * samples);
             let _ = writeln!(
                 report,
                 "| {sampler} | {samples} | {:.1} | {:.1} | {} | {:.4} | {:.4} |",
-                each(&ours),
-                each(&theirs),
-                ratio(&theirs, &ours),
-                errors[0],
-                errors[1]
+                each(ours),
+                each(theirs),
+                ratio(theirs, ours),
+                own.error(k),
+                other.error(k)
             );
         }
     }
     report.push('\n');
-    drop(questions);
-    peer.wait().ok().map(|_| ())
+    Some(())
+}
+
+/// A program that takes pictures when it is asked for one, so that it can take turns with ivcam.
+struct Peer {
+    process: Child,
+    questions: Option<ChildStdin>,
+    answers: Lines<BufReader<ChildStdout>>,
+    samplers: Vec<String>,
+}
+
+impl Peer {
+    /// Starts a command of the shell, which finds the path of the scene in `$ROOM` and prints the
+    /// names of its samplers in one line, separated by tabs.
+    fn start(command: &str, scene: &Path) -> Option<Self> {
+        let mut shell = Command::new("sh");
+        let shell = shell.args(["-c", command]).env("ROOM", scene);
+        let streams = shell.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut process = streams.spawn().ok()?;
+        let questions = process.stdin.take();
+        let mut answers = BufReader::new(process.stdout.take()?).lines();
+        let samplers = answers
+            .next()?
+            .ok()?
+            .split('\t')
+            .map(str::to_owned)
+            .collect();
+        Some(Self {
+            process,
+            questions,
+            answers,
+            samplers,
+        })
+    }
+
+    /// Asks for a picture by a line of a sampler, samples per pixel and a seed, separated by tabs.
+    /// Returns the seconds and the relative RMSE, which the peer prints with a tab between.
+    fn picture(&mut self, sampler: &str, samples: u32, seed: u64) -> Option<(f64, f64)> {
+        writeln!(self.questions.as_ref()?, "{sampler}\t{samples}\t{seed}").ok()?;
+        let answer = self.answers.next()?.ok()?;
+        let mut numbers = answer.split('\t').map_while(|word| word.parse().ok());
+        Some((numbers.next()?, numbers.next()?))
+    }
+}
+
+impl Drop for Peer {
+    /// Closes the peer's input, at which it ends.
+    fn drop(&mut self) {
+        self.questions = None;
+        let _ = self.process.wait();
+    }
 }
 
 /// Interpolates the seconds to an error between points of falling errors and their seconds.
@@ -198,31 +316,8 @@ pub(super) fn reference(session: &Session, samples: u32) -> Vec<[f64; 3]> {
     made.film.pixels.iter().map(|p| p.mean.to_array()).collect()
 }
 
-/// Takes a picture. Its time is the least of three, of one at 256 samples.
-pub(super) fn made(
-    session: &Session,
-    samples: u32,
-    truth: &[[f64; 3]],
-    name: &str,
-    adaptive: bool,
-    seconds: &dyn Fn() -> f64,
-) -> Made {
-    let (mut least, mut error) = (f64::INFINITY, 0.0);
-    for _ in 0..if samples < 256 { 3 } else { 1 } {
-        let (time, deviation) = taken(session, samples, session.plan.seed, truth, seconds);
-        (least, error) = (least.min(time), deviation);
-    }
-    let how = if adaptive { ", adaptive" } else { "" };
-    Made {
-        name: format!("{name}{how}"),
-        samples,
-        seconds: least + session.seconds.pupil,
-        error,
-    }
-}
-
 /// Takes one picture, and returns the seconds of rendering and the relative RMSE.
-fn taken(
+pub(super) fn taken(
     session: &Session,
     samples: u32,
     seed: u64,
@@ -238,21 +333,4 @@ fn taken(
     let made = session.expose_with(sampler, Stop::after(samples), &|_| ());
     let time = seconds() - start;
     (time, Deviation::of(&made.film, truth).rel_mse.sqrt())
-}
-
-/// Runs the command of a peer.
-pub(super) fn peers(command: &str, scene: &Path) -> Vec<Made> {
-    let mut shell = Command::new("sh");
-    let output = shell.args(["-c", command]).env("ROOM", scene).output();
-    let text = output.map(|o| String::from_utf8_lossy(&o.stdout).into_owned());
-    let line = |line: &str| {
-        let mut words = line.split('\t');
-        Some(Made {
-            name: words.next()?.to_owned(),
-            samples: words.next()?.parse().ok()?,
-            seconds: words.next()?.parse().ok()?,
-            error: words.next()?.trim().parse().ok()?,
-        })
-    };
-    text.unwrap_or_default().lines().filter_map(line).collect()
 }
