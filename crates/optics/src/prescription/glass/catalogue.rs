@@ -1,6 +1,6 @@
 //! Glasses by name: the table that comes with the program, and catalogues read from `.agf` files.
 
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
 use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
 use ivcam_base::files::{MAX_TEXT, read_file};
@@ -32,13 +32,63 @@ const TRANSMITS_MORE: [&str; 2] = ["HTULTRA", "HT"];
 /// Glasses that a prescription can name.
 #[derive(Clone, Debug)]
 pub struct Catalogue {
-    /// The glasses with the keys of their names. Of several with one name, the one added last is
-    /// first.
-    glasses: Vec<(String, Medium)>,
+    /// The glasses that are not in the table, with the keys of their names. Of several with one
+    /// name, the one added last is first.
+    added: Vec<(String, Medium)>,
+    table: &'static Table,
+}
+
+/// The table in `lenses/glasses.txt`.
+#[derive(Debug)]
+struct Table {
+    rows: Vec<Row>,
     /// The keys of other names of glasses, with the keys of their names in the table.
     aliases: Vec<(String, String)>,
     /// The keys of glasses that are not in the table, with the keys of those that replace them.
     substitutes: Vec<(String, String)>,
+}
+
+/// A glass of the table. A lens needs few of its 1,700, so each is made when it is asked for.
+#[derive(Debug)]
+struct Row {
+    key: String,
+    name: &'static str,
+    line: &'static str,
+    made: OnceLock<Option<Medium>>,
+}
+
+impl Row {
+    fn glass(&self) -> Option<&Medium> {
+        self.made.get_or_init(|| glass(self.line)).as_ref()
+    }
+}
+
+impl Table {
+    fn read() -> Self {
+        let (mut rows, mut aliases, mut substitutes) = (Vec::new(), Vec::new(), Vec::new());
+        for line in TABLE.lines().filter(|line| !line.starts_with('#')) {
+            let mut words = line.split_whitespace().skip(1);
+            let (Some(name), Some(word)) = (words.next(), words.next()) else {
+                continue;
+            };
+            let mut pair = || Some((key(name), key(words.next()?)));
+            match word {
+                "is" => aliases.extend(pair()),
+                "like" => substitutes.extend(pair()),
+                _ => rows.push(Row {
+                    key: key(name),
+                    name,
+                    line,
+                    made: OnceLock::new(),
+                }),
+            }
+        }
+        Self {
+            rows,
+            aliases,
+            substitutes,
+        }
+    }
 }
 
 impl Default for Catalogue {
@@ -50,33 +100,17 @@ impl Default for Catalogue {
 impl Catalogue {
     /// The table in `lenses/glasses.txt`.
     pub fn builtin() -> Self {
-        static BUILTIN: LazyLock<Catalogue> = LazyLock::new(Catalogue::read_table);
-        BUILTIN.clone()
-    }
-
-    fn read_table() -> Self {
-        let rows = TABLE.lines().filter(|line| !line.starts_with('#'));
-        let named = |relation: &str| {
-            let pair = |line: &str| {
-                let words: Vec<&str> = line.split_whitespace().collect();
-                let [_, name, word, other] = words[..] else {
-                    return None;
-                };
-                (word == relation).then(|| (key(name), key(other)))
-            };
-            rows.clone().filter_map(pair).collect()
-        };
+        static READ: LazyLock<Table> = LazyLock::new(Table::read);
         Self {
-            aliases: named("is"),
-            substitutes: named("like"),
-            glasses: rows.clone().filter_map(row).collect(),
+            added: Vec::new(),
+            table: &READ,
         }
     }
 
     /// Adds glasses. They take precedence over those of the same name.
     pub fn add(&mut self, glasses: impl IntoIterator<Item = Medium>) {
         let added = glasses.into_iter().map(|glass| (key(&glass.name), glass));
-        self.glasses.splice(0..0, added.collect::<Vec<_>>());
+        self.added.splice(0..0, added.collect::<Vec<_>>());
     }
 
     /// Reads an `.agf` file and adds its glasses.
@@ -104,13 +138,16 @@ impl Catalogue {
 
     fn find_key(&self, key: &str) -> Option<&Medium> {
         let plain = TRANSMITS_MORE.iter().find_map(|end| key.strip_suffix(end));
-        let alias = self.aliases.iter().find(|(from, _)| from == key);
+        let alias = self.table.aliases.iter().find(|(from, _)| from == key);
         let keys = [Some(key), alias.map(|(_, to)| to.as_str()), plain];
-        let find = |key: &str| self.glasses.iter().find(|(k, _)| *k == key);
-        keys.into_iter()
-            .flatten()
-            .find_map(find)
-            .map(|(_, glass)| glass)
+        keys.into_iter().flatten().find_map(|key| self.of_key(key))
+    }
+
+    /// The glass whose name has exactly this key.
+    fn of_key(&self, key: &str) -> Option<&Medium> {
+        let added = self.added.iter().find(|(k, _)| k == key);
+        let table = || self.table.rows.iter().find(|row| row.key == key)?.glass();
+        added.map(|(_, glass)| glass).or_else(table)
     }
 
     /// The glass that takes the place of one that is not in the table: the one that the table
@@ -119,7 +156,11 @@ impl Catalogue {
     /// molding (D-ZLAF52LAM) the glass before.
     fn substitute(&self, name: &str) -> Option<Medium> {
         let wanted = key(name);
-        let named = self.substitutes.iter().find(|(from, _)| *from == wanted);
+        let named = self
+            .table
+            .substitutes
+            .iter()
+            .find(|(from, _)| *from == wanted);
         let bare = wanted.strip_prefix(['J', 'E']).unwrap_or(&wanted);
         let keys = [
             named.map(|(_, to)| to.clone()),
@@ -128,8 +169,8 @@ impl Catalogue {
             Some(format!("N{bare}")),
             wanted.strip_suffix('M').map(str::to_owned),
         ];
-        let find = |key: String| self.glasses.iter().find(|(k, _)| *k == key);
-        let (_, glass) = keys.into_iter().flatten().find_map(find)?;
+        let mut keys = keys.into_iter().flatten();
+        let glass = keys.find_map(|key| self.of_key(&key))?;
         Some(Medium {
             stands_for: Some(name.into()),
             ..glass.clone()
@@ -174,7 +215,10 @@ impl Catalogue {
             let letters = name.chars().take_while(char::is_ascii_alphabetic);
             letters.map(|c| c.to_ascii_uppercase()).collect()
         };
-        let names = || self.glasses.iter().map(|(_, glass)| glass.name.as_str());
+        let names = || {
+            let added = self.added.iter().map(|(_, glass)| glass.name.as_str());
+            added.chain(self.table.rows.iter().map(|row| row.name))
+        };
         let own = family(bare);
         let plain = |name: &str| name.trim_start_matches("N-").to_owned();
         let relatives: Vec<&str> = names().filter(|name| family(name) == own).collect();
@@ -190,7 +234,8 @@ impl Catalogue {
 
     /// All glasses.
     pub fn glasses(&self) -> impl Iterator<Item = &Medium> {
-        self.glasses.iter().map(|(_, glass)| glass)
+        let added = self.added.iter().map(|(_, glass)| glass);
+        added.chain(self.table.rows.iter().filter_map(Row::glass))
     }
 }
 
@@ -208,7 +253,8 @@ fn key(name: &str) -> String {
     kept.map(|c| c.to_ascii_uppercase()).collect()
 }
 
-fn row(line: &str) -> Option<(String, Medium)> {
+/// The glass of a line of the table.
+fn glass(line: &str) -> Option<Medium> {
     let mut words = line.split_whitespace();
     let (_maker, name, formula) = (words.next()?, words.next()?, words.next()?);
     let mut k = [0.0; 10];
@@ -225,7 +271,7 @@ fn row(line: &str) -> Option<(String, Medium)> {
         "abbe" => Medium::from_abbe(k[0], k[1]),
         _ => return None,
     };
-    Some((key(name), glass.named(name)))
+    Some(glass.named(name))
 }
 
 #[cfg(test)]
@@ -252,7 +298,7 @@ mod tests {
         }
         let infrared = table.glasses().filter(|glass| glass.n_d > 2.25);
         assert!(infrared.count() < 25);
-        for (from, to) in table.aliases.iter().chain(&table.substitutes) {
+        for (from, to) in table.table.aliases.iter().chain(&table.table.substitutes) {
             assert!(table.find(to).is_some(), "{from}: {to} is not in the table");
         }
     }
