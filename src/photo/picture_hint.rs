@@ -90,7 +90,10 @@ impl Session {
             let levels = picture.response.levels(pixel.map(f64::from));
             levels.iter().any(|level| *level > DARK)
         };
-        let bright = picture.pixels.iter().filter(is_bright).count();
+        // Further bright pixels change nothing.
+        let enough = (BRIGHT_SHARE * count) as usize + 1;
+        let bright = picture.pixels.iter().filter(is_bright).take(enough);
+        let bright = bright.count();
         if bright as f64 > BRIGHT_SHARE * count {
             return None;
         }
@@ -107,9 +110,9 @@ impl Session {
     /// that light nothing in its shading model.
     pub fn glow_notice(&self, picture: &Picture) -> Option<String> {
         let shading = self.plan.shading;
-        let is_dark = f64::from(brightness(picture, 0.5)) <= DARK;
         let may_shine = shading != Shading::Path && shading.needs().lights;
-        (is_dark && may_shine && self.scene.has_lamps(1.0)).then(|| {
+        let is_dark = || f64::from(brightness(picture, 0.5)) <= DARK;
+        (may_shine && self.scene.has_lamps(1.0) && is_dark()).then(|| {
             format!(
                 "light: the scene's luminous shapes light nothing by model {}; --shading path lets \
                  them shine",
@@ -315,10 +318,12 @@ fn is_ahead(eye: Vec3, forward: Vec3, [min, max]: [Vec3; 2]) -> bool {
 fn brightness(picture: &Picture, share: f64) -> f32 {
     let largest = |pixel: &[f32; 3]| pixel.iter().copied().fold(0.0, f32::max);
     let mut all: Vec<f32> = picture.pixels.iter().map(largest).collect();
-    all.sort_unstable_by(f32::total_cmp);
     let last = all.len().saturating_sub(1);
     let index = (share * last as f64).round() as usize;
-    all.get(index).copied().unwrap_or_default()
+    if index >= all.len() {
+        return 0.0;
+    }
+    *all.select_nth_unstable_by(index, f32::total_cmp).1
 }
 
 /// Rounds a factor to two digits.
