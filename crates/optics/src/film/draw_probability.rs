@@ -1,8 +1,9 @@
 //! The probabilities with which the pixels of a picture are drawn for the estimate of its error.
 
-use std::ops::{Add, Div};
+use std::ops::{Add, Div, Range};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::format::Resolution;
 use super::pixel::Exposed;
@@ -99,11 +100,19 @@ fn is_exempt(exempt: &[u32], pixel: usize) -> bool {
 /// Returns the number of the pixel that stands for a pixel in the neighborhood of others: the next
 /// one in its row that is drawn.
 fn stand_in(exempt: &[u32], width: usize, pixel: usize) -> usize {
+    if !is_exempt(exempt, pixel) {
+        return pixel;
+    }
     let row = pixel - pixel % width;
-    let mut near = (row..=pixel).rev().chain(pixel + 1..row + width);
+    let mut near = (row..pixel).rev().chain(pixel + 1..row + width);
     let drawn = near.find(|pixel| !is_exempt(exempt, *pixel));
     drawn.unwrap_or(pixel)
 }
+
+/// The rows whose variances one thread computes together, and those that all threads compute before
+/// the next ones, so that a large picture needs little memory.
+const BAND: usize = 16;
+const BANDS: usize = 16;
 
 /// Returns the variances of each pixel's mean, by its own samples and by those of its neighborhood.
 fn variances<'a>(
@@ -111,24 +120,49 @@ fn variances<'a>(
     width: usize,
     exempt: &'a [u32],
 ) -> impl Iterator<Item = [f64; 2]> + 'a {
-    let rows = move || {
-        let firsts = (0..picture.len() / width).map(move |row| row * width);
-        firsts.map(move |first| {
+    let rows = picture.len() / width;
+    let firsts = (0..rows).step_by(BAND * BANDS);
+    firsts.flat_map(move |first| {
+        let last = (first + BAND * BANDS).min(rows);
+        let bands = (first..last).into_par_iter().step_by(BAND);
+        let of_band = |first: usize| {
+            let band = first..(first + BAND).min(last);
+            variances_of_rows(picture, width, exempt, band)
+        };
+        bands.flat_map_iter(of_band).collect::<Vec<_>>()
+    })
+}
+
+/// Returns the variances of the pixels of some rows.
+fn variances_of_rows<'a>(
+    picture: &'a [Exposed],
+    width: usize,
+    exempt: &'a [u32],
+    rows: Range<usize>,
+) -> impl Iterator<Item = [f64; 2]> + 'a {
+    // The neighborhoods of neighborhoods reach two rows further.
+    let first = rows.start.saturating_sub(2);
+    let last = (rows.end + 2).min(picture.len() / width);
+    let shown = move || {
+        (first..last).map(move |row| {
+            let pixels = row * width..(row + 1) * width;
             let shown = |pixel| &picture[stand_in(exempt, width, pixel)];
-            (first..first + width).map(shown).collect::<Vec<&Exposed>>()
+            pixels.map(shown).collect::<Vec<&Exposed>>()
         })
     };
-    let levels = blurred(rows().map(|row| row.iter().map(|p| p.mean).collect()));
-    let of_sample = rows().zip(levels).map(|(row, (levels, means))| {
+    let levels = blurred(shown().map(|row| row.iter().map(|p| p.mean).collect()));
+    let of_sample = shown().zip(levels).map(|(row, (levels, means))| {
         let around = levels.into_iter().zip(means);
         let of_pixel = |(p, (level, mean)): (&Exposed, _)| variance_of_sample(p, level - mean);
         row.into_iter().zip(around).map(of_pixel).collect()
     });
-    let both = blurred(of_sample).flat_map(|(own, around)| own.into_iter().zip(around));
-    both.zip(picture).map(|((own, around), p)| {
-        let count = f64::from(p.count.max(1));
-        [own / count, around / count]
-    })
+    let both = blurred(of_sample).skip(rows.start - first).take(rows.len());
+    let both = both.flat_map(|(own, around)| own.into_iter().zip(around));
+    both.zip(&picture[rows.start * width..])
+        .map(|((own, around), p)| {
+            let count = f64::from(p.count.max(1));
+            [own / count, around / count]
+        })
 }
 
 /// Returns the variance of a pixel's samples, summed over channels. `off` is the difference of its
@@ -195,6 +229,18 @@ mod tests {
             pixel
         };
         (0..32 * 24).map(exposed).collect()
+    }
+
+    #[test]
+    fn the_variances_of_all_rows_are_those_of_its_bands() {
+        let picture: Vec<Exposed> = (0..3).flat_map(|_| picture()).collect();
+        let rows = picture.len() / 32;
+        assert!(rows > 4 * BAND && !rows.is_multiple_of(BAND));
+        let exempt = [40, 41, 1000];
+        let whole: Vec<_> = variances_of_rows(&picture, 32, &exempt, 0..rows).collect();
+        let bands: Vec<_> = variances(&picture, 32, &exempt).collect();
+        assert_eq!(whole.len(), picture.len());
+        assert_eq!(whole, bands);
     }
 
     #[test]
