@@ -126,73 +126,47 @@ impl Splitting<'_> {
         start: usize,
         (depth, extent): (u32, CostExtent),
     ) -> Vec<Above> {
-        if items.len() < MANY {
-            return self.split_alone(items, start, (depth, extent));
-        }
         if self.is_part(items, &extent) {
             return vec![Above::Part(start..start + items.len())];
         }
+        let is_large = items.len() >= MANY;
         let (left, [a, b]) = cut(items, &extent, depth > self.deep);
         let (low, high) = items.split_at_mut(left);
-        let (low, high) = rayon::join(
-            || self.split(low, start, (depth + 1, a)),
-            || self.split(high, start + left, (depth + 1, b)),
-        );
+        let mut low = || self.split(low, start, (depth + 1, a));
+        let mut high = || self.split(high, start + left, (depth + 1, b));
+        let halves = match is_large {
+            true => rayon::join(low, high),
+            false => (low(), high()),
+        };
         let around = (extent.low.truncate(), extent.high.truncate());
-        let mut above = vec![Above::Inner { first: 1, around }];
-        // Both roots come first, so the nodes behind them move by two, and those of the second part
-        // also by the nodes of the first.
-        let moves = [2, low.len() + 1];
-        let mut rest = Vec::with_capacity(low.len() + high.len());
-        for (nodes, by) in [low, high].into_iter().zip(moves) {
-            let mut nodes = nodes.into_iter().map(|node| match node {
-                Above::Inner { first, around } => Above::Inner {
-                    first: first + by,
-                    around,
-                },
-                part => part,
-            });
-            above.extend(nodes.next());
-            rest.extend(nodes);
-        }
-        above.append(&mut rest);
-        above
-    }
-
-    /// Splits a part as [`Self::split`] does, on this thread.
-    fn split_alone(
-        &self,
-        items: &mut [Item],
-        start: usize,
-        (depth, extent): (u32, CostExtent),
-    ) -> Vec<Above> {
-        let mut above = vec![Above::Part(start..start + items.len())];
-        let mut ahead = vec![(0, depth, extent)];
-        while let Some((at, depth, extent)) = ahead.pop() {
-            let Above::Part(range) = &above[at] else {
-                continue;
-            };
-            let range = range.clone();
-            let part = &mut items[range.start - start..range.end - start];
-            if self.is_part(part, &extent) {
-                continue;
-            }
-            let (left, [a, b]) = cut(part, &extent, depth > self.deep);
-            let middle = range.start + left;
-            let first = above.len();
-            above.push(Above::Part(range.start..middle));
-            above.push(Above::Part(middle..range.end));
-            let around = (extent.low.truncate(), extent.high.truncate());
-            above[at] = Above::Inner { first, around };
-            ahead.extend([(first, depth + 1, a), (first + 1, depth + 1, b)]);
-        }
-        above
+        joined(around, halves.into())
     }
 
     /// Whether items are not split any further.
     fn is_part(&self, items: &[Item], extent: &CostExtent) -> bool {
         items.len() <= self.most || self.stop.is_set() || is_one_box(items, extent)
     }
+}
+
+/// The tree of a node around two trees. Both their roots come first, so the nodes behind them move
+/// by two, and those of the second tree also by the nodes of the first.
+fn joined(around: Box3, halves: [Vec<Above>; 2]) -> Vec<Above> {
+    let moves = [2, halves[0].len() + 1];
+    let mut above = vec![Above::Inner { first: 1, around }];
+    let mut rest = Vec::with_capacity(halves[0].len() + halves[1].len());
+    for (nodes, by) in halves.into_iter().zip(moves) {
+        let mut nodes = nodes.into_iter().map(|node| match node {
+            Above::Inner { first, around } => Above::Inner {
+                first: first + by,
+                around,
+            },
+            part => part,
+        });
+        above.extend(nodes.next());
+        rest.extend(nodes);
+    }
+    above.append(&mut rest);
+    above
 }
 
 fn is_one_box(items: &[Item], extent: &CostExtent) -> bool {
