@@ -46,7 +46,7 @@ pub(crate) fn at_50_mm(name: &str) -> LensChoice {
 }
 
 /// A camera whose pictures are measured in turn with others.
-enum Camera<'a> {
+enum RoomCamera<'a> {
     /// Our own, with a reference of other samples.
     Own(&'a Session, &'a [[f64; 3]]),
     /// That of a sampler of the peer.
@@ -89,7 +89,7 @@ pub(crate) fn table(
     command: Option<&str>,
     seconds: &dyn Fn() -> f64,
 ) {
-    let mut peer = command.and_then(|command| Peer::start(command, scene));
+    let mut peer = command.and_then(|command| PeerProgram::start(command, scene));
     if let (Some(command), None) = (command, &peer) {
         eprintln!("{command}: no names of samplers");
     }
@@ -112,8 +112,8 @@ pub(crate) fn table(
         .map(|of| reference(&of[0].1, REFERENCE))
         .collect();
     let own = sessions.iter().enumerate();
-    let mut cameras: Vec<(&str, Camera)> = own
-        .map(|(k, (name, session))| (name.as_str(), Camera::Own(session, &truths[k / 2])))
+    let mut cameras: Vec<(&str, RoomCamera)> = own
+        .map(|(k, (name, session))| (name.as_str(), RoomCamera::Own(session, &truths[k / 2])))
         .collect();
     let samplers = peer
         .as_ref()
@@ -121,7 +121,7 @@ pub(crate) fn table(
     cameras.extend(
         samplers
             .iter()
-            .map(|name| (name.as_str(), Camera::Peer(name))),
+            .map(|name| (name.as_str(), RoomCamera::Peer(name))),
     );
     let all = in_turn(&cameras, &mut peer, seconds);
     let _ = writeln!(
@@ -141,9 +141,9 @@ pub(crate) fn table(
     }
     let _ = writeln!(
         report,
-        "\nSeconds to an error, along the line through the two nearest points in logarithms, and how \
-         many times as fast the first camera comes to it: medians, and the least and the greatest \
-         of a round.\n\n| | s to .06 | times the first | s to .03 | times the first |\n\
+        "\nSeconds to an error, along the line through the two nearest points in logarithms, and \
+         their ratio to those of the first camera: medians, and the least and the greatest of a \
+         round.\n\n| | s to .06 | times the first | s to .03 | times the first |\n\
          |---|---|---|---|---|"
     );
     for ((name, _), rounds) in cameras.iter().zip(&all) {
@@ -168,8 +168,8 @@ pub(crate) fn table(
 
 /// Takes pictures with all cameras in turn, in one round that does not count and [`ROUNDS`] more.
 fn in_turn(
-    cameras: &[(&str, Camera)],
-    peer: &mut Option<Peer>,
+    cameras: &[(&str, RoomCamera)],
+    peer: &mut Option<PeerProgram>,
     seconds: &dyn Fn() -> f64,
 ) -> Vec<Rounds> {
     let mut all: Vec<Rounds> = cameras.iter().map(|_| Rounds::default()).collect();
@@ -177,11 +177,11 @@ fn in_turn(
         for (k, &samples) in SAMPLES.iter().enumerate() {
             for ((_, camera), rounds) in cameras.iter().zip(&mut all) {
                 let made = match camera {
-                    Camera::Own(session, truth) => {
+                    RoomCamera::Own(session, truth) => {
                         let (time, error) = taken(session, samples, round, truth, seconds);
                         Some((time + session.seconds.pupil, error))
                     }
-                    Camera::Peer(sampler) => peer
+                    RoomCamera::Peer(sampler) => peer
                         .as_mut()
                         .and_then(|peer| peer.picture(sampler, samples, round)),
                 };
@@ -207,13 +207,13 @@ pub(crate) fn pinholes(
 ) -> Option<()> {
     let session = Session::open(plan(scene, Optics::Pinhole)).ok()?;
     let truth = reference(&session, REFERENCE);
-    let mut peer = Some(Peer::start(&format!("{command} --pinhole"), scene)?);
+    let mut peer = Some(PeerProgram::start(&format!("{command} --pinhole"), scene)?);
     let samplers = peer.as_ref()?.samplers.clone();
-    let mut cameras = vec![("", Camera::Own(&session, &truth))];
+    let mut cameras = vec![("", RoomCamera::Own(&session, &truth))];
     cameras.extend(
         samplers
             .iter()
-            .map(|name| (name.as_str(), Camera::Peer(name))),
+            .map(|name| (name.as_str(), RoomCamera::Peer(name))),
     );
     let all = in_turn(&cameras, &mut peer, seconds);
     let pixels = session.plan.resolution.width * session.plan.resolution.height;
@@ -247,14 +247,14 @@ pub(crate) fn pinholes(
 }
 
 /// A program that takes pictures when it is asked for one, so that it can take turns with ivcam.
-struct Peer {
+struct PeerProgram {
     process: Child,
     questions: Option<ChildStdin>,
     answers: Lines<BufReader<ChildStdout>>,
     samplers: Vec<String>,
 }
 
-impl Peer {
+impl PeerProgram {
     /// Starts a command of the shell, which finds the path of the scene in `$ROOM` and prints the
     /// names of its samplers in one line, separated by tabs.
     fn start(command: &str, scene: &Path) -> Option<Self> {
@@ -288,7 +288,7 @@ impl Peer {
     }
 }
 
-impl Drop for Peer {
+impl Drop for PeerProgram {
     /// Closes the peer's input, at which it ends.
     fn drop(&mut self) {
         self.questions = None;

@@ -35,13 +35,13 @@ pub struct Catalogue {
     /// The glasses that are not in the table, with the keys of their names. Of several with one
     /// name, the one added last is first.
     added: Vec<(String, Medium)>,
-    table: &'static Table,
+    table: &'static GlassTable,
 }
 
 /// The table in `lenses/glasses.txt`.
 #[derive(Debug)]
-struct Table {
-    rows: Vec<Row>,
+struct GlassTable {
+    rows: Vec<GlassRow>,
     /// The keys of other names of glasses, with the keys of their names in the table.
     aliases: Vec<(String, String)>,
     /// The keys of glasses that are not in the table, with the keys of those that replace them.
@@ -50,20 +50,20 @@ struct Table {
 
 /// A glass of the table. A lens needs few of its 1,700, so each is made when it is asked for.
 #[derive(Debug)]
-struct Row {
+struct GlassRow {
     key: String,
     name: &'static str,
     line: &'static str,
     made: OnceLock<Option<Medium>>,
 }
 
-impl Row {
+impl GlassRow {
     fn glass(&self) -> Option<&Medium> {
         self.made.get_or_init(|| glass(self.line)).as_ref()
     }
 }
 
-impl Table {
+impl GlassTable {
     fn read() -> Self {
         let (mut rows, mut aliases, mut substitutes) = (Vec::new(), Vec::new(), Vec::new());
         for line in TABLE.lines().filter(|line| !line.starts_with('#')) {
@@ -75,7 +75,7 @@ impl Table {
             match word {
                 "is" => aliases.extend(pair()),
                 "like" => substitutes.extend(pair()),
-                _ => rows.push(Row {
+                _ => rows.push(GlassRow {
                     key: key(name),
                     name,
                     line,
@@ -100,7 +100,7 @@ impl Default for Catalogue {
 impl Catalogue {
     /// The table in `lenses/glasses.txt`.
     pub fn builtin() -> Self {
-        static READ: LazyLock<Table> = LazyLock::new(Table::read);
+        static READ: LazyLock<GlassTable> = LazyLock::new(GlassTable::read);
         Self {
             added: Vec::new(),
             table: &READ,
@@ -235,7 +235,7 @@ impl Catalogue {
     /// All glasses.
     pub fn glasses(&self) -> impl Iterator<Item = &Medium> {
         let added = self.added.iter().map(|(_, glass)| glass);
-        added.chain(self.table.rows.iter().filter_map(Row::glass))
+        added.chain(self.table.rows.iter().filter_map(GlassRow::glass))
     }
 }
 
@@ -298,7 +298,12 @@ mod tests {
         }
         let infrared = table.glasses().filter(|glass| glass.n_d > 2.25);
         assert!(infrared.count() < 25);
-        for (from, to) in table.table.aliases.iter().chain(&table.table.substitutes) {
+        let GlassTable {
+            aliases,
+            substitutes,
+            ..
+        } = table.table;
+        for (from, to) in aliases.iter().chain(substitutes) {
             assert!(table.find(to).is_some(), "{from}: {to} is not in the table");
         }
     }
