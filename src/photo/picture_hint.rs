@@ -92,8 +92,8 @@ impl Session {
         };
         // Further bright pixels change nothing.
         let enough = (BRIGHT_SHARE * count) as usize + 1;
-        let bright = picture.pixels.iter().filter(is_bright).take(enough);
-        let bright = bright.count();
+        let pixels = picture.pixels.iter();
+        let bright = pixels.filter(is_bright).take(enough).count();
         if bright as f64 > BRIGHT_SHARE * count {
             return None;
         }

@@ -109,8 +109,8 @@ fn stand_in(exempt: &[u32], width: usize, pixel: usize) -> usize {
     drawn.unwrap_or(pixel)
 }
 
-/// The rows whose variances one thread computes together, and those that all threads compute before
-/// the next ones, so that a large picture needs little memory.
+/// The rows of a band, whose variances one thread computes, and the bands that are computed before
+/// any others, so that a large picture needs little memory.
 const BAND: usize = 16;
 const BANDS: usize = 16;
 
