@@ -83,7 +83,7 @@ const TOOLS: &[Tool] = &[
     ("scaling", "", scaling::run),
     (
         "speed",
-        "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY]",
+        "[--only PART] [--large] [--room FILE] [--peer COMMAND] [--embree LIBRARY] [--tinybvh LIBRARY]",
         speed::run,
     ),
     ("stops", "PROGRAM [--moments N] [--only NAME]", stops::run),

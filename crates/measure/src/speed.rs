@@ -1,14 +1,14 @@
 //! Measures speed and writes the tables of docs/performance.md.
 //!
 //! `cargo run --release -p measure -- speed -- [--out FILE.md] [--only NAME]
-//! [--large] [--room SCENE.iv] [--peer COMMAND] [--embree LIBRARY]`
+//! [--large] [--room SCENE.iv] [--peer COMMAND] [--embree LIBRARY] [--tinybvh LIBRARY]`
 //!
 //! In FILE, the tables between lines `<!-- speed: NAME -->` and `<!-- end -->` are replaced.
 //! `--large` adds a mesh of ten million triangles; `--room` replaces the room that is photographed
 //! through real lenses and an ideal one (`shared/room_scene.rs`); `--peer` adds a program that does
-//! the same (`shared/room.rs`, `shared/lights.rs`); `--embree` the shared library of Embree 4,
-//! which traces the rays of `rays` too (`shared/rays.rs`). Times are processor times, so other load
-//! on the machine affects them only through its caches.
+//! the same (`shared/room.rs`, `shared/lights.rs`); `--embree` and `--tinybvh` the shared libraries
+//! of Embree 4 and of `tinybvh_rays.cpp`, which trace the rays of `rays` too (`shared/rays.rs`).
+//! Times are processor times, so other load on the machine affects them only through its caches.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -62,8 +62,12 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
         }),
         ("meshes", &|report| meshes(report, large)),
         ("rays", &|report| {
-            let library = after(&words, "--embree", 1);
-            in_room(&mut |scene| rays::tables(report, scene, library, &thread_seconds));
+            let libraries = ["--embree", "--tinybvh"].map(|flag| after(&words, flag, 1));
+            in_room(&mut |scene| {
+                if let Err(error) = rays::tables(report, scene, libraries, large, &thread_seconds) {
+                    eprintln!("{error}");
+                }
+            });
         }),
         ("room", &|report| {
             in_room(&mut |scene| room::table(report, scene, peer, &thread_seconds));

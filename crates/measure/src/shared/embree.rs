@@ -12,6 +12,7 @@ use glam::Vec3;
 use libloading::Library;
 
 use super::mesh::Rays;
+use super::rays::{PeerTree, PeerTrees};
 
 /// Marks a ray without a hit.
 const NO_GEOMETRY: u32 = u32::MAX;
@@ -136,31 +137,32 @@ functions! {
 
 /// How a tree is built and traced.
 #[derive(Clone, Copy)]
-pub(super) struct Mode {
-    pub name: &'static str,
+struct Mode {
     /// `RTCBuildQuality`.
     quality: c_int,
     /// `RTCSceneFlags`.
     flags: c_int,
 }
 
+/// The names of [`MODES`].
+const NAMES: [&str; 3] = ["Embree", "Embree, high quality", "Embree, robust"];
+
 /// Embree's own choice (medium quality); a tree of high quality, whose boxes may split triangles;
 /// and rays that, like ivcam's, do not slip between triangles.
-pub(super) const MODES: [Mode; 3] = [
-    Mode::new("fast", 1, 0),
-    Mode::new("fast, high quality", 2, 0),
-    Mode::new("robust", 1, 1 << 2),
+const MODES: [Mode; 3] = [
+    Mode {
+        quality: 1,
+        flags: 0,
+    },
+    Mode {
+        quality: 2,
+        flags: 0,
+    },
+    Mode {
+        quality: 1,
+        flags: 1 << 2,
+    },
 ];
-
-impl Mode {
-    const fn new(name: &'static str, quality: c_int, flags: c_int) -> Self {
-        Self {
-            name,
-            quality,
-            flags,
-        }
-    }
-}
 
 /// The library with a device of one thread.
 pub(super) struct Embree {
@@ -183,27 +185,38 @@ impl Embree {
         Ok(Self { functions, device })
     }
 
-    /// Returns the version of the library.
-    pub(super) fn version(&self) -> String {
-        // SAFETY: the device exists, and 1 to 3 are `RTC_DEVICE_PROPERTY_VERSION_MAJOR`, `_MINOR`
-        // and `_PATCH`.
-        let part = |k| unsafe { (self.functions.rtcGetDeviceProperty)(self.device, k) };
-        format!("{}.{}.{}", part(1), part(2), part(3))
+    /// Returns a property of the device.
+    fn property(&self, property: c_int) -> isize {
+        // SAFETY: the device exists.
+        unsafe { (self.functions.rtcGetDeviceProperty)(self.device, property) }
     }
 
     /// Returns the rays of a packet: 16 if the library has instructions for as many on this
     /// processor, else 8. It splits larger packets than that into single rays.
-    pub(super) fn packet(&self) -> usize {
+    fn packet(&self) -> usize {
         const NATIVE_RAY16: c_int = 34; // RTC_DEVICE_PROPERTY_NATIVE_RAY16_SUPPORTED
-        // SAFETY: the device exists.
-        match unsafe { (self.functions.rtcGetDeviceProperty)(self.device, NATIVE_RAY16) } {
+        match self.property(NATIVE_RAY16) {
             0 => 8,
             _ => 16,
         }
     }
+}
 
-    /// Makes a scene of triangles, whose tree is not built yet.
-    pub(super) fn scene(&self, triangles: &[[Vec3; 3]], mode: Mode) -> Scene<'_> {
+impl PeerTrees for Embree {
+    fn program(&self) -> String {
+        // `RTC_DEVICE_PROPERTY_VERSION_MAJOR`, `_MINOR` and `_PATCH`.
+        let [major, minor, patch] = [1, 2, 3].map(|part| self.property(part));
+        format!(
+            "Embree {major}.{minor}.{patch} (packets of {})",
+            self.packet()
+        )
+    }
+
+    fn modes(&self) -> &'static [&'static str] {
+        &NAMES
+    }
+
+    fn tree(&self, mode: usize, triangles: &[[Vec3; 3]]) -> Box<dyn PeerTree + '_> {
         const VERTICES: (c_int, c_int) = (1, 0x9003); // RTC_FORMAT_FLOAT3
         const INDICES: (c_int, c_int) = (0, 0x5003); // RTC_FORMAT_UINT3
         let f = &self.functions;
@@ -211,8 +224,8 @@ impl Embree {
         // new buffers have the sizes that are asked for, and each is written within its own.
         unsafe {
             let handle = (f.rtcNewScene)(self.device);
-            (f.rtcSetSceneFlags)(handle, mode.flags);
-            (f.rtcSetSceneBuildQuality)(handle, mode.quality);
+            (f.rtcSetSceneFlags)(handle, MODES[mode].flags);
+            (f.rtcSetSceneBuildQuality)(handle, MODES[mode].quality);
             let geometry = (f.rtcNewGeometry)(self.device, 0);
             let buffer = |(kind, format), count| {
                 (f.rtcSetNewGeometryBuffer)(geometry, kind, 0, format, 12, count)
@@ -229,16 +242,16 @@ impl Embree {
             (f.rtcCommitGeometry)(geometry);
             (f.rtcAttachGeometry)(handle, geometry);
             (f.rtcReleaseGeometry)(geometry);
-            Scene {
+            Box::new(Scene {
                 embree: self,
                 handle,
-            }
+            })
         }
     }
 }
 
 /// Triangles and their tree.
-pub(super) struct Scene<'a> {
+struct Scene<'a> {
     embree: &'a Embree,
     handle: SceneHandle,
 }
@@ -250,12 +263,10 @@ impl Drop for Scene<'_> {
     }
 }
 
-impl Scene<'_> {
-    /// Builds the tree.
-    ///
+impl PeerTree for Scene<'_> {
     /// # Panics
     /// Panics if Embree reports an error.
-    pub(super) fn build(&self) {
+    fn build(&self) {
         let f = &self.embree.functions;
         // SAFETY: the scene and its device exist.
         let error = unsafe {
@@ -265,8 +276,7 @@ impl Scene<'_> {
         assert_eq!(error, 0, "Embree reports an error");
     }
 
-    /// Traces rays one by one, and stores their distances as [`super::mesh::one_by_one`] does.
-    pub(super) fn one_by_one(&self, rays: &Rays, distances: &mut [f32]) {
+    fn one_by_one(&self, rays: &Rays, distances: &mut [f32]) {
         let f = &self.embree.functions;
         let trace = if rays.any {
             f.rtcOccluded1
@@ -282,9 +292,11 @@ impl Scene<'_> {
         }
     }
 
-    /// Traces rays in packets, and stores their distances as [`super::mesh::one_by_one`] does.
-    /// `coherent` says that the rays of a packet go the same way.
-    pub(super) fn in_packets(&self, rays: &Rays, coherent: bool, distances: &mut [f32]) {
+    fn has_packets(&self) -> bool {
+        true
+    }
+
+    fn in_packets(&self, rays: &Rays, coherent: bool, distances: &mut [f32]) {
         let f = &self.embree.functions;
         match (self.embree.packet(), rays.any) {
             (16, true) => self.in_packets_of(f.rtcOccluded16, rays, coherent, distances),
@@ -293,7 +305,9 @@ impl Scene<'_> {
             (_, false) => self.in_packets_of(f.rtcIntersect8, rays, coherent, distances),
         }
     }
+}
 
+impl Scene<'_> {
     fn in_packets_of<const N: usize>(
         &self,
         trace: TracePacket<N>,

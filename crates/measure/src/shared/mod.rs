@@ -11,5 +11,6 @@ pub(super) mod room_scene;
 pub(super) mod scenes;
 pub(super) mod sheets;
 pub(super) mod slow;
+pub(super) mod tinybvh;
 pub(super) mod variants;
 pub(super) mod words;

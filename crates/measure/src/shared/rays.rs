@@ -1,4 +1,5 @@
-//! Measures the tree of triangles beside Embree's: the same rays, one by one and in packets.
+//! Measures the tree of triangles beside those of Embree and TinyBVH: the same rays, one by one
+//! and in packets.
 
 use std::fmt::Write as _;
 use std::hint::black_box;
@@ -10,9 +11,10 @@ use ivcam_base::math::lanes::LANES;
 use ivcam_optics::sampling::{mix, unit};
 use ivcam_render::bvh::{Bvh, Ray};
 
-use super::embree::{Embree, MODES, Scene};
+use super::embree::Embree;
 use super::mesh::{self, Rays};
 use super::room;
+use super::tinybvh::TinyBvh;
 
 /// The rounds, in each of which every program traces all rays.
 const ROUNDS: usize = 9;
@@ -65,8 +67,8 @@ fn room(scene: &Path) -> ivcam_base::diag::Result<Mesh> {
     })
 }
 
-/// Returns the bumpy sphere, seen from outside.
-fn ball() -> Mesh {
+/// Returns a bumpy sphere of about `count` triangles, seen from outside.
+fn ball(count: usize) -> Mesh {
     let eye = Vec3::new(0.3, 0.4, 4.0);
     let ray = |[x, y]: [f64; 2]| {
         let [x, y] = [3.0 * x - 1.5, 2.0 * y - 1.0].map(|k| k as f32);
@@ -74,7 +76,7 @@ fn ball() -> Mesh {
     };
     Mesh {
         name: "A bumpy sphere",
-        triangles: mesh::ball(1_000_000),
+        triangles: mesh::ball(count),
         primary: pixels().map(ray).collect(),
         light: Vec3::new(3.0, 5.0, 3.0),
     }
@@ -120,27 +122,64 @@ impl Mesh {
     }
 }
 
+/// Another program's trees over triangles.
+pub(super) trait PeerTrees {
+    /// The program's name and version.
+    fn program(&self) -> String;
+
+    /// The names of the ways to build and trace a tree.
+    fn modes(&self) -> &'static [&'static str];
+
+    /// Makes a tree of a mode over triangles, which is not built yet.
+    fn tree(&self, mode: usize, triangles: &[[Vec3; 3]]) -> Box<dyn PeerTree + '_>;
+}
+
+/// A tree of another program.
+pub(super) trait PeerTree {
+    fn build(&self);
+
+    /// Traces rays one by one, and stores their distances as [`mesh::one_by_one`] does.
+    fn one_by_one(&self, rays: &Rays, distances: &mut [f32]);
+
+    fn has_packets(&self) -> bool {
+        false
+    }
+
+    /// Traces rays in packets, if there are any, and stores their distances as
+    /// [`mesh::one_by_one`] does. `coherent` says that the rays of a packet go the same way.
+    fn in_packets(&self, _rays: &Rays, _coherent: bool, _distances: &mut [f32]) {}
+}
+
 /// A way to trace rays, which stores their distances.
 type Trace<'a> = Box<dyn Fn(&Rays, &mut [f32]) + 'a>;
 
-/// Writes the tables. `library` is the path of Embree's.
+/// A program's ways to trace rays through its tree: one by one, and in packets if it has any.
+struct Contestant<'a> {
+    name: &'static str,
+    ways: Vec<Trace<'a>>,
+}
+
+/// Writes the tables, with `large` also that of ten million triangles. `embree` and `tinybvh` are
+/// the paths of libraries.
 pub(in super::super) fn tables(
     report: &mut String,
     scene: &Path,
-    library: Option<&str>,
+    [embree, tinybvh]: [Option<&str>; 2],
+    large: bool,
     clock: &dyn Fn() -> f64,
-) {
-    let embree = match library.map(Embree::load).transpose() {
-        Ok(embree) => embree,
-        Err(error) => return eprintln!("{error}"),
-    };
-    let room = match room(scene) {
-        Ok(room) => room,
-        Err(error) => return eprintln!("{}", error.message),
-    };
+) -> Result<(), String> {
+    let mut peers: Vec<Box<dyn PeerTrees>> = Vec::new();
+    if let Some(path) = embree {
+        peers.push(Box::new(Embree::load(path)?));
+    }
+    if let Some(path) = tinybvh {
+        peers.push(Box::new(TinyBvh::load(path)?));
+    }
+    let room = room(scene).map_err(|error| error.message)?;
     report.push_str("## Rays through triangles");
-    if let Some(embree) = &embree {
-        let _ = write!(report, ", against Embree {}", embree.version());
+    for (k, peer) in peers.iter().enumerate() {
+        let joint = [", against ", " and "][k.min(1)];
+        let _ = write!(report, "{joint}{}", peer.program());
     }
     let [width, height] = PICTURE;
     let _ = write!(
@@ -148,9 +187,10 @@ pub(in super::super) fn tables(
         "\n\nMillions of rays per second, one thread: *primary* rays of a pinhole's picture of \
          {width}x{height}, in tiles of 8x4, *shadow* rays from their hits to a light, and \
          *bounced* rays from there that a matte surface reflects. Medians of {ROUNDS} rounds in \
-         which the programs take turns; builds are medians of {BUILDS}."
+         which the programs take turns; builds are medians of {BUILDS}. ivcam's packets have \
+         {LANES} rays."
     );
-    if embree.is_some() {
+    if !peers.is_empty() {
         let _ = write!(
             report,
             " Ratios above 1 mean that ivcam is faster; they are medians, and the least and the \
@@ -162,14 +202,17 @@ pub(in super::super) fn tables(
         );
     }
     report.push('\n');
-    for mesh in [room, ball()] {
-        table(report, &mesh, embree.as_ref(), clock);
+    table(report, &room, &peers, clock);
+    table(report, &ball(1_000_000), &peers, clock);
+    if large {
+        table(report, &ball(10_000_000), &peers, clock);
     }
+    Ok(())
 }
 
 /// Writes the table of one mesh.
-fn table(report: &mut String, mesh: &Mesh, embree: Option<&Embree>, clock: &dyn Fn() -> f64) {
-    let (tree, scenes, builds) = built(mesh, embree, clock);
+fn table(report: &mut String, mesh: &Mesh, peers: &[Box<dyn PeerTrees>], clock: &dyn Fn() -> f64) {
+    let (tree, trees, builds) = built(mesh, peers, clock);
     let _ = write!(
         report,
         "\n{}, {} triangles; ivcam builds its tree in {:.3} s",
@@ -177,59 +220,53 @@ fn table(report: &mut String, mesh: &Mesh, embree: Option<&Embree>, clock: &dyn 
         mesh.triangles.len(),
         builds[0]
     );
-    for (mode, seconds) in MODES.iter().zip(&builds[1..]) {
-        let _ = write!(report, ", Embree ({}) in {seconds:.3} s", mode.name);
+    let names = || peers.iter().flat_map(|peer| peer.modes().iter().copied());
+    for (name, seconds) in names().zip(&builds[1..]) {
+        let _ = write!(report, ", {name} in {seconds:.3} s");
     }
     let sets = mesh.rays(&tree);
-    let mut ways: Vec<Trace<'_>> = vec![
-        Box::new(|rays, distances| mesh::one_by_one(&tree, rays, distances)),
-        Box::new(|rays, distances| mesh::in_packets(&tree, rays, distances)),
-    ];
-    for scene in &scenes {
-        ways.push(Box::new(|rays, distances| {
-            scene.one_by_one(rays, distances)
-        }));
-        ways.push(Box::new(|rays, distances| {
-            scene.in_packets(rays, rays.name != "bounced", distances);
-        }));
-    }
-    let rates = sets.each_ref().map(|set| rates(set, &ways, clock));
-    let Some(embree) = embree else {
-        let _ = writeln!(
-            report,
-            ".\n\n| rays | one by one | packets of {LANES} |\n|---|---|---|"
-        );
-        for (set, rates) in sets.iter().zip(&rates) {
-            let [one, packets] = [0, 1].map(|way| 1e-6 * median(&rates[way]));
-            let _ = writeln!(report, "| {} | {one:.2} | {packets:.2} |", set.name);
+    let mut contestants = vec![Contestant {
+        name: "ivcam",
+        ways: vec![
+            Box::new(|rays, distances| mesh::one_by_one(&tree, rays, distances)),
+            Box::new(|rays, distances| mesh::in_packets(&tree, rays, distances)),
+        ],
+    }];
+    contestants.extend(names().zip(&trees).map(|(name, tree)| {
+        let mut ways: Vec<Trace<'_>> =
+            vec![Box::new(|rays, distances| tree.one_by_one(rays, distances))];
+        if tree.has_packets() {
+            ways.push(Box::new(|rays, distances| {
+                tree.in_packets(rays, rays.name != "bounced", distances);
+            }));
         }
-        return;
-    };
-    let packet = embree.packet();
-    let _ = writeln!(
-        report,
-        ".\n\n| rays | Embree | one by one | packets of {packet} | ivcam, one by one | packets of \
-         {LANES} | ratio, one by one | ratio, packets | differ |\n|---|---|---|---|---|---|---|---|---|"
+        Contestant { name, ways }
+    }));
+    report.push_str(
+        ".\n\n| rays | program | one by one | packets | ratio, one by one | ratio, packets | differ \
+         |\n|---|---|---|---|---|---|---|\n",
     );
-    for (set, rates) in sets.iter().zip(&rates) {
-        let differing = differing(set, &ways);
-        for (k, mode) in MODES.iter().enumerate() {
-            let theirs = 2 + 2 * k;
-            let million = |way: usize| 1e-6 * median(&rates[way]);
+    for set in &sets {
+        let rates = rates(set, &contestants, clock);
+        let differing = differing(set, &contestants);
+        for ((one, rates_of_one), differing) in contestants.iter().zip(&rates).zip(differing) {
+            let million = |way: usize| {
+                let rate = rates_of_one.get(way).map(|rates| 1e-6 * median(rates));
+                rate.map_or("–".to_owned(), |rate| format!("{rate:.2}"))
+            };
+            let ratio = |way: usize| {
+                let theirs = rates_of_one.get(way).filter(|_| one.name != "ivcam");
+                theirs.map_or("–".to_owned(), |theirs| ratio(&rates[0][way], theirs))
+            };
             let _ = writeln!(
                 report,
-                "| {} | {} | {:.2} | {:.2} | {:.2} | {:.2} | {} | {} | {} of {} |",
+                "| {} | {} | {} | {} | {} | {} | {differing} of {} |",
                 set.name,
-                mode.name,
-                million(theirs),
-                million(theirs + 1),
+                one.name,
                 million(0),
                 million(1),
-                ratio(&rates[0], &rates[theirs]),
-                ratio(&rates[1], &rates[theirs + 1]),
-                differing[1]
-                    .max(differing[theirs])
-                    .max(differing[theirs + 1]),
+                ratio(0),
+                ratio(1),
                 set.rays.len()
             );
         }
@@ -239,35 +276,45 @@ fn table(report: &mut String, mesh: &Mesh, embree: Option<&Embree>, clock: &dyn 
 /// Builds all trees in turn, and returns the last ones with the median seconds of each.
 fn built<'a>(
     mesh: &Mesh,
-    embree: Option<&'a Embree>,
+    peers: &'a [Box<dyn PeerTrees>],
     clock: &dyn Fn() -> f64,
-) -> (Bvh, Vec<Scene<'a>>, Vec<f64>) {
-    let mut seconds = [const { Vec::new() }; 1 + MODES.len()];
-    let (mut tree, mut scenes) = (Bvh::default(), Vec::new());
+) -> (Bvh, Vec<Box<dyn PeerTree + 'a>>, Vec<f64>) {
+    let modes = || {
+        peers
+            .iter()
+            .flat_map(|peer| (0..peer.modes().len()).map(move |mode| (peer, mode)))
+    };
+    let mut seconds = vec![Vec::new(); 1 + modes().count()];
+    let (mut tree, mut trees) = (Bvh::default(), Vec::new());
     for _ in 0..BUILDS {
-        scenes.clear();
+        trees.clear();
         let start = clock();
         tree = mesh::tree(&mesh.triangles);
         seconds[0].push(clock() - start);
-        let Some(embree) = embree else { continue };
-        for (mode, seconds) in MODES.into_iter().zip(&mut seconds[1..]) {
-            let scene = embree.scene(&mesh.triangles, mode);
+        for ((peer, mode), seconds) in modes().zip(&mut seconds[1..]) {
+            let tree = peer.tree(mode, &mesh.triangles);
             let start = clock();
-            scene.build();
+            tree.build();
             seconds.push(clock() - start);
-            scenes.push(scene);
+            trees.push(tree);
         }
     }
-    let seconds = seconds.iter().filter(|s| !s.is_empty());
-    (tree, scenes, seconds.map(|s| median(s)).collect())
+    let seconds = seconds.iter().map(|s| median(s)).collect();
+    (tree, trees, seconds)
 }
 
-/// Returns the rays per second of each way in each round.
-fn rates(set: &Rays, ways: &[Trace<'_>], clock: &dyn Fn() -> f64) -> Vec<Vec<f64>> {
-    let mut rates = vec![Vec::new(); ways.len()];
+/// Returns the rays per second of each contestant, of each of its ways, in each round.
+fn rates(
+    set: &Rays,
+    contestants: &[Contestant<'_>],
+    clock: &dyn Fn() -> f64,
+) -> Vec<Vec<Vec<f64>>> {
+    let none = |one: &Contestant<'_>| vec![Vec::new(); one.ways.len()];
+    let mut rates: Vec<Vec<Vec<f64>>> = contestants.iter().map(none).collect();
     let mut distances = vec![0.0; set.rays.len()];
     for _ in 0..ROUNDS {
-        for (way, rates) in ways.iter().zip(&mut rates) {
+        let ways = contestants.iter().flat_map(|one| &one.ways);
+        for (way, rates) in ways.zip(rates.iter_mut().flatten()) {
             let (start, mut calls) = (clock(), 0.0);
             let seconds = loop {
                 way(set, black_box(&mut distances));
@@ -283,20 +330,22 @@ fn rates(set: &Rays, ways: &[Trace<'_>], clock: &dyn Fn() -> f64) -> Vec<Vec<f64
     rates
 }
 
-/// Returns for each way the number of rays whose distance differs from the first way's.
-fn differing(set: &Rays, ways: &[Trace<'_>]) -> Vec<usize> {
-    let distances = ways.iter().map(|way| {
+/// Returns for each contestant the number of rays whose distance differs from that of ivcam's ray
+/// alone, in the way in which most do.
+fn differing(set: &Rays, contestants: &[Contestant<'_>]) -> Vec<usize> {
+    let distances = |way: &Trace<'_>| {
         let mut distances = vec![0.0; set.rays.len()];
         way(set, &mut distances);
         distances
-    });
-    let all: Vec<Vec<f32>> = distances.collect();
+    };
+    let alone = distances(&contestants[0].ways[0]);
     let differ = |(a, b): &(&f32, &f32)| {
         let (least, greatest) = (a.min(**b), a.max(**b));
         least != greatest && !(greatest - least <= DIFFERENCE * greatest)
     };
-    let of_one = |one: &Vec<f32>| all[0].iter().zip(one).filter(differ).count();
-    all.iter().map(of_one).collect()
+    let of_way = |way: &Trace<'_>| alone.iter().zip(&distances(way)).filter(differ).count();
+    let most = |one: &Contestant<'_>| one.ways.iter().map(of_way).max().unwrap_or(0);
+    contestants.iter().map(most).collect()
 }
 
 /// Returns the median of the ratios of each round, the least and the greatest, as text.
