@@ -3,6 +3,7 @@
 use ivcam_base::math::lanes::{LANES, Lane, fused};
 
 use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::sphere::CrossingTerms;
 use crate::lens::lanes::step::{LaneHit, LaneStep};
 use crate::lens::trace::profile::Profile;
 
@@ -54,13 +55,14 @@ fn sags<const FUSED: bool>(
 
 /// Crosses an asphere by the Newton iteration of
 /// [`intersect_profile`](crate::lens::trace::intersect). All lanes iterate until the last one has
-/// stopped. `cosines` receives the cosines of the angles of incidence.
+/// stopped. The cosines of the angles of incidence are then those of
+/// [`CrossingTerms::divide_cosines`].
 #[inline(always)]
 pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     step: &LaneStep<'_>,
     profile: &Profile,
     b: &mut Bundle,
-    cosines: &mut Lane,
+    terms: &mut CrossingTerms,
 ) {
     let found = newton::<FUSED>(profile, b, start(step, profile, b));
     let FoundRoot {
@@ -75,15 +77,16 @@ pub(super) fn asphere<const STOPS: bool, const FUSED: bool>(
     for i in 0..LANES {
         let size = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
         let near = error[i] <= 1e-11 * (size.sqrt() + error[i]);
-        let length = (gx[i] * gx[i] + gy[i] * gy[i] + 1.0).sqrt();
-        let cos = step.sign * rate[i] / length;
+        let square = gx[i] * gx[i] + gy[i] * gy[i] + 1.0;
+        let along = step.sign * rate[i];
+        (terms.f[i], terms.cos[i]) = (square, along);
         let hit = LaneHit {
-            is_hit: near & (size < f64::INFINITY) & (cos > 0.0),
+            is_hit: near & (size < f64::INFINITY) & (along > 0.0),
             point: [x[i], y[i], z[i]],
-            normal: [gx[i] / length, gy[i] / length, 1.0 / length],
-            cos,
+            gradient: [gx[i], gy[i], 1.0],
+            square,
+            along,
         };
-        cosines[i] = cos;
         step.cross::<STOPS>(b, i, hit);
     }
 }

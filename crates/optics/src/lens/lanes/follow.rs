@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 
-use glam::DVec3;
-use ivcam_base::math::lanes::{LANES, SimdKernel, Width, dispatch};
+use ivcam_base::math::lanes::{SimdKernel, Width, dispatch};
 
 use crate::lens::lanes::asphere::asphere;
 use crate::lens::lanes::bundle::Bundle;
 use crate::lens::lanes::iris::{block_at_iris, block_at_obstruction, note_iris_fill};
 use crate::lens::lanes::quadric::quadric;
 use crate::lens::lanes::singly::cross_singly;
-use crate::lens::lanes::sphere::{SphereTerms, approach, sphere};
+use crate::lens::lanes::sphere::{CrossingTerms, approach, sphere};
 use crate::lens::lanes::step::{LARGE_STEP, LaneStep, SAME_INDEX, SLIGHT_STEP, kind_of};
 use crate::lens::lanes::toroid::toroid;
 use crate::lens::lanes::transmittances::Transmittances;
@@ -116,6 +115,22 @@ fn enter(element: &Element, toward: Toward, bundle: &mut Bundle, shift: f64) -> 
     0.0
 }
 
+/// Makes positions relative to the vertex of a surface, to which it is `along` from the last one.
+/// Rays from far away are first moved to their points nearest the vertex.
+#[inline(always)]
+fn move_to_vertex<const FUSED: bool>(
+    step: &LaneStep<'_>,
+    is_first: bool,
+    along: f64,
+    bundle: &mut Bundle,
+) {
+    if is_first || (step.element.curvature * along).abs() > 4.0 {
+        approach::<FUSED>(step, bundle);
+    } else {
+        bundle.z.iter_mut().for_each(|z| *z += step.shift);
+    }
+}
+
 /// Traces rays through some of the surfaces, which are counted in the order of travel. Between
 /// calls the positions are relative to the vertex of the last surface, along the axis that the rays
 /// leave it along. The z of that vertex is returned.
@@ -127,13 +142,7 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
     mut transmittances: Option<&mut Transmittances>,
 ) -> f64 {
     let mut vertex_z = 0.0;
-    let zero = [0.0; LANES];
-    let terms = &mut SphereTerms {
-        f: zero,
-        g: zero,
-        discriminant: zero,
-        cos: zero,
-    };
+    let terms = &mut CrossingTerms::zero();
     for i in surfaces {
         let (surface, along) = tracer.leg(i);
         let element = &tracer.elements[surface];
@@ -142,6 +151,7 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
         let refraction = element.refraction(tracer.toward);
         let step = LaneStep {
             element,
+            per_clear: 1.0 / element.clear,
             number: (surface as u64) << 2,
             shift,
             refraction,
@@ -155,26 +165,25 @@ pub(super) fn stretch<const STOPS: bool, const FUSED: bool>(
                 cross_singly::<STOPS>(&step, tracer.toward, bundle, &mut terms.cos);
             }
             Form::Sphere => {
-                // A ray from far away is first moved to the point nearest the vertex.
-                if i == 0 || (element.curvature * along).abs() > 4.0 {
-                    approach::<FUSED>(&step, bundle);
-                } else {
-                    bundle.z.iter_mut().for_each(|z| *z += shift);
-                }
+                move_to_vertex::<FUSED>(&step, i == 0, along, bundle);
                 match kind_of(refraction) {
                     SAME_INDEX => sphere::<SAME_INDEX, STOPS, FUSED>(&step, bundle, terms),
                     SLIGHT_STEP => sphere::<SLIGHT_STEP, STOPS, FUSED>(&step, bundle, terms),
                     _ => sphere::<LARGE_STEP, STOPS, FUSED>(&step, bundle, terms),
                 }
             }
-            Form::Conic { k } => {
-                quadric::<STOPS>(&step, DVec3::new(1.0, 1.0, 1.0 + k), bundle, &mut terms.cos);
-            }
-            Form::Cylinder { x, y } => {
-                quadric::<STOPS>(&step, DVec3::new(*x, *y, 1.0), bundle, &mut terms.cos);
+            Form::Quadric(weights) => {
+                move_to_vertex::<FUSED>(&step, i == 0, along, bundle);
+                quadric::<STOPS, FUSED>(&step, *weights, bundle, terms);
+                if transmittances.is_some() {
+                    terms.divide_cosines();
+                }
             }
             Form::Asphere(profile) => {
-                asphere::<STOPS, FUSED>(&step, profile, bundle, &mut terms.cos);
+                asphere::<STOPS, FUSED>(&step, profile, bundle, terms);
+                if transmittances.is_some() {
+                    terms.divide_cosines();
+                }
             }
             Form::Toroid { .. } => toroid::<STOPS>(&step, bundle, &mut terms.cos),
         }

@@ -1,49 +1,61 @@
 //! Crosses conics and cylinders, with all lanes at once.
 
 use glam::DVec3;
-use ivcam_base::math::lanes::Lane;
+use ivcam_base::math::lanes::{LANES, fused};
 
 use crate::lens::lanes::bundle::Bundle;
+use crate::lens::lanes::sphere::{CrossingTerms, advance};
 use crate::lens::lanes::step::{LaneHit, LaneStep};
 
-/// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature.
-/// `cos` receives the cosines of the angles of incidence.
+/// Crosses the quadric c (w.x x² + w.y y² + w.z z²) = 2 z, where c is the curvature, from positions
+/// relative to the vertex. The mathematics is that of
+/// [`intersect_quadric`](crate::lens::trace::intersect). The work is divided as in
+/// [`sphere`](super::sphere::sphere). The cosines of the angles of incidence are then those of
+/// [`CrossingTerms::divide_cosines`].
 #[inline(always)]
-pub(super) fn quadric<const STOPS: bool>(
+pub(super) fn quadric<const STOPS: bool, const FUSED: bool>(
     step: &LaneStep<'_>,
     w: DVec3,
     b: &mut Bundle,
-    cos: &mut Lane,
+    terms: &mut CrossingTerms,
 ) {
     let (c, sign) = (step.element.curvature, step.sign);
-    for (i, cos) in cos.iter_mut().enumerate() {
+    let weighted = |x: f64, y: f64, z: f64, [px, py, pz]: [f64; 3]| {
+        fused::<FUSED>(w.x * x, px, fused::<FUSED>(w.y * y, py, (w.z * z) * pz))
+    };
+    let mut square = [0.0; LANES];
+    for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
-        let pz = b.z[i] + step.shift;
-        let nearest = -(b.x[i] * dx + b.y[i] * dy + pz * dz);
-        let (qx, qy, qz) = (
-            b.x[i] + nearest * dx,
-            b.y[i] + nearest * dy,
-            pz + nearest * dz,
-        );
-        let (wx, wy, wz) = (w.x * qx, w.y * qy, w.z * qz);
-        let f = c * (wx * qx + wy * qy + wz * qz) - 2.0 * qz;
-        let g = dz - c * (wx * dx + wy * dy + wz * dz);
-        let a = c * (w.x * dx * dx + w.y * dy * dy + w.z * dz * dz);
-        let discriminant = g * g - a * f;
-        let s = sign * discriminant.sqrt();
-        let ahead = sign * g >= 0.0;
-        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { a });
-        let (px, py, pz) = (qx + t * dx, qy + t * dy, qz + t * dz);
-        let (gx, gy, gz) = (-c * (w.x * px), -c * (w.y * py), 1.0 - c * (w.z * pz));
-        let length = (gx * gx + gy * gy + gz * gz).sqrt();
-        let r2 = px * px + py * py;
+        let (x, y, z) = (b.x[i], b.y[i], b.z[i]);
+        let f = fused::<FUSED>(c, weighted(x, y, z, [x, y, z]), -2.0 * z);
+        let g = fused::<FUSED>(-c, weighted(x, y, z, [dx, dy, dz]), dz);
+        let a = c * weighted(dx, dy, dz, [dx, dy, dz]);
+        let discriminant = fused::<FUSED>(g, g, -a * f);
+        (terms.f[i], terms.g[i], square[i]) = (f, g, a);
+        (terms.discriminant[i], terms.cos[i]) = (discriminant, discriminant.sqrt());
+    }
+    // Nearly always all rays hit the near side.
+    let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
+    if signs >> 63 == 0 {
+        advance::<true, FUSED>(sign, b, terms, |i| square[i]);
+    } else {
+        advance::<false, FUSED>(sign, b, terms, |i| square[i]);
+    }
+    for i in 0..LANES {
+        let (x, y, z) = (b.x[i], b.y[i], b.z[i]);
+        let (gx, gy) = (-c * (w.x * x), -c * (w.y * y));
+        let gz = fused::<FUSED>(-c, w.z * z, 1.0);
+        let size = fused::<FUSED>(x, x, fused::<FUSED>(y, y, z * z));
+        let square = fused::<FUSED>(gx, gx, fused::<FUSED>(gy, gy, gz * gz));
+        terms.f[i] = square;
         let hit = LaneHit {
-            is_hit: (discriminant >= 0.0) & (gz > 0.0) & (r2 + pz * pz < f64::INFINITY),
-            point: [px, py, pz],
-            normal: [gx / length, gy / length, gz / length],
-            cos: s.abs() / length,
+            // A ray that misses the quadric has a NaN or an infinity here.
+            is_hit: (gz > 0.0) & (size < f64::INFINITY),
+            point: [x, y, z],
+            gradient: [gx, gy, gz],
+            square,
+            along: terms.cos[i],
         };
-        *cos = hit.cos;
         step.cross::<STOPS>(b, i, hit);
     }
 }

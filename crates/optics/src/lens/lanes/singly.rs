@@ -33,7 +33,7 @@ pub(super) fn cross_singly<const STOPS: bool>(
         *cos = hit.cos;
         let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
         if !STOPS {
-            b.note_fill(i, r2 / element.clear, step.number);
+            b.note_fill(i, r2 * step.per_clear, step.number);
         }
         ray.origin = element.leaving(toward, hit.point);
         ray.direction = element.leaving(toward, direction);

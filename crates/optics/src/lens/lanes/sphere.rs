@@ -19,15 +19,37 @@ pub(super) fn approach<const FUSED: bool>(step: &LaneStep<'_>, b: &mut Bundle) {
     }
 }
 
-/// The terms of the quadratic equation c t² − 2 g t + f = 0 for the distance t at which a ray hits
-/// a sphere of curvature c, and the cosine of incidence.
-pub(super) struct SphereTerms {
+/// The terms of the quadratic equation a t² − 2 g t + f = 0 for the distance t at which a ray hits a
+/// quadric, and the cosine of incidence. For a sphere a is its curvature.
+pub(super) struct CrossingTerms {
+    /// After a surface other than a sphere, the square of the length of its gradient.
     pub f: Lane,
     pub g: Lane,
-    /// g² − c f.
+    /// g² − a f.
     pub discriminant: Lane,
-    /// The cosine of the angle of incidence, which is the root of the discriminant.
+    /// The root of the discriminant. It is the cosine of the angle of incidence, for a surface other
+    /// than a sphere times the length of its gradient.
     pub cos: Lane,
+}
+
+impl CrossingTerms {
+    #[inline(always)]
+    pub(super) fn zero() -> Self {
+        Self {
+            f: [0.0; LANES],
+            g: [0.0; LANES],
+            discriminant: [0.0; LANES],
+            cos: [0.0; LANES],
+        }
+    }
+
+    /// Divides the cosines by the lengths of the gradients of a surface other than a sphere.
+    #[inline(always)]
+    pub(super) fn divide_cosines(&mut self) {
+        for (cos, square) in self.cos.iter_mut().zip(&self.f) {
+            *cos /= square.sqrt();
+        }
+    }
 }
 
 /// Crosses a sphere or a plane, from positions relative to the vertex. The mathematics is that of
@@ -41,7 +63,7 @@ pub(super) struct SphereTerms {
 pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     step: &LaneStep<'_>,
     b: &mut Bundle,
-    terms: &mut SphereTerms,
+    terms: &mut CrossingTerms,
 ) {
     let (c, clear, sign) = (step.element.curvature, step.element.clear, step.sign);
     let (mu, index_step) = (step.refraction.mu, step.refraction.step);
@@ -60,9 +82,9 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     // Nearly always all rays hit the near side.
     let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
     if signs >> 63 == 0 {
-        advance::<true, FUSED>(c, sign, b, terms);
+        advance::<true, FUSED>(sign, b, terms, |_| c);
     } else {
-        advance::<false, FUSED>(c, sign, b, terms);
+        advance::<false, FUSED>(sign, b, terms, |_| c);
     }
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
@@ -72,7 +94,7 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
         // A ray that misses the sphere has a NaN or an infinity here.
         let hits = (up > 0.0) & (fused::<FUSED>(pz, pz, r2) < f64::INFINITY);
         if !STOPS {
-            b.note_fill(i, r2 / clear, step.number);
+            b.note_fill(i, r2 * step.per_clear, step.number);
         }
         let mut refracts = true;
         if KIND != SAME_INDEX {
@@ -94,18 +116,19 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     }
 }
 
-/// Moves rays to where they hit a sphere. With `NEAR`, all of them hit its near side.
+/// Moves rays to where they hit a quadric. With `NEAR`, all of them hit its near side. `square`
+/// returns the factor of t² in the equation of a lane.
 #[inline(always)]
-fn advance<const NEAR: bool, const FUSED: bool>(
-    c: f64,
+pub(super) fn advance<const NEAR: bool, const FUSED: bool>(
     sign: f64,
     b: &mut Bundle,
-    terms: &SphereTerms,
+    terms: &CrossingTerms,
+    square: impl Fn(usize) -> f64,
 ) {
     for i in 0..LANES {
         let (f, g, s) = (terms.f[i], terms.g[i], sign * terms.cos[i]);
         let ahead = NEAR || sign * g >= 0.0;
-        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { c });
+        let t = (if ahead { f } else { g - s }) / (if ahead { g + s } else { square(i) });
         b.x[i] = fused::<FUSED>(t, b.dx[i], b.x[i]);
         b.y[i] = fused::<FUSED>(t, b.dy[i], b.y[i]);
         b.z[i] = fused::<FUSED>(t, b.dz[i], b.z[i]);

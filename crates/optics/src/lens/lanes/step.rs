@@ -7,6 +7,8 @@ use crate::lens::trace::refraction::Refraction;
 /// One surface as a bundle crosses it.
 pub(super) struct LaneStep<'a> {
     pub element: &'a Element,
+    /// The reciprocal of the square of the semi-diameter, per square millimeter.
+    pub per_clear: f64,
     /// Four times the number of the surface: the code of a loss without its kind.
     pub number: u64,
     /// What is added to z so that positions relative to the last vertex are relative to this one,
@@ -40,10 +42,12 @@ pub(super) struct LaneHit {
     pub is_hit: bool,
     /// The point relative to the vertex, in millimeters.
     pub point: [f64; 3],
-    /// The unit normal toward the film.
-    pub normal: [f64; 3],
-    /// The cosine of the angle of incidence.
-    pub cos: f64,
+    /// A vector along the normal toward the film, of any length.
+    pub gradient: [f64; 3],
+    /// The square of its length.
+    pub square: f64,
+    /// The cosine of the angle of incidence times its length.
+    pub along: f64,
 }
 
 impl LaneStep<'_> {
@@ -57,24 +61,25 @@ impl LaneStep<'_> {
     }
 
     /// Moves the ray of a lane to its hit and refracts it, or notes why it is lost.
+    ///
+    /// With a gradient G of the surface, of length L, the direction behind it is
+    /// d' = µ d ± (1 − µ²) G / (√k + µ L cos), where k = (1 − µ²) L² + (µ L cos)². It is that of
+    /// [`refract`](crate::lens::trace::refraction::refract) without the unit normal, which would
+    /// take a root and three quotients more.
     #[inline(always)]
     pub(super) fn cross<const STOPS: bool>(&self, b: &mut Bundle, i: usize, hit: LaneHit) {
-        let (mu, index_step, clear, sign) = (
-            self.refraction.mu,
-            self.refraction.step,
-            self.element.clear,
-            self.sign,
-        );
-        let ([x, y, z], [nx, ny, nz], cos) = (hit.point, hit.normal, hit.cos);
+        let (mu, index_step, clear) =
+            (self.refraction.mu, self.refraction.step, self.element.clear);
+        let ([x, y, z], [gx, gy, gz]) = (hit.point, hit.gradient);
         let r2 = x * x + y * y;
-        let k = 1.0 - mu * mu * (1.0 - cos * cos);
+        let before = mu * hit.along;
+        let k = index_step * hit.square + before * before;
         let turn = match kind_of(self.refraction) {
             SAME_INDEX => 0.0,
-            SLIGHT_STEP => sign * index_step / (k.sqrt() + mu * cos),
-            _ => sign * (k.sqrt() - mu * cos),
+            _ => self.sign * index_step / (k.sqrt() + before),
         };
         if !STOPS {
-            b.note_fill(i, r2 / clear, self.number);
+            b.note_fill(i, r2 * self.per_clear, self.number);
         }
         let code = self.outcome(
             hit.is_hit,
@@ -82,9 +87,9 @@ impl LaneStep<'_> {
             (k >= 0.0) | (index_step == 0.0),
         );
         b.lost[i] = if b.lost[i] == 0.0 { code } else { b.lost[i] };
-        b.dx[i] = mu * b.dx[i] + turn * nx;
-        b.dy[i] = mu * b.dy[i] + turn * ny;
-        b.dz[i] = mu * b.dz[i] + turn * nz;
+        b.dx[i] = mu * b.dx[i] + turn * gx;
+        b.dy[i] = mu * b.dy[i] + turn * gy;
+        b.dz[i] = mu * b.dz[i] + turn * gz;
         (b.x[i], b.y[i], b.z[i]) = (x, y, z);
     }
 }

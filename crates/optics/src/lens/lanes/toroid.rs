@@ -22,7 +22,7 @@ pub(super) fn toroid<const STOPS: bool>(step: &LaneStep<'_>, b: &mut Bundle, cos
                 *cos = hit.cos;
                 let r2 = hit.point.x * hit.point.x + hit.point.y * hit.point.y;
                 if !STOPS {
-                    b.note_fill(i, r2 / step.element.clear, step.number);
+                    b.note_fill(i, r2 * step.per_clear, step.number);
                 }
                 match refract(ray.direction, &hit, step.refraction, step.sign) {
                     _ if STOPS && !(r2 <= step.element.clear) => step.outcome(true, false, true),

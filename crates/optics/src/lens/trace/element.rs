@@ -94,16 +94,9 @@ impl ElementFrame {
 pub(crate) enum Form {
     /// A sphere or a plane.
     Sphere,
-    Conic {
-        /// The conic constant.
-        k: f64,
-    },
-    /// A cylinder. `x` and `y` are the weights of x and y in the sum of squares: 0 along the axis
-    /// of the cylinder, 1 across it.
-    Cylinder {
-        x: f64,
-        y: f64,
-    },
+    /// The quadric c (w.x x² + w.y y² + w.z z²) = 2 z with these weights w, where c is the
+    /// curvature: (1, 1, 1 + k) for a conic; for a cylinder 1, and 0 along its axis.
+    Quadric(DVec3),
     Asphere(Profile),
     Toroid {
         /// The profile in the plane of y and z.
@@ -117,6 +110,11 @@ pub(crate) enum Form {
     },
 }
 
+/// The weights of a conic of a conic constant: see [`Form::Quadric`].
+fn conic(k: f64) -> DVec3 {
+    DVec3::new(1.0, 1.0, 1.0 + k)
+}
+
 impl Element {
     /// The element of a surface with its vertex at `vertex_z`, between media of the given indices.
     /// It is the first of a lens; see [`Element::facing`].
@@ -125,14 +123,14 @@ impl Element {
         let form = match &surface.shape {
             Shape::Sphere => Form::Sphere,
             Shape::Conic { k } if *k == 0.0 => Form::Sphere,
-            Shape::Conic { k } => Form::Conic { k: *k },
-            Shape::CylinderX => Form::Cylinder { x: 0.0, y: 1.0 },
-            Shape::CylinderY => Form::Cylinder { x: 1.0, y: 0.0 },
+            Shape::Conic { k } => Form::Quadric(conic(*k)),
+            Shape::CylinderX => Form::Quadric(DVec3::new(0.0, 1.0, 1.0)),
+            Shape::CylinderY => Form::Quadric(DVec3::new(1.0, 0.0, 1.0)),
             Shape::Asphere { k, terms } => {
                 let profile = Profile::new(curvature, *k, &terms[..]);
                 match profile.terms.is_empty() {
                     true if *k == 0.0 => Form::Sphere,
-                    true => Form::Conic { k: *k },
+                    true => Form::Quadric(conic(*k)),
                     false => Form::Asphere(profile),
                 }
             }
@@ -287,15 +285,9 @@ impl Element {
         match &self.form {
             Form::Sphere => intersect_sphere(self.curvature, p, d, sign),
             Form::ThinLens { .. } => intersect_sphere(0.0, p, d, sign),
-            Form::Conic { k } => {
-                intersect_quadric(self.curvature, DVec3::new(1.0, 1.0, 1.0 + k), p, d, sign)
-            }
-            Form::Cylinder { x, y } => {
-                intersect_quadric(self.curvature, DVec3::new(*x, *y, 1.0), p, d, sign)
-            }
+            Form::Quadric(weights) => intersect_quadric(self.curvature, *weights, p, d, sign),
             Form::Asphere(profile) => {
-                let start =
-                    intersect_quadric(profile.c, DVec3::new(1.0, 1.0, 1.0 + profile.k), p, d, sign);
+                let start = intersect_quadric(profile.c, conic(profile.k), p, d, sign);
                 intersect_profile(start, p, d, sign, |q| {
                     let (sag, slope) = profile.sag(q.x * q.x + q.y * q.y)?;
                     Some((q.z - sag, DVec3::new(-slope * q.x, -slope * q.y, 1.0)))
