@@ -200,7 +200,8 @@ impl PolarTable {
             let outline = CenteredOutline::mix(&row(j / 2), &row(j.div_ceil(2)), 0.5);
             let support = outline.seen_from(self.direction(film), &self.normals);
             let polygon = PolygonCorners::new(&support, &self.normals);
-            unvignetted_fraction(&self.lenses[lens], self.point(film)?, &polygon)
+            let is_tested = lens == self.lenses.len() / 2;
+            unvignetted_fraction(&self.lenses[lens], self.point(film)?, &polygon, is_tested)
         })
     }
 
