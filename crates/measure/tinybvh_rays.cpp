@@ -1,6 +1,7 @@
 // Trees and rays of TinyBVH (its 8-wide layout for processors with AVX2) for
 // `measure -- speed --only rays --tinybvh LIBRARY`.
-//   g++ -O3 -march=native -fPIC -shared -I FOLDER_OF_TINY_BVH_H tinybvh_rays.cpp -o libtinybvh_rays.so
+//   g++ -O3 -march=native -fPIC -shared -I FOLDER_OF_TINY_BVH_H \
+//     tinybvh_rays.cpp -o libtinybvh_rays.so
 #define TINYBVH_IMPLEMENTATION
 #define NO_THREADED_BUILDS
 #include "tiny_bvh.h"

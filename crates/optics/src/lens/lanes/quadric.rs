@@ -24,14 +24,14 @@ pub(super) fn quadric<const STOPS: bool, const FUSED: bool>(
         fused::<FUSED>(w.x * x, px, fused::<FUSED>(w.y * y, py, (w.z * z) * pz))
     };
     let mut square = [0.0; LANES];
-    for i in 0..LANES {
+    for (i, square) in square.iter_mut().enumerate() {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let (x, y, z) = (b.x[i], b.y[i], b.z[i]);
         let f = fused::<FUSED>(c, weighted(x, y, z, [x, y, z]), -2.0 * z);
         let g = fused::<FUSED>(-c, weighted(x, y, z, [dx, dy, dz]), dz);
-        let a = c * weighted(dx, dy, dz, [dx, dy, dz]);
-        let discriminant = fused::<FUSED>(g, g, -a * f);
-        (terms.f[i], terms.g[i], square[i]) = (f, g, a);
+        *square = c * weighted(dx, dy, dz, [dx, dy, dz]);
+        let discriminant = fused::<FUSED>(g, g, -*square * f);
+        (terms.f[i], terms.g[i]) = (f, g);
         (terms.discriminant[i], terms.cos[i]) = (discriminant, discriminant.sqrt());
     }
     // Nearly always all rays hit the near side.

@@ -19,16 +19,16 @@ pub(super) fn approach<const FUSED: bool>(step: &LaneStep<'_>, b: &mut Bundle) {
     }
 }
 
-/// The terms of the quadratic equation a t² − 2 g t + f = 0 for the distance t at which a ray hits a
-/// quadric, and the cosine of incidence. For a sphere a is its curvature.
+/// The terms of the quadratic equation a t² − 2 g t + f = 0 for the distance t at which a ray hits
+/// a quadric, and the cosine of incidence. For a sphere a is its curvature.
 pub(super) struct CrossingTerms {
     /// After a surface other than a sphere, the square of the length of its gradient.
     pub f: Lane,
     pub g: Lane,
     /// g² − a f.
     pub discriminant: Lane,
-    /// The root of the discriminant. It is the cosine of the angle of incidence, for a surface other
-    /// than a sphere times the length of its gradient.
+    /// The root of the discriminant. It is the cosine of the angle of incidence, for a surface
+    /// other than a sphere times the length of its gradient.
     pub cos: Lane,
 }
 

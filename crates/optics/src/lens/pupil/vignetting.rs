@@ -481,8 +481,9 @@ mod tests {
         assert!(known > 4, "{known}");
     }
 
-    /// The fill rises slowly up to a bend and steeply from there on, as where another surface begins
-    /// to limit it. Two searches by plain false position would leave 5e-3 to 2e-2 in the mean.
+    /// The fill rises slowly up to a bend and steeply from there on, as where another surface
+    /// begins to limit it. Two searches by plain false position would leave 5e-3 to 2e-2 in the
+    /// mean.
     #[test]
     fn the_rim_is_found_behind_a_bend_of_the_fill() {
         let rim = |i: usize| 0.85 + 0.14 * i as f64 / LANES as f64;
