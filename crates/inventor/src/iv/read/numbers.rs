@@ -7,18 +7,15 @@ use nom::combinator::map_opt;
 use super::syntax_error::{Parsed, Problem, fail, or};
 use super::tokens::def_name;
 
-/// Returns the number of digits at the start of the input and their value, if there are less than
-/// eight and eight bytes of input. All bytes are processed together, without branches that depend
-/// on the length: with a loop over digits, reading takes half as long again.
+/// Returns the number of digits at the start of the input, eight at most, and their value, if there
+/// are eight bytes of input. All bytes are processed together, without branches that depend on the
+/// length: with a loop over digits, reading takes half as long again.
 #[inline(always)]
-fn few_digits(input: &[u8]) -> Option<(usize, u64)> {
+fn up_to_eight_digits(input: &[u8]) -> Option<(usize, u64)> {
     let bytes = u64::from_le_bytes(*input.first_chunk()?) ^ 0x3030_3030_3030_3030;
     // A digit is now from 0 to 9, so neither it nor its sum with 6 has one of these bits. The sum
     // of another byte may change later bytes only.
     let others = (bytes | bytes.wrapping_add(0x0606_0606_0606_0606)) & 0xf0f0_f0f0_f0f0_f0f0;
-    if others == 0 {
-        return None;
-    }
     let count = (others.trailing_zeros() / 8) as usize;
     // The digits move to the end of eight, after zeros; then pairs are added, and fours of pairs.
     let digits = bytes.checked_shl(64 - 8 * count as u32).unwrap_or(0);
@@ -29,7 +26,26 @@ fn few_digits(input: &[u8]) -> Option<(usize, u64)> {
     Some((count, upper.wrapping_add(lower) >> 32))
 }
 
-/// Parses a number of at most seven digits before and after the point, without an exponent.
+/// Returns the number of digits at the start of the input and their value, if there are less than
+/// eight and eight bytes of input.
+#[inline(always)]
+fn few_digits(input: &[u8]) -> Option<(usize, u64)> {
+    up_to_eight_digits(input).filter(|&(count, _)| count < 8)
+}
+
+/// Returns the same as [`few_digits`] for less than sixteen digits.
+#[inline(always)]
+fn digits_of_fraction(input: &[u8]) -> Option<(usize, u64)> {
+    let (count, upper) = up_to_eight_digits(input)?;
+    if count < 8 {
+        return Some((count, upper));
+    }
+    let (more, lower) = few_digits(&input[8..])?;
+    Some((8 + more, upper * SMALL_TENS[more] + lower))
+}
+
+/// Parses a number without an exponent of at most seven digits before the point and fifteen in all,
+/// which an `f64` represents exactly.
 #[inline(always)]
 fn short_float(input: &[u8]) -> Option<(&[u8], f32)> {
     let negative = *input.first()? == b'-';
@@ -38,7 +54,10 @@ fn short_float(input: &[u8]) -> Option<(&[u8], f32)> {
     let (mut rest, mut part) = (&input[whole..], 0);
     if let Some((b'.', after)) = rest.split_first() {
         let below;
-        (part, below) = few_digits(after)?;
+        (part, below) = digits_of_fraction(after)?;
+        if whole + part > 15 {
+            return None;
+        }
         digits = digits * SMALL_TENS[part] + below;
         rest = &after[part..];
     }
@@ -128,8 +147,16 @@ static TENS: [f64; 23] = [
     1e17, 1e18, 1e19, 1e20, 1e21, 1e22,
 ];
 
-/// The powers of ten that [`few_digits`] may need.
-static SMALL_TENS: [u64; 8] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000, 10_000_000];
+/// The powers of ten by which [`short_float`] moves digits.
+static SMALL_TENS: [u64; 16] = {
+    let mut tens = [1; 16];
+    let mut i = 1;
+    while i < 16 {
+        tens[i] = 10 * tens[i - 1];
+        i += 1;
+    }
+    tens
+};
 
 impl Decimal {
     /// Returns the nearest `f64` if one operation on exact operands computes it. This is Clinger's
@@ -317,6 +344,10 @@ mod tests {
             ".25000",
             ".1234567",
             ".12345678",
+            ".00000001",
+            ".99999999999999",
+            ".123456789012345",
+            ".1234567890123456",
             "e3",
             ".5e-2",
             "#",
@@ -358,6 +389,11 @@ mod tests {
         for n in 0..10_000_000 / 7 {
             let text = format!("{} ........", 7 * n);
             assert_eq!(few_digits(text.as_bytes()), Some((text.len() - 9, 7 * n)));
+        }
+        for n in 0..1_000_000u64 {
+            let text = format!("{:012} ........", 999_983 * n);
+            let found = digits_of_fraction(text.as_bytes());
+            assert_eq!(found, Some((12, 999_983 * n)));
         }
     }
 }
