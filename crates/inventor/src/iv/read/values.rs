@@ -96,8 +96,11 @@ fn single<'a, T>(
 }
 
 /// The number of values after which a list looks whether reading has to end, which the reader says
-/// after the list, and after which it is long enough for several threads.
+/// after the list.
 const TURN: usize = 1 << 16;
+
+/// The number of values after which a list may be long enough for several threads.
+const MANY: usize = 1 << 11;
 
 /// Parses the value of a multiple-value field: `[ a, b c, ]`, or one value without brackets.
 /// Several numbers without brackets are accepted too.
@@ -118,7 +121,7 @@ fn list<'a, T: Send>(
     };
     let (mut rest, mut values) = (rest, Vec::new());
     loop {
-        if values.len() == TURN {
+        if values.len() == MANY {
             rest = read_blocks(rest, left, one, &mut values);
         }
         let is_cut = values.len() % TURN == TURN - 1 && {
