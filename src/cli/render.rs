@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
 
 use clap::ArgMatches;
@@ -16,6 +17,7 @@ use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 use ivcam_render::camera::{Aim, Camera};
 use ivcam_render::render::report::{RenderReport, count, error_text, percent};
 use ivcam_render::render::{Counts, Exposure, Keeper, Task};
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::announcement::announcement;
 use super::keeping::Keeping;
@@ -147,11 +149,27 @@ pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Sen
     if cfg!(target_family = "wasm") {
         return Ok(work()); // Rayon works on the only thread.
     }
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    let pool =
-        pool.map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))?;
+    let pool = pool(threads)?;
     let context = ThreadContext::current();
     Ok(pool.install(|| context.during(work)))
+}
+
+/// Returns a pool with a number of threads: that of the last call, if it has as many. The system has
+/// spread its threads over the processors already, where new ones share a processor at first.
+///
+/// # Errors
+/// Returns an error if the threads cannot be started.
+fn pool(threads: usize) -> Result<Arc<ThreadPool>> {
+    static LAST: Mutex<Option<Arc<ThreadPool>>> = Mutex::new(None);
+    let mut last = LAST.lock().unwrap_or_else(PoisonError::into_inner);
+    let same = |pool: &&Arc<ThreadPool>| pool.current_num_threads() == threads;
+    if let Some(pool) = last.as_ref().filter(same) {
+        return Ok(Arc::clone(pool));
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool =
+        pool.map_err(|e| Diagnostic::error(format!("cannot start {threads} threads: {e}")))?;
+    Ok(Arc::clone(last.insert(Arc::new(pool))))
 }
 
 /// Returns the picture's file: what `-o` names, else the scene's name with `.png`, with a number
