@@ -167,7 +167,7 @@ impl Grafted<'_> {
     /// Makes a leaf of items that have the same box.
     fn leaf(&mut self, items: &[Item]) -> BinaryNode {
         let first = self.order.len() as u32;
-        self.order.extend(items.iter().map(|item| item.primitive));
+        self.order.extend(items.iter().map(Item::primitive));
         self.method
             .node(items[0].around(), first, items.len() as u32)
     }
@@ -185,7 +185,7 @@ impl Grafted<'_> {
                 let first = self.order.len();
                 let places = built.primitive_indices[held].iter();
                 self.order
-                    .extend(places.map(|&at| items[at as usize].primitive));
+                    .extend(places.map(|&at| items[at as usize].primitive()));
                 let count = self.order.len() - first;
                 self.method.node(around, first as u32, count as u32)
             } else {

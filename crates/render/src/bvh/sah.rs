@@ -3,82 +3,102 @@
 //! obvhs builds the trees of the parts. docs/decisions/0005-who-builds-the-tree.md says which
 //! scenes are split.
 
+use std::array::from_fn;
 use std::ops::Range;
 
 use glam::{Vec3, Vec4};
+use ivcam_base::math::simd::{VectorKernel, Vectors, dispatch_vectors};
 use ivcam_base::work::StopSignal;
 
 use super::binary::Box3;
 
+/// A box: the smallest corner with opposite signs and the largest corner, with anything behind each.
+/// The greater number of each pair joins two boxes.
+type Faces = [f32; 8];
+
+const NOTHING: Faces = [f32::NEG_INFINITY; 8];
+
+/// Enlarges a box.
+#[inline(always)]
+fn join<V: Vectors>(v: V, to: &mut Faces, with: V::Vector) {
+    let joined = v.max(v.load(to, 0), with);
+    v.store(to, 0, u32::MAX, joined);
+}
+
+fn corners([x, y, z, _, high @ .., _]: Faces) -> Box3 {
+    (-Vec3::new(x, y, z), Vec3::from_array(high))
+}
+
 /// A box with its primitive. They are stored together, so that a part is read sequentially.
 #[derive(Clone, Copy)]
 pub(super) struct Item {
-    low: Vec3,
-    high: Vec3,
-    /// The primitive's number.
-    pub primitive: u32,
+    /// The box. The lower half of the primitive's number is behind the smallest corner, and the
+    /// upper half behind the largest, both as floats.
+    faces: Faces,
 }
 
 impl Item {
     pub(super) fn new((low, high): Box3, primitive: u32) -> Self {
+        let ([x, y, z], [a, b, c]) = ((-low).to_array(), high.to_array());
+        let [lower, upper] = [primitive & 0xffff, primitive >> 16].map(|half| half as f32);
         Self {
-            low,
-            high,
-            primitive,
+            faces: [x, y, z, lower, a, b, c, upper],
         }
     }
 
     pub(super) fn around(&self) -> Box3 {
-        (self.low, self.high)
+        corners(self.faces)
     }
 
-    /// The smallest and the largest corner; w is 0.
-    #[inline(always)]
-    fn corners(&self) -> [Vec4; 2] {
-        [self.low.extend(0.0), self.high.extend(0.0)]
+    /// The primitive's number.
+    pub(super) fn primitive(&self) -> u32 {
+        let [_, _, _, lower, .., upper] = self.faces;
+        lower as u32 | (upper as u32) << 16
     }
 
-    /// Twice the center of the box; w is 0.
+    /// Twice the center of the box, and anything.
     #[inline(always)]
     fn middle(&self) -> Vec4 {
-        let [low, high] = self.corners();
-        low + high
+        let half = |first: usize| Vec4::from_array(from_fn(|i| self.faces[first + i]));
+        half(4) - half(0)
+    }
+
+    /// A box around twice the center of the box.
+    #[inline(always)]
+    fn middles<V: Vectors>(&self, v: V) -> V::Vector {
+        let opposite: Faces = from_fn(|i| self.faces[(i + 4) % 8]);
+        v.sub(v.load(&self.faces, 0), v.load(&opposite, 0))
     }
 }
 
 /// Bounds of the items of a part.
 #[derive(Clone, Copy)]
 struct CostExtent {
-    low: Vec4,
-    high: Vec4,
-    /// The smallest [`Item::middle`].
-    first: Vec4,
-    /// The largest [`Item::middle`].
-    last: Vec4,
+    around: Faces,
+    /// Bounds of [`Item::middle`].
+    middles: Faces,
 }
 
 impl CostExtent {
-    const NONE: Self = Self {
-        low: Vec4::INFINITY,
-        high: Vec4::NEG_INFINITY,
-        first: Vec4::INFINITY,
-        last: Vec4::NEG_INFINITY,
-    };
+    fn of(items: &[Item]) -> Self {
+        dispatch_vectors(Bounding(items))
+    }
+}
+
+/// Computes the bounds of items.
+struct Bounding<'a>(&'a [Item]);
+
+impl VectorKernel for Bounding<'_> {
+    type Output = CostExtent;
 
     #[inline(always)]
-    fn add(&mut self, item: &Item) {
-        let [low, high] = item.corners();
-        let middle = low + high;
-        self.low = self.low.min(low);
-        self.high = self.high.max(high);
-        self.first = self.first.min(middle);
-        self.last = self.last.max(middle);
-    }
-
-    fn of(items: &[Item]) -> Self {
-        let mut extent = Self::NONE;
-        items.iter().for_each(|item| extent.add(item));
-        extent
+    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) -> CostExtent {
+        let (mut around, mut middles) = (NOTHING, NOTHING);
+        for item in self.0 {
+            join(v, &mut around, v.load(&item.faces, 0));
+            join(v, &mut middles, item.middles(v));
+        }
+        CostExtent { around, middles }
     }
 }
 
@@ -138,8 +158,7 @@ impl Splitting<'_> {
             true => rayon::join(low, high),
             false => (low(), high()),
         };
-        let around = (extent.low.truncate(), extent.high.truncate());
-        joined(around, halves.into())
+        joined(corners(extent.around), halves.into())
     }
 
     /// Whether items are not split any further.
@@ -171,41 +190,97 @@ fn joined(around: Box3, halves: [Vec<Above>; 2]) -> Vec<Above> {
 
 fn is_one_box(items: &[Item], extent: &CostExtent) -> bool {
     let first = items[0].around();
-    extent.first.truncate() == extent.last.truncate() && items.iter().all(|i| i.around() == first)
+    let (least, most) = corners(extent.middles);
+    least == most && items.iter().all(|i| i.around() == first)
 }
 
-fn area(low: Vec4, high: Vec4) -> f32 {
-    let d = (high - low).max(Vec4::ZERO);
-    d.x * d.y + d.y * d.z + d.z * d.x
+#[inline(always)]
+fn area(faces: &Faces) -> f32 {
+    let [x, y, z] = from_fn(|i| (faces[4 + i] + faces[i]).max(0.0));
+    x * y + y * z + z * x
 }
 
 const BINS: usize = 32;
 
-/// The bounds and the number of the items in an interval along an axis.
+/// The items in intervals along an axis.
 #[derive(Clone, Copy)]
-struct Bin {
-    low: Vec4,
-    high: Vec4,
-    count: u32,
+struct Bins {
+    around: [Faces; BINS],
+    count: [u32; BINS],
 }
 
-impl Bin {
+impl Bins {
     const EMPTY: Self = Self {
-        low: Vec4::INFINITY,
-        high: Vec4::NEG_INFINITY,
-        count: 0,
+        around: [NOTHING; BINS],
+        count: [0; BINS],
     };
+}
+
+/// Where to cut a part in two, and the boxes around both parts.
+struct Cut {
+    axis: usize,
+    /// The first of the bins of the second part.
+    bin: usize,
+    around: [Faces; 2],
+}
+
+/// Puts items into bins along each axis.
+struct Binning<'a> {
+    items: &'a [Item],
+    places: &'a SplitPlaces,
+    to: &'a mut [Bins; 3],
+}
+
+impl VectorKernel for Binning<'_> {
+    type Output = ();
 
     #[inline(always)]
-    fn join(&mut self, other: &Self) {
-        self.low = self.low.min(other.low);
-        self.high = self.high.max(other.high);
-        self.count += other.count;
+    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) {
+        for item in self.items {
+            let faces = v.load(&item.faces, 0);
+            for (bins, at) in self.to.iter_mut().zip(self.places.bins(item)) {
+                join(v, &mut bins.around[at], faces);
+                bins.count[at] += 1;
+            }
+        }
     }
+}
 
-    /// The SAH cost: area times count.
-    fn cost(&self) -> f32 {
-        area(self.low, self.high) * self.count as f32
+/// Finds the cheapest cut of binned items.
+struct CheapestCut<'a>(&'a [Bins; 3]);
+
+impl VectorKernel for CheapestCut<'_> {
+    type Output = Option<Cut>;
+
+    #[inline(always)]
+    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) -> Option<Cut> {
+        let (mut least, mut best) = (f32::INFINITY, None);
+        for (axis, bins) in self.0.iter().enumerate() {
+            let mut right = [0.0; BINS];
+            let (mut around, mut count) = (NOTHING, 0);
+            for k in (1..BINS).rev() {
+                join(v, &mut around, v.load(&bins.around[k], 0));
+                count += bins.count[k];
+                right[k] = area(&around) * count as f32;
+            }
+            let all = count + bins.count[0];
+            (around, count) = (NOTHING, 0);
+            for k in 1..BINS {
+                join(v, &mut around, v.load(&bins.around[k - 1], 0));
+                count += bins.count[k - 1];
+                let cost = area(&around) * count as f32 + right[k];
+                if count > 0 && count < all && cost < least {
+                    least = cost;
+                    best = Some((axis, k));
+                }
+            }
+        }
+        let (axis, bin) = best?;
+        let mut around = [NOTHING; 2];
+        for (k, faces) in self.0[axis].around.iter().enumerate() {
+            join(v, &mut around[usize::from(k >= bin)], v.load(faces, 0));
+        }
+        Some(Cut { axis, bin, around })
     }
 }
 
@@ -217,15 +292,15 @@ struct SplitPlaces {
 
 impl SplitPlaces {
     fn of(extent: &CostExtent) -> Self {
-        let size = extent.last - extent.first;
+        let (first, last) = corners(extent.middles);
         // If all centers are equal on an axis, all items are in the first bin.
-        let scale = size.to_array().map(|size| match size > 0.0 {
+        let scale = (last - first).to_array().map(|size| match size > 0.0 {
             true => BINS as f32 * (1.0 - 1e-6) / size,
             false => 0.0,
         });
         Self {
-            first: extent.first,
-            scale: Vec4::from_array(scale),
+            first: first.extend(0.0),
+            scale: Vec3::from_array(scale).extend(0.0),
         }
     }
 
@@ -233,80 +308,80 @@ impl SplitPlaces {
     /// bits of the float.
     #[inline(always)]
     fn bins(&self, item: &Item) -> [usize; 3] {
-        const SHIFT: f32 = 12_582_912.0; // 1.5 · 2^23; floats from 2^23 on are integers
         let at = (item.middle() - self.first) * self.scale - 0.5 + SHIFT;
         [at.x, at.y, at.z].map(|x| x.to_bits() as usize % BINS)
     }
+
+    /// The bin of an item along one axis.
+    #[inline(always)]
+    fn bin(&self, item: &Item, axis: usize) -> usize {
+        let middle = item.faces[4 + axis] - item.faces[axis];
+        let at = (middle - self.first[axis]) * self.scale[axis] - 0.5 + SHIFT;
+        at.to_bits() as usize % BINS
+    }
 }
+
+const SHIFT: f32 = 12_582_912.0; // 1.5 · 2^23; floats from 2^23 on are integers
 
 /// Cuts a part in two between two of [`BINS`] bins along the axis for which the sum of area times
 /// count is smallest (Wald 2007, *On fast Construction of SAH-based Bounding Volume Hierarchies*).
 /// It cuts in half if all centers are equal or if `in_halves` is set. Returns the number of items
 /// in the first part and the bounds of both parts; neither is empty.
 fn cut(items: &mut [Item], extent: &CostExtent, in_halves: bool) -> (usize, [CostExtent; 2]) {
-    let places = SplitPlaces::of(extent);
-    let best = if in_halves {
-        None
-    } else {
-        best(items, &places)
-    };
-    let Some((axis, k)) = best else {
-        let left = items.len() / 2;
-        return (
-            left,
-            [
-                CostExtent::of(&items[..left]),
-                CostExtent::of(&items[left..]),
-            ],
-        );
-    };
-    let mut extents = [CostExtent::NONE; 2];
-    let mut left = 0;
-    // A branch would be mispredicted. Instead every item is exchanged with the first one of the
-    // second part, and the first part grows by it or not.
-    for i in 0..items.len() {
-        let item = items[i];
-        let side = usize::from(places.bins(&item)[axis] >= k);
-        items[i] = items[left];
-        items[left] = item;
-        left += 1 - side;
-        extents[side].add(&item);
+    let places = &SplitPlaces::of(extent);
+    let mut bins = [Bins::EMPTY; 3];
+    if !in_halves {
+        let to = &mut bins;
+        dispatch_vectors(Binning { items, places, to });
     }
-    (left, extents)
+    if let Some(cut) = dispatch_vectors(CheapestCut(&bins)) {
+        return dispatch_vectors(Partition { items, places, cut });
+    }
+    let left = items.len() / 2;
+    let (low, high) = items.split_at(left);
+    (left, [low, high].map(CostExtent::of))
 }
 
-/// The best axis, and the bin before which to cut.
-fn best(items: &[Item], places: &SplitPlaces) -> Option<(usize, usize)> {
-    let mut bins = [[Bin::EMPTY; BINS]; 3];
-    for item in items {
-        let [low, high] = item.corners();
-        let bin = Bin {
-            low,
-            high,
-            count: 1,
-        };
-        for (bins, at) in bins.iter_mut().zip(places.bins(item)) {
-            bins[at].join(&bin);
-        }
-    }
-    let mut best = (f32::INFINITY, None);
-    for (axis, bins) in bins.iter().enumerate() {
-        let mut right = [0.0; BINS];
-        let mut sum = Bin::EMPTY;
-        for k in (1..BINS).rev() {
-            sum.join(&bins[k]);
-            right[k] = sum.cost();
-        }
-        sum = Bin::EMPTY;
-        for k in 1..BINS {
-            sum.join(&bins[k - 1]);
-            let cost = sum.cost() + right[k];
-            if sum.count > 0 && (sum.count as usize) < items.len() && cost < best.0 {
-                best = (cost, Some((axis, k)));
+/// Moves the items before a cut to the front.
+struct Partition<'a> {
+    items: &'a mut [Item],
+    places: &'a SplitPlaces,
+    cut: Cut,
+}
+
+impl VectorKernel for Partition<'_> {
+    type Output = (usize, [CostExtent; 2]);
+
+    #[inline(always)]
+    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) -> Self::Output {
+        let Self { items, places, cut } = self;
+        let axis = cut.axis % 3;
+        let mut middles = [v.splat(f32::NEG_INFINITY); 2];
+        let mut left = 0;
+        // A branch would be mispredicted. Instead every item is exchanged with the first one of the
+        // second part, and the first part grows by it or not.
+        for i in 0..items.len() {
+            let item = items[i];
+            let is_right = places.bin(&item, axis) >= cut.bin;
+            items[i] = items[left];
+            items[left] = item;
+            left += usize::from(!is_right);
+            let own = item.middles(v);
+            for (side, middles) in middles.iter_mut().enumerate() {
+                let is_here = is_right == (side == 1);
+                let beyond = v.splat(if is_here { 0.0 } else { f32::NEG_INFINITY });
+                *middles = v.max(v.add(own, beyond), *middles);
             }
         }
+        let mut extents = cut.around.map(|around| CostExtent {
+            around,
+            middles: NOTHING,
+        });
+        for (extent, middles) in extents.iter_mut().zip(middles) {
+            v.store(&mut extent.middles, 0, u32::MAX, middles);
+        }
+        (left, extents)
     }
-    best.1
 }
 
 #[cfg(test)]
@@ -357,7 +432,10 @@ mod tests {
                         for item in &items[range.clone()] {
                             let around = item.around();
                             assert!(around.0.cmpge(outer.0).all() && around.1.cmple(outer.1).all());
-                            assert!(!std::mem::replace(&mut held[item.primitive as usize], true));
+                            assert!(!std::mem::replace(
+                                &mut held[item.primitive() as usize],
+                                true
+                            ));
                         }
                     }
                 }
