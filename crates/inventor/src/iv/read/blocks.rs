@@ -1,4 +1,4 @@
-//! Reads the values of a long list by several threads, a block of text each.
+//! Reads the values of a long list on the threads of rayon's current pool, a block of text each.
 //!
 //! A line ending ends every token but a string, comments included, so a block that ends with one
 //! and contains whole values is read as it is within the whole text. If the values of a block do
@@ -7,15 +7,15 @@
 //! mistakes, are the same for any number of threads.
 
 use std::ops::RangeInclusive;
-use std::thread;
 
 use ivcam_base::work;
+use rayon::prelude::*;
 
 use super::syntax_error::Parsed;
 use super::tokens::skip;
 
-/// The least and the most bytes of a block. A round of the smallest takes .4 ms, which is long beside
-/// the start of threads.
+/// The least and the most bytes of a block. The smallest takes .4 ms, which is long beside the time
+/// until another thread begins with it.
 const BLOCK: RangeInclusive<usize> = 1 << 17..=1 << 20;
 /// The longest line in which a block may end, in bytes.
 const LINE: usize = 4096;
@@ -26,8 +26,11 @@ const MOST_THREADS: usize = 8;
 pub(super) type OnProgress<'r> = &'r dyn Fn(usize);
 
 /// A parser of one value of a list.
-pub(super) trait OneValue<'a, T>: Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send {}
-impl<'a, T, F: Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send> OneValue<'a, T> for F {}
+pub(super) trait OneValue<'a, T>:
+    Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send + Sync
+{
+}
+impl<'a, T, F: Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send + Sync> OneValue<'a, T> for F {}
 
 /// Reads values at the start of `text` as long as whole blocks of them follow, and returns the text
 /// after them. What it returns may begin with further values.
@@ -37,7 +40,7 @@ pub(super) fn read_blocks<'a, T: Send>(
     one: impl OneValue<'a, T>,
     values: &mut Vec<T>,
 ) -> &'a [u8] {
-    let threads = thread::available_parallelism().map_or(1, |n| n.get().min(MOST_THREADS));
+    let threads = rayon::current_num_threads().min(MOST_THREADS);
     if threads < 2 {
         return text;
     }
@@ -72,7 +75,9 @@ fn read_blocks_of<'a, T: Send>(
         let Some(blocks) = split(rest, threads, share.min(*sizes.end())) else {
             break;
         };
-        let ends = read_round(&blocks, one, &mut lists);
+        let work = blocks.par_iter().zip(&mut lists);
+        let ends = work.map(|(block, list)| read_block(block, one, list));
+        let ends: Vec<&[u8]> = ends.collect();
         for ((block, end), list) in blocks.iter().zip(ends).zip(&mut lists) {
             values.append(list);
             rest = &rest[block.len() - end.len()..];
@@ -96,29 +101,6 @@ fn split(text: &[u8], count: usize, size: usize) -> Option<Vec<&[u8]>> {
         rest = after;
     }
     Some(blocks)
-}
-
-/// Reads each block by a thread, and returns the text of each after its last whole value: none if
-/// it contains whole values alone.
-fn read_round<'a, T: Send>(
-    blocks: &[&'a [u8]],
-    one: impl OneValue<'a, T>,
-    lists: &mut [Vec<T>],
-) -> Vec<&'a [u8]> {
-    let mut ends = blocks.to_vec();
-    thread::scope(|scope| {
-        let mut work = ends.iter_mut().zip(lists);
-        let own = work.next();
-        for (end, list) in work {
-            let read = move || *end = read_block(end, one, list);
-            // A block without a thread is left as it is.
-            let _ = thread::Builder::new().spawn_scoped(scope, read);
-        }
-        if let Some((end, list)) = own {
-            *end = read_block(end, one, list);
-        }
-    });
-    ends
 }
 
 /// Reads the values of a block, and returns the text after the last one, without the white space at
@@ -153,7 +135,7 @@ mod tests {
     /// of the least size have read.
     fn compare<T: Send + Debug + PartialEq>(
         text: &str,
-        one: impl for<'a> Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send,
+        one: impl for<'a> Fn(&'a [u8]) -> Parsed<'a, T> + Copy + Send + Sync,
     ) -> usize {
         let text = text.as_bytes();
         let (mut expected, mut by_blocks) = (Vec::new(), 0);

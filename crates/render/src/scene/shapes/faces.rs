@@ -4,6 +4,7 @@ use glam::Vec3;
 use ivcam_inventor::grammar::{face_set, indexed_face_set};
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::state::{Binding, Language, State};
+use rayon::prelude::*;
 
 use crate::geometry::normals::{Faces, face_normal, merge_equal, unit};
 use crate::geometry::{BoxCoordinates, Corner, cut_polygon};
@@ -23,6 +24,9 @@ pub(super) struct Indices<'a> {
     /// The field `textureCoordIndex` or `texCoordIndex`, if it is used.
     pub texture: Option<&'a [i32]>,
 }
+
+/// The least number of faces whose normals a thread computes.
+const FACES_AT_ONCE: usize = 1 << 12;
 
 /// Draws an `IndexedFaceSet` of Inventor.
 pub(super) fn indexed_face_set<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
@@ -107,13 +111,14 @@ fn normals<'a>(
     if binding == Binding::Overall && !by_position {
         return Normals::None;
     }
-    let mut points: Vec<Vec3> = Vec::new();
-    let normals = faces.runs.iter().map(|face| {
+    let (coordinates, counterclockwise) = (state.coordinates, state.hints.counterclockwise());
+    let normal = |points: &mut Vec<Vec3>, face| {
         points.clear();
-        let coordinates = faces.coordinates(face);
-        points.extend(coordinates.filter_map(|c| state.coordinates.get(c)));
-        face_normal(&points, state.hints.counterclockwise())
-    });
+        points.extend(faces.coordinates(face).filter_map(|c| coordinates.get(c)));
+        face_normal(points, counterclockwise)
+    };
+    let runs = faces.runs.par_iter().with_min_len(FACES_AT_ONCE);
+    let normals = runs.map_init(Vec::new, normal);
     let mut all = Faces {
         normals: normals.collect(),
         ..Faces::default()
