@@ -17,6 +17,8 @@ use super::tokens::skip;
 /// The least and the most bytes of a block. The smallest takes .4 ms, which is long beside the time
 /// until another thread begins with it.
 const BLOCK: RangeInclusive<usize> = 1 << 17..=1 << 20;
+/// The length in bytes from which a list is read in the largest blocks until it ends.
+const LONG: usize = 16 << 20;
 /// The longest line in which a block may end, in bytes.
 const LINE: usize = 4096;
 /// The most threads for a list.
@@ -47,12 +49,15 @@ pub(super) fn read_blocks<'a, T: Send>(
     read_blocks_of(text, left, one, values, (threads, length(text), BLOCK))
 }
 
-/// Returns about the length of the list at the start of a text. A list with a bracket in a string or
-/// in a comment seems shorter.
+/// Returns about the length of the list at the start of a text, or the largest number if it is long.
+/// A list with a bracket in a string or in a comment seems shorter.
 fn length(text: &[u8]) -> usize {
-    let chunks = text.chunks(256);
+    let chunks = text.chunks(256).take(LONG / 256);
     let inside = chunks.take_while(|chunk| !chunk.contains(&b']'));
-    inside.map(<[u8]>::len).sum()
+    match inside.map(<[u8]>::len).sum() {
+        LONG => usize::MAX,
+        length => length,
+    }
 }
 
 /// Reads values as [`read_blocks`] does, by so many threads, from a list of about so many bytes, in
