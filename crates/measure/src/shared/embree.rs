@@ -242,7 +242,7 @@ impl PeerTrees for Embree {
             (f.rtcCommitGeometry)(geometry);
             (f.rtcAttachGeometry)(handle, geometry);
             (f.rtcReleaseGeometry)(geometry);
-            Box::new(Scene {
+            Box::new(EmbreeTree {
                 embree: self,
                 handle,
             })
@@ -251,19 +251,19 @@ impl PeerTrees for Embree {
 }
 
 /// Triangles and their tree.
-struct Scene<'a> {
+struct EmbreeTree<'a> {
     embree: &'a Embree,
     handle: SceneHandle,
 }
 
-impl Drop for Scene<'_> {
+impl Drop for EmbreeTree<'_> {
     fn drop(&mut self) {
         // SAFETY: the handle is released once.
         unsafe { (self.embree.functions.rtcReleaseScene)(self.handle) };
     }
 }
 
-impl PeerTree for Scene<'_> {
+impl PeerTree for EmbreeTree<'_> {
     /// # Panics
     /// Panics if Embree reports an error.
     fn build(&self) {
@@ -307,7 +307,7 @@ impl PeerTree for Scene<'_> {
     }
 }
 
-impl Scene<'_> {
+impl EmbreeTree<'_> {
     fn in_packets_of<const N: usize>(
         &self,
         trace: TracePacket<N>,

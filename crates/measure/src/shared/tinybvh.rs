@@ -65,7 +65,7 @@ impl PeerTrees for TinyBvh {
 
     fn tree(&self, mode: usize, triangles: &[[Vec3; 3]]) -> Box<dyn PeerTree + '_> {
         let (first, count) = (triangles.as_ptr().cast(), triangles.len() as u32);
-        Box::new(Tree {
+        Box::new(TinyTree {
             tiny: self,
             splits: mode == 1,
             // SAFETY: the library reads nine coordinates of each triangle.
@@ -75,21 +75,21 @@ impl PeerTrees for TinyBvh {
 }
 
 /// Triangles and their tree.
-struct Tree<'a> {
+struct TinyTree<'a> {
     tiny: &'a TinyBvh,
     /// Whether boxes may split triangles.
     splits: bool,
     handle: Handle,
 }
 
-impl Drop for Tree<'_> {
+impl Drop for TinyTree<'_> {
     fn drop(&mut self) {
         // SAFETY: the handle is freed once.
         unsafe { (self.tiny.free)(self.handle) };
     }
 }
 
-impl PeerTree for Tree<'_> {
+impl PeerTree for TinyTree<'_> {
     fn build(&self) {
         // SAFETY: the tree exists.
         unsafe { (self.tiny.build)(self.handle, self.splits) };
