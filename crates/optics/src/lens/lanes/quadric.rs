@@ -34,13 +34,7 @@ pub(super) fn quadric<const STOPS: bool, const FUSED: bool>(
         (terms.f[i], terms.g[i]) = (f, g);
         (terms.discriminant[i], terms.cos[i]) = (discriminant, discriminant.sqrt());
     }
-    // Nearly always all rays hit the near side.
-    let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
-    if signs >> 63 == 0 {
-        advance::<true, FUSED>(sign, b, terms, |i| square[i]);
-    } else {
-        advance::<false, FUSED>(sign, b, terms, |i| square[i]);
-    }
+    advance::<FUSED>(sign, b, terms, |i| square[i]);
     for i in 0..LANES {
         let (x, y, z) = (b.x[i], b.y[i], b.z[i]);
         let (gx, gy) = (-c * (w.x * x), -c * (w.y * y));

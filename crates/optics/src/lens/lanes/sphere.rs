@@ -79,13 +79,7 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
         (terms.f[i], terms.g[i]) = (f, g);
         (terms.discriminant[i], terms.cos[i]) = (discriminant, discriminant.sqrt());
     }
-    // Nearly always all rays hit the near side.
-    let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
-    if signs >> 63 == 0 {
-        advance::<true, FUSED>(sign, b, terms, |_| c);
-    } else {
-        advance::<false, FUSED>(sign, b, terms, |_| c);
-    }
+    advance::<FUSED>(sign, b, terms, |_| c);
     for i in 0..LANES {
         let (dx, dy, dz) = (b.dx[i], b.dy[i], b.dz[i]);
         let (px, py, pz) = (b.x[i], b.y[i], b.z[i]);
@@ -116,10 +110,27 @@ pub(super) fn sphere<const KIND: u8, const STOPS: bool, const FUSED: bool>(
     }
 }
 
-/// Moves rays to where they hit a quadric. With `NEAR`, all of them hit its near side. `square`
-/// returns the factor of t² in the equation of a lane.
+/// Moves rays to where they hit a quadric. `square` returns the factor of t² in the equation of a
+/// lane.
 #[inline(always)]
-pub(super) fn advance<const NEAR: bool, const FUSED: bool>(
+pub(super) fn advance<const FUSED: bool>(
+    sign: f64,
+    b: &mut Bundle,
+    terms: &CrossingTerms,
+    square: impl Fn(usize) -> f64,
+) {
+    // Nearly always all rays hit the near side.
+    let signs = terms.g.iter().fold(0, |all, g| all | (sign * g).to_bits());
+    if signs >> 63 == 0 {
+        advance_to::<true, FUSED>(sign, b, terms, square);
+    } else {
+        advance_to::<false, FUSED>(sign, b, terms, square);
+    }
+}
+
+/// Moves rays as [`advance`] does; with `NEAR`, all of them hit the near side.
+#[inline(always)]
+fn advance_to<const NEAR: bool, const FUSED: bool>(
     sign: f64,
     b: &mut Bundle,
     terms: &CrossingTerms,

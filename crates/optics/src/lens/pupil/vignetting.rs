@@ -129,7 +129,11 @@ pub(super) fn unvignetted_fraction(
             }
             lens.fills(film, &x, &y).fill
         };
-        if is_tested && !is_open(&fills(&std::array::from_fn(|i| TESTED_FRACTIONS[i % 3]))) {
+        if is_tested
+            && !is_open(&fills(&std::array::from_fn(|i| {
+                TESTED_FRACTIONS[i % TESTED_FRACTIONS.len()]
+            })))
+        {
             return None;
         }
         let rims = rims(fills)?;
