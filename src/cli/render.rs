@@ -154,8 +154,8 @@ pub(crate) fn on_threads<T: Send>(threads: usize, work: impl FnOnce() -> T + Sen
     Ok(pool.install(|| context.during(work)))
 }
 
-/// Returns a pool with a number of threads: that of the last call, if it has as many. The system has
-/// spread its threads over the processors already, where new ones share a processor at first.
+/// Returns a pool with a number of threads: that of the last call, if it has as many. The system
+/// has spread its threads over the processors already, where new ones share a processor at first.
 ///
 /// # Errors
 /// Returns an error if the threads cannot be started.

@@ -12,8 +12,8 @@ use ivcam_base::work::StopSignal;
 
 use super::binary::Box3;
 
-/// A box: the smallest corner with opposite signs and the largest corner, with anything behind each.
-/// The greater number of each pair joins two boxes.
+/// A box: the smallest corner with opposite signs and the largest corner, with anything behind
+/// each. The greater number of each pair joins two boxes.
 type Faces = [f32; 8];
 
 const NOTHING: Faces = [f32::NEG_INFINITY; 8];

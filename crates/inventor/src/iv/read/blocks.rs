@@ -49,8 +49,8 @@ pub(super) fn read_blocks<'a, T: Send>(
     read_blocks_of(text, left, one, values, (threads, length(text), BLOCK))
 }
 
-/// Returns about the length of the list at the start of a text, or the largest number if it is long.
-/// A list with a bracket in a string or in a comment seems shorter.
+/// Returns about the length of the list at the start of a text, or the largest number if it is
+/// long. A list with a bracket in a string or in a comment seems shorter.
 fn length(text: &[u8]) -> usize {
     let chunks = text.chunks(256).take(LONG / 256);
     let inside = chunks.take_while(|chunk| !chunk.contains(&b']'));
