@@ -265,10 +265,10 @@ impl VectorKernel for CheapestCut<'_> {
             }
             let all = count + bins.count[0];
             (around, count) = (NOTHING, 0);
-            for k in 1..BINS {
+            for (k, right) in right.iter().enumerate().skip(1) {
                 join(v, &mut around, v.load(&bins.around[k - 1], 0));
                 count += bins.count[k - 1];
-                let cost = area(&around) * count as f32 + right[k];
+                let cost = area(&around) * count as f32 + right;
                 if count > 0 && count < all && cost < least {
                     least = cost;
                     best = Some((axis, k));
