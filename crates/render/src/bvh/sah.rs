@@ -217,7 +217,7 @@ impl Bins {
 }
 
 /// Where to cut a part in two, and the boxes around both parts.
-struct Cut {
+struct SahCut {
     axis: usize,
     /// The first of the bins of the second part.
     bin: usize,
@@ -250,10 +250,10 @@ impl VectorKernel for Binning<'_> {
 struct CheapestCut<'a>(&'a [Bins; 3]);
 
 impl VectorKernel for CheapestCut<'_> {
-    type Output = Option<Cut>;
+    type Output = Option<SahCut>;
 
     #[inline(always)]
-    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) -> Option<Cut> {
+    fn run<V: Vectors, E: Vectors>(self, _: V, v: E) -> Option<SahCut> {
         let (mut least, mut best) = (f32::INFINITY, None);
         for (axis, bins) in self.0.iter().enumerate() {
             let mut right = [0.0; BINS];
@@ -280,7 +280,7 @@ impl VectorKernel for CheapestCut<'_> {
         for (k, faces) in self.0[axis].around.iter().enumerate() {
             join(v, &mut around[usize::from(k >= bin)], v.load(faces, 0));
         }
-        Some(Cut { axis, bin, around })
+        Some(SahCut { axis, bin, around })
     }
 }
 
@@ -346,7 +346,7 @@ fn cut(items: &mut [Item], extent: &CostExtent, in_halves: bool) -> (usize, [Cos
 struct Partition<'a> {
     items: &'a mut [Item],
     places: &'a SplitPlaces,
-    cut: Cut,
+    cut: SahCut,
 }
 
 impl VectorKernel for Partition<'_> {
