@@ -73,6 +73,12 @@ impl Slabs {
     }
 }
 
+/// The entry distances of a node's boxes. With their alignment the whole stack frame is aligned;
+/// otherwise vectors on the stack cross cache lines in every second process, and a ray takes up to
+/// a fifth more time.
+#[repr(C, align(32))]
+struct EntryDistances([f32; WIDTH]);
+
 /// The fraction by which exit distances are increased: see [`Slabs`].
 pub(super) const WIDENING: f32 = 4.0 * f32::EPSILON;
 
@@ -339,7 +345,7 @@ impl Bvh {
         let test = BlockTest::new(ray, t_min);
         let mut storage = StackStorage::new();
         let mut stack = storage.stack(self.stack_size);
-        let mut near = [0.0; WIDTH];
+        let mut near = EntryDistances([0.0; WIDTH]);
         let mut current = start;
         let mut reach = limit(t_max);
         if !(reach >= 0.0) {
@@ -362,9 +368,9 @@ impl Bvh {
                 reach = limit(t_max);
             } else {
                 let node = &self.nodes[current.place()];
-                let mask = enters(node, reach, &mut near);
+                let mask = enters(node, reach, &mut near.0);
                 let next = match SORTED {
-                    true => stack.nearest(node, mask, &near),
+                    true => stack.nearest(node, mask, &near.0),
                     false => stack.any(node, mask),
                 };
                 if let Some(next) = next {
