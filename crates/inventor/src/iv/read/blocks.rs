@@ -14,9 +14,11 @@ use rayon::prelude::*;
 use super::syntax_error::Parsed;
 use super::tokens::skip;
 
-/// The least and the most bytes of a block. The smallest takes .4 ms, which is long beside the time
-/// until another thread begins with it.
-const BLOCK: RangeInclusive<usize> = 1 << 17..=1 << 20;
+/// The least and the most bytes of a block. The smallest takes .1 ms, and a thread's first ones .4
+/// ms, which is long beside the time until another thread begins with them.
+const BLOCK: RangeInclusive<usize> = 1 << 15..=1 << 19;
+/// The blocks of a round for each thread, so that no thread waits long for the others.
+const BLOCKS_OF_THREAD: usize = 4;
 /// The length in bytes from which a list is read in the largest blocks until it ends.
 const LONG: usize = 16 << 20;
 /// The longest line in which a block may end, in bytes.
@@ -70,28 +72,38 @@ fn read_blocks_of<'a, T: Send>(
     (threads, length, sizes): (usize, usize, RangeInclusive<usize>),
 ) -> &'a [u8] {
     let mut rest = text;
-    // Lists that are used again in each round, so that their memory is.
-    let mut lists: Vec<Vec<T>> = (0..threads).map(|_| Vec::new()).collect();
+    let count = threads * BLOCKS_OF_THREAD;
+    // The lists of a round, and of the round before, whose values are appended at the same time.
+    // They are used again in each round, so that their memory is.
+    let lists = || -> Vec<Vec<T>> { (0..count).map(|_| Vec::new()).collect() };
+    let (mut found, mut before) = (lists(), lists());
     while !work::is_cut() {
-        let share = length.saturating_sub(text.len() - rest.len()) / threads;
+        let share = length.saturating_sub(text.len() - rest.len()) / count;
         if share < *sizes.start() {
             break;
         }
-        let Some(blocks) = split(rest, threads, share.min(*sizes.end())) else {
+        let Some(blocks) = split(rest, count, share.min(*sizes.end())) else {
             break;
         };
-        let work = blocks.par_iter().zip(&mut lists);
-        let ends = work.map(|(block, list)| read_block(block, one, list));
-        let ends: Vec<&[u8]> = ends.collect();
-        for ((block, end), list) in blocks.iter().zip(ends).zip(&mut lists) {
-            values.append(list);
-            rest = &rest[block.len() - end.len()..];
-            if !end.is_empty() {
-                return rest;
-            }
+        let read = || -> Vec<&[u8]> {
+            let work = blocks.par_iter().zip(&mut found);
+            work.map(|(block, list)| read_block(block, one, list))
+                .collect()
+        };
+        let append = || before.iter_mut().for_each(|list| values.append(list));
+        let (ends, ()) = rayon::join(read, append);
+        let whole = ends.iter().take_while(|end| end.is_empty()).count();
+        let counting = blocks.iter().zip(&ends).take(whole + 1);
+        let bytes = counting.map(|(block, end)| block.len() - end.len());
+        rest = &rest[bytes.sum()..];
+        found.iter_mut().skip(whole + 1).for_each(Vec::clear);
+        std::mem::swap(&mut found, &mut before);
+        if whole < count {
+            break;
         }
         left(rest.len());
     }
+    before.iter_mut().for_each(|list| values.append(list));
     rest
 }
 
