@@ -16,9 +16,10 @@ use super::prepared_packet::{Interval, PreparedPacket};
 use super::stack::{StackStorage, TraversalStack};
 use super::walk::WIDENING;
 
-/// The largest number of rays that are traced one by one. Hits have the same bits with any value.
-/// No search is recorded: a test of a box or a triangle in lanes takes as long for one ray as for
-/// all, so that for a few rays single tests are faster.
+/// The largest number of rays that are traced one by one. Hits have the same bits with any value. A
+/// test of a box or a triangle in lanes takes as long for one ray as for all, so that for a few
+/// rays single tests are faster. Larger numbers were tried
+/// (docs/decisions/0010-how-a-ray-walks-the-tree.md).
 const FEW: u32 = 3;
 
 /// A box that some rays of a packet still have to visit.

@@ -73,9 +73,9 @@ impl Slabs {
     }
 }
 
-/// The entry distances of a node's boxes. With their alignment the whole stack frame is aligned;
-/// otherwise vectors on the stack cross cache lines in every second process, and a ray takes up to
-/// a fifth more time.
+/// The entry distances of a node's boxes. With their alignment the whole stack frame of the search
+/// for the nearest hit is aligned; otherwise vectors on the stack cross cache lines in every second
+/// process, and a ray takes up to a fifth more time. A search for any hit does not store them.
 #[repr(C, align(32))]
 struct EntryDistances([f32; WIDTH]);
 
