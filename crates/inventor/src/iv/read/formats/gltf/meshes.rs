@@ -18,8 +18,9 @@ use crate::grammar::{
 /// The nodes of the attributes that were added.
 #[derive(Default)]
 pub(super) struct MeshNodes {
-    /// The shapes of each mesh without a skin, with the bits of its weights.
-    shapes: HashMap<(usize, Vec<u32>), Vec<NodeId>>,
+    /// The shapes of each mesh without a skin, with the bits of its weights and whether it is
+    /// mirrored.
+    shapes: HashMap<(usize, Vec<u32>, bool), Vec<NodeId>>,
     points: HashMap<usize, NodeId>,
     normals: HashMap<usize, NodeId>,
     colors: HashMap<(usize, [u32; 4]), NodeId>,
@@ -34,6 +35,8 @@ pub(super) struct Posing<'p> {
     /// The weights of the targets of the mesh.
     pub(super) weights: &'p [f32],
     pub(super) joints: Option<&'p Joints>,
+    /// Whether the matrix of the node mirrors the mesh.
+    pub(super) is_mirrored: bool,
 }
 
 impl GltfReader<'_, '_, '_> {
@@ -55,16 +58,14 @@ impl GltfReader<'_, '_, '_> {
         let key = (
             index,
             weights.iter().map(|weight| weight.to_bits()).collect(),
+            posing.is_mirrored,
         );
         if posing.joints.is_none()
             && let Some(shapes) = self.meshes.shapes.get(&key)
         {
             return Ok(shapes.clone());
         }
-        let posing = Posing {
-            weights,
-            joints: posing.joints,
-        };
+        let posing = Posing { weights, ..*posing };
         let mut shapes = Vec::with_capacity(mesh.primitives.len());
         for (number, primitive) in mesh.primitives.iter().enumerate() {
             match self.primitive(primitive, &posing)? {
@@ -218,6 +219,11 @@ impl GltfReader<'_, '_, '_> {
         if self.is_double_sided(primitive.material) {
             self.builder
                 .set(geometry, faces97::SOLID, Value::Bool(false));
+        }
+        // A mirroring matrix exchanges the sides of a shape, and not those of a mesh (glTF 2.0,
+        // 3.7.4).
+        if posing.is_mirrored {
+            self.builder.set(geometry, faces97::CCW, Value::Bool(false));
         }
         let normal = match primitive.attributes.get("NORMAL") {
             Some(&normal) => Some(self.normals(normal, primitive, posing)?),

@@ -250,6 +250,7 @@ impl GltfReader<'_, '_, '_> {
                     let posing = Posing {
                         weights: &node.weights,
                         joints: None,
+                        is_mirrored: self.world[index].determinant() < 0.0,
                     };
                     children.extend(self.mesh(mesh, &posing)?);
                 }

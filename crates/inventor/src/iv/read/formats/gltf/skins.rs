@@ -34,6 +34,7 @@ impl GltfReader<'_, '_, '_> {
         let posing = Posing {
             weights,
             joints: Some(&joints),
+            is_mirrored: false,
         };
         self.mesh(mesh, &posing)
     }
