@@ -31,6 +31,7 @@ struct MtlMaterial {
     transparency: f32,
     /// Whether it has one color without lighting: `illum 0`.
     is_unlit: bool,
+    has_highlight: bool,
     texture: Option<MtlTexture>,
     span: Span,
     source: u16,
@@ -188,6 +189,7 @@ impl MtlMaterial {
             exponent: 0.0,
             transparency: 0.0,
             is_unlit: false,
+            has_highlight: true,
             texture: None,
             span,
             source,
@@ -213,7 +215,11 @@ impl MtlMaterial {
                 self.transparency = 1.0 - opacity.ok_or_else(missing)?.clamp(0.0, 1.0);
             }
             "Tr" => self.transparency = number().ok_or_else(missing)?.clamp(0.0, 1.0),
-            "illum" => self.is_unlit = number() == Some(0.0),
+            "illum" => {
+                // 0 is the color alone, 1 Lambert's law, and further models add highlights.
+                self.is_unlit = number() == Some(0.0);
+                self.has_highlight = number() != Some(1.0);
+            }
             "map_Kd" => self.texture = MtlTexture::of(&line.after_first()),
             "map_d" if self.texture_is(line) => {}
             "Ni" | "Tf" | "sharpness" | "map_aat" | "Km" => {}
@@ -321,7 +327,9 @@ impl MtlMaterial {
             Value::Float(ambient.clamp(0.0, 1.0)),
         );
         builder.set(node, material97::DIFFUSE_COLOR, Value::Vec3(self.diffuse()));
-        builder.set(node, material97::SPECULAR_COLOR, Value::Vec3(self.specular));
+        if self.has_highlight {
+            builder.set(node, material97::SPECULAR_COLOR, Value::Vec3(self.specular));
+        }
         builder.set(node, material97::EMISSIVE_COLOR, Value::Vec3(emissive));
         builder.set(node, material97::SHININESS, Value::Float(shininess));
         builder.set(

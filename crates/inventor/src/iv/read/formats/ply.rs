@@ -106,13 +106,44 @@ struct PlyNumbers<'b> {
 struct PlyMesh {
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
-    colors: Vec<Vec4>,
-    has_alpha: bool,
+    colors: PlyColors,
     coordinates: Vec<Vec2>,
     /// The corners of faces, with −1 after each.
     faces: Vec<i32>,
+    face_colors: PlyColors,
     /// The ends of edges, with −1 after each.
     edges: Vec<i32>,
+}
+
+/// The colors of the entries of an element.
+#[derive(Default)]
+struct PlyColors {
+    list: Vec<Vec4>,
+    has_alpha: bool,
+}
+
+impl PlyColors {
+    /// Keeps the color of an entry, if its properties state one.
+    fn read(&mut self, element: &PlyElement, uses: &[PropertyRole], values: &[f64]) {
+        let mut color = None;
+        for ((property, role), value) in element.properties.iter().zip(uses).zip(values) {
+            if let PropertyRole::Color(i) = *role {
+                color.get_or_insert(Vec4::W)[i] = *value as f32 / property.kind.most();
+                self.has_alpha |= i == 3;
+            }
+        }
+        self.list.extend(color);
+    }
+
+    /// Adds a node with the colors.
+    fn node(self, builder: &mut Builder<'_, '_>, span: Span) -> Result<NodeId> {
+        if self.has_alpha {
+            let colors = Value::Vec4s(self.list);
+            return builder.with(class::COLOR_RGBA, color_rgba::COLOR, colors, span);
+        }
+        let colors = Value::Vec3s(self.list.into_iter().map(Vec4::truncate).collect());
+        builder.with(class::COLOR, color::COLOR, colors, span)
+    }
 }
 
 /// Reads the mesh of a file and returns the shape.
@@ -403,7 +434,7 @@ impl PlyMesh {
             }
             match &*element.name {
                 "vertex" => self.vertex(element, &uses, &values),
-                "face" => self.face(&list),
+                "face" if self.face(&list) => self.face_colors.read(element, &uses, &values),
                 "tristrips" => self.strips(&list),
                 "edge" => self.edge(&uses, &values),
                 _ => {}
@@ -415,18 +446,13 @@ impl PlyMesh {
 
     fn vertex(&mut self, element: &PlyElement, uses: &[PropertyRole], values: &[f64]) {
         let mut point = [0.0f32; 3];
-        let (mut normal, mut color, mut coordinate) =
-            ([0.0f32; 3], [0.0, 0.0, 0.0, 1.0f32], [0.0f32; 2]);
-        let (mut has_normal, mut has_color, mut has_coordinate) = (false, false, false);
-        for ((property, kind), value) in element.properties.iter().zip(uses).zip(values) {
+        let (mut normal, mut coordinate) = ([0.0f32; 3], [0.0f32; 2]);
+        let (mut has_normal, mut has_coordinate) = (false, false);
+        for (role, value) in uses.iter().zip(values) {
             let value = *value as f32;
-            match *kind {
+            match *role {
                 PropertyRole::Point(i) => point[i] = value,
                 PropertyRole::Normal(i) => (normal[i], has_normal) = (value, true),
-                PropertyRole::Color(i) => {
-                    (color[i], has_color) = (value / property.kind.most(), true);
-                    self.has_alpha |= i == 3;
-                }
                 PropertyRole::Texture(i) => (coordinate[i], has_coordinate) = (value, true),
                 _ => {}
             }
@@ -435,19 +461,20 @@ impl PlyMesh {
         if has_normal {
             self.normals.push(Vec3::from_array(normal));
         }
-        if has_color {
-            self.colors.push(Vec4::from_array(color));
-        }
+        self.colors.read(element, uses, values);
         if has_coordinate {
             self.coordinates.push(Vec2::from_array(coordinate));
         }
     }
 
-    fn face(&mut self, corners: &[i32]) {
-        if corners.len() >= 3 {
+    /// Adds a face. Returns `false` if it has less than three corners.
+    fn face(&mut self, corners: &[i32]) -> bool {
+        let is_face = corners.len() >= 3;
+        if is_face {
             self.faces.extend_from_slice(corners);
             self.faces.push(-1);
         }
+        is_face
     }
 
     /// Adds the triangles of strips, which are separated by −1.
@@ -487,8 +514,9 @@ impl PlyMesh {
         }
         let points = Value::Vec3s(std::mem::take(&mut self.points));
         let coord = builder.with(class::COORDINATE, coordinate::POINT, points, span)?;
-        let color = (self.colors.len() == count)
-            .then(|| self.color(builder, span))
+        let colors = std::mem::take(&mut self.colors);
+        let color = (colors.list.len() == count)
+            .then(|| colors.node(builder, span))
             .transpose()?;
         let appearance = builder.plain_appearance()?;
         let mut shapes = Vec::new();
@@ -518,16 +546,6 @@ impl PlyMesh {
         Ok(shapes)
     }
 
-    fn color(&mut self, builder: &mut Builder<'_, '_>, span: Span) -> Result<NodeId> {
-        let colors = std::mem::take(&mut self.colors);
-        if self.has_alpha {
-            let colors = Value::Vec4s(colors);
-            return builder.with(class::COLOR_RGBA, color_rgba::COLOR, colors, span);
-        }
-        let colors = Value::Vec3s(colors.into_iter().map(Vec4::truncate).collect());
-        builder.with(class::COLOR, color::COLOR, colors, span)
-    }
-
     fn face_set(
         &mut self,
         builder: &mut Builder<'_, '_>,
@@ -539,9 +557,19 @@ impl PlyMesh {
         let faces = builder.node(class::VRML97_INDEXED_FACE_SET, span)?;
         builder.set(faces, faces97::COORD, Value::Node(Some(coord)));
         let index = std::mem::take(&mut self.faces);
+        let face_colors = std::mem::take(&mut self.face_colors);
+        let number = index.iter().filter(|&&corner| corner < 0).count();
         builder.set(faces, faces97::COORD_INDEX, Value::Ints(index));
         builder.set(faces, faces97::SOLID, Value::Bool(false));
         builder.set(faces, faces97::CONVEX, Value::Bool(false));
+        let mut color = color;
+        if color.is_some() && !face_colors.list.is_empty() {
+            let message = "colors of faces are not drawn where vertices have colors";
+            builder.warn(span, message);
+        } else if face_colors.list.len() == number {
+            color = Some(face_colors.node(builder, span)?);
+            builder.set(faces, faces97::COLOR_PER_VERTEX, Value::Bool(false));
+        }
         if color.is_some() {
             builder.set(faces, faces97::COLOR, Value::Node(color));
         }
