@@ -161,12 +161,12 @@ impl PreparedPacket {
             let Interval { origin, inverse } = &self.interval[axis];
             let [slow, fast] = [e.splat(inverse[0]), e.splat(inverse[1])];
             let entry = e.sub(e.load(&node.planes[self.near[axis]], 0), e.splat(origin[0]));
-            n = e.max(e.min(e.mul(entry, slow), e.mul(entry, fast)), n);
+            n = e.max_num(e.min(e.mul(entry, slow), e.mul(entry, fast)), n);
             let exit = e.sub(e.load(&node.planes[self.far[axis]], 0), e.splat(origin[1]));
-            f = e.min(e.max(e.mul(exit, slow), e.mul(exit, fast)), f);
+            f = e.min_num(e.max(e.mul(exit, slow), e.mul(exit, fast)), f);
         }
         let f = e.add(f, e.mul(e.abs(f), e.splat(WIDENING)));
-        let f = e.min(f, e.splat(limit));
+        let f = e.min_num(f, e.splat(limit));
         let mut near = [0.0; WIDTH];
         e.store(&mut near, 0, u32::MAX, n);
         (e.at_most(n, f), near)
@@ -190,12 +190,12 @@ impl PreparedPacket {
             let inverse = v.load(&self.inverse[axis], first);
             let near = v.splat(node.planes[self.near[axis]][i]);
             let far = v.splat(node.planes[self.far[axis]][i]);
-            // `max` and `min` return the second operand if one is NaN, as after an overflow.
-            n = v.max(
+            // The sum is NaN after an overflow, for example.
+            n = v.max_num(
                 v.multiply_add(near, inverse, v.load(&self.near_from[axis], first)),
                 n,
             );
-            f = v.min(
+            f = v.min_num(
                 v.multiply_add(far, inverse, v.load(&self.far_from[axis], first)),
                 f,
             );
@@ -406,9 +406,8 @@ impl PreparedPacket {
         let b = v.sub(v.mul(ax, cy), v.mul(ay, cx));
         let c = v.sub(v.mul(bx, ay), v.mul(by, ax));
         let zero = v.splat(0.0);
-        let negative = v.less(a, zero) | v.less(b, zero) | v.less(c, zero);
-        let positive = v.less(zero, a) | v.less(zero, b) | v.less(zero, c);
-        let inside = lanes & !(negative & positive);
+        let [least, most] = [v.min(v.min(a, b), c), v.max(v.max(a, b), c)];
+        let inside = lanes & !(v.less(least, zero) & v.less(zero, most));
         if inside == 0 {
             return 0;
         }

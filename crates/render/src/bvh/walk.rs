@@ -64,9 +64,9 @@ impl Slabs {
             };
             let first = to_plane(self.near[axis], self.near_origin);
             let last = to_plane(self.far[axis], self.far_origin);
-            // `max` and `min` return the second operand if one is NaN, as after an overflow.
-            n = v.max(v.mul(first, v.splat(self.inverse[axis])), n);
-            f = v.min(v.mul(last, v.splat(self.wider[axis])), f);
+            // The product is NaN after an overflow, for example.
+            n = v.max_num(v.mul(first, v.splat(self.inverse[axis])), n);
+            f = v.min_num(v.mul(last, v.splat(self.wider[axis])), f);
         }
         v.store(near, 0, u32::MAX, n);
         v.at_most(n, f)

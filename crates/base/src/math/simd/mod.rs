@@ -179,6 +179,19 @@ pub trait Vectors: Copy {
     /// Returns the greater number of each lane, or that of `b` if either is NaN.
     fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Returns the smaller number of each lane, or that of `b` if that of `a` is NaN. No number of
+    /// `b` may be NaN, so that NEON needs one instruction.
+    #[inline(always)]
+    fn min_num(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        self.min(a, b)
+    }
+
+    /// Returns the greater number of each lane, as [`Vectors::min_num`] returns the smaller.
+    #[inline(always)]
+    fn max_num(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        self.max(a, b)
+    }
+
     /// Returns the absolute number of each lane.
     fn abs(self, a: Self::Vector) -> Self::Vector;
 
@@ -239,6 +252,8 @@ fn run_vectors_avx512<K: VectorKernel>(kernel: K) -> K::Output {
     kernel.run(Avx512(()), Avx2(()))
 }
 
+#[cfg(target_arch = "aarch64")]
+mod neon;
 mod quads;
 #[cfg(target_arch = "x86_64")]
 mod x86;

@@ -2,18 +2,40 @@
 //! aarch64, 128-bit vectors on wasm32 with `simd128`. They are glam's; on other targets glam's are
 //! plain numbers.
 
-use glam::{BVec4A, Vec4};
+use glam::Vec4;
 
 use super::Vectors;
+#[cfg(target_arch = "aarch64")]
+use super::neon as lanes;
 
 /// Vectors of eight numbers, each in two of four.
 #[derive(Clone, Copy)]
 pub struct Quads;
 
-/// A bit mask of the lanes of two vectors.
-#[inline(always)]
-fn mask([low, high]: [BVec4A; 2]) -> u32 {
-    low.bitmask() | high.bitmask() << 4
+/// The comparisons and bit masks that glam has, as `neon` has its own.
+#[cfg(not(target_arch = "aarch64"))]
+mod lanes {
+    use glam::{BVec4A, Vec4};
+
+    #[inline(always)]
+    pub(super) fn less(a: Vec4, b: Vec4) -> BVec4A {
+        a.cmplt(b)
+    }
+
+    #[inline(always)]
+    pub(super) fn at_most(a: Vec4, b: Vec4) -> BVec4A {
+        a.cmple(b)
+    }
+
+    #[inline(always)]
+    pub(super) fn equal(a: Vec4, b: Vec4) -> BVec4A {
+        a.cmpeq(b)
+    }
+
+    #[inline(always)]
+    pub(super) fn mask([low, high]: [BVec4A; 2]) -> u32 {
+        low.bitmask() | high.bitmask() << 4
+    }
 }
 
 #[inline(always)]
@@ -68,18 +90,24 @@ impl Vectors for Quads {
 
     #[inline(always)]
     fn min(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
-        match cfg!(target_arch = "x86_64") {
-            true => both(|half| a[half].min(b[half])),
-            false => both(|half| Vec4::select(a[half].cmplt(b[half]), a[half], b[half])),
-        }
+        both(|half| a[half].min(b[half]))
     }
 
     #[inline(always)]
     fn max(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
-        match cfg!(target_arch = "x86_64") {
-            true => both(|half| a[half].max(b[half])),
-            false => both(|half| Vec4::select(a[half].cmpgt(b[half]), a[half], b[half])),
-        }
+        both(|half| a[half].max(b[half]))
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    #[inline(always)]
+    fn min_num(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        both(|half| lanes::min_num(a[half], b[half]))
+    }
+
+    #[cfg(target_arch = "aarch64")]
+    #[inline(always)]
+    fn max_num(self, a: [Vec4; 2], b: [Vec4; 2]) -> [Vec4; 2] {
+        both(|half| lanes::max_num(a[half], b[half]))
     }
 
     #[inline(always)]
@@ -89,17 +117,17 @@ impl Vectors for Quads {
 
     #[inline(always)]
     fn less(self, a: [Vec4; 2], b: [Vec4; 2]) -> u32 {
-        mask([a[0].cmplt(b[0]), a[1].cmplt(b[1])])
+        lanes::mask([0, 1].map(|half| lanes::less(a[half], b[half])))
     }
 
     #[inline(always)]
     fn at_most(self, a: [Vec4; 2], b: [Vec4; 2]) -> u32 {
-        mask([a[0].cmple(b[0]), a[1].cmple(b[1])])
+        lanes::mask([0, 1].map(|half| lanes::at_most(a[half], b[half])))
     }
 
     #[inline(always)]
     fn equal(self, a: [Vec4; 2], b: [Vec4; 2]) -> u32 {
-        mask([a[0].cmpeq(b[0]), a[1].cmpeq(b[1])])
+        lanes::mask([0, 1].map(|half| lanes::equal(a[half], b[half])))
     }
 
     #[inline(always)]
