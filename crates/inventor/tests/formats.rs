@@ -9,7 +9,8 @@ use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
     appearance, class, color, color_rgba, coordinate, indexed_triangle_set, metadata_boolean,
     physical_material, texture_coordinate, time_sensor, vrml_light,
-    vrml97_indexed_face_set as faces97, vrml97_material, vrml97_shape, vrml97_transform,
+    vrml97_indexed_face_set as faces97, vrml97_material, vrml97_shape, vrml97_spot_light as spot97,
+    vrml97_transform,
 };
 use ivcam_inventor::iv::{Document, Format, LINEAR_LIGHT, Limits, Loader, NoFiles, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
@@ -307,6 +308,20 @@ fn colors_of_mtl_are_those_of_a_screen_and_textures_multiply_them() {
     assert_eq!(color_of(black), Vec3::ZERO);
 }
 
+/// Materials of illumination model 1 have no highlights, whatever their specular color.
+#[test]
+fn a_material_of_lamberts_law_has_no_highlight() {
+    let specular_of = |illumination: &str| {
+        let library = format!("newmtl red paint\nKs 0 1 0\n{illumination}\n").into_bytes();
+        let files = Arc::new(Files(BTreeMap::from([("a.mtl", library)])));
+        let read = Document::read("a.obj", OBJ.into(), files, &Limits::default());
+        nodes(&read.expect("reads"), "Material")[0].get(vrml97_material::SPECULAR_COLOR)
+    };
+    assert_eq!(specular_of("illum 1"), Vec3::ZERO);
+    assert_eq!(specular_of("illum 2"), Vec3::Y);
+    assert_eq!(specular_of(""), Vec3::Y);
+}
+
 #[test]
 fn wrong_lines_of_obj_cost_one_face_each() {
     let document = read("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0\nf 1 2\nf 1 2 x\ncurv 1 2\nf 1 2 3\n");
@@ -393,6 +408,35 @@ fn ply(form: &str) -> Vec<u8> {
         }
     }
     out
+}
+
+#[test]
+fn faces_of_ply_have_colors_where_vertices_have_none() {
+    let text = |vertex: &str, color: &str| {
+        format!(
+            "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n\
+             property float z\n{vertex}element face 2\nproperty list uchar int vertex_indices\n\
+             property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n\
+             0 0 0{color}\n1 0 0{color}\n0 1 0{color}\n3 0 1 2 255 0 0\n3 2 1 0 0 0 255\n"
+        )
+    };
+    let colors_of = |document: &Document| {
+        let set = nodes(document, "IndexedFaceSet")[0];
+        let colors = set.get_node(faces97::COLOR).expect("colors");
+        (
+            set.get(faces97::COLOR_PER_VERTEX),
+            colors.get(color::COLOR).to_vec(),
+        )
+    };
+    let document = read_clean(text("", ""));
+    assert_eq!(colors_of(&document), (false, vec![Vec3::X, Vec3::Z]));
+    let both = text("property float red\n", " .5");
+    let document = read(both);
+    assert_eq!(
+        colors_of(&document),
+        (true, vec![Vec3::new(0.5, 0.0, 0.0); 3])
+    );
+    assert_eq!(messages(&document).len(), 1);
 }
 
 #[test]
@@ -607,6 +651,29 @@ fn gltf_becomes_transforms_shapes_and_physical_materials() {
     assert_eq!(classic(&again), classic(&document));
 }
 
+/// glTF 2.0, 3.7.4: where the matrix of a node mirrors, the corners of a front run clockwise.
+#[test]
+fn a_mirrored_mesh_of_gltf_keeps_its_front() {
+    let (json, chunk) = triangle();
+    let twice = json
+        .replace(r#""nodes": [ 0 ]"#, r#""nodes": [ 0, 1 ]"#)
+        .replace(
+            r#""nodes": [ { "name""#,
+            r#""nodes": [ { "children": [ 2 ], "scale": [ 1, -1, 1 ] },
+               { "mesh": 0 }, { "mesh": 0 }, { "name""#,
+        );
+    let document = read_clean(glb(
+        &twice.replace(r#"{ "node": 0,"#, r#"{ "node": 1,"#),
+        &chunk,
+    ));
+    let sets = nodes(&document, "IndexedTriangleSet");
+    let mut fronts: Vec<bool> = sets.iter().map(|set| set.get(faces97::CCW)).collect();
+    fronts.sort();
+    assert_eq!(fronts, [false, true]);
+    let points = |set: &NodeRef<'_>| set.get_node(faces97::COORD).map(|node| node.id);
+    assert_eq!(points(&sets[0]), points(&sets[1]));
+}
+
 #[test]
 fn animations_of_gltf_move_nodes_at_a_time() {
     let (json, chunk) = triangle();
@@ -738,4 +805,31 @@ fn a_light_of_gltf_stays_linear_light() {
         let metadata = light.get_node(vrml_light::METADATA).expect("metadata");
         assert_eq!(metadata.get(metadata_boolean::NAME), LINEAR_LIGHT);
     }
+}
+
+/// The default angles of a `SpotLight` were exchanged in X3D 3.3.
+#[test]
+fn a_spot_light_has_the_angles_of_its_version() {
+    let angles_of = |header: &str, text: &str| {
+        let document = read(format!("{header}\nPROFILE Full\nSpotLight {{ {text} }}"));
+        let light = nodes(&document, "SpotLight")[0];
+        [spot97::BEAM_WIDTH, spot97::CUT_OFF_ANGLE].map(|angle| light.get(angle))
+    };
+    let [narrow, wide] = [0.785_398, 1.570_796];
+    assert_eq!(angles_of("#X3D V3.2 utf8", ""), [wide, narrow]);
+    let [beam, end] = angles_of("#X3D V3.3 utf8", "");
+    assert!((beam - narrow).abs() < 1e-6 && (end - wide).abs() < 1e-6);
+    assert_eq!(angles_of("#X3D V4.0 utf8", "cutOffAngle .5")[1], 0.5);
+}
+
+/// VRML97's `controlPoint` has the points, X3D's a node.
+#[test]
+fn control_points_of_x3d_are_a_coordinate() {
+    let text = "PROFILE Full\nShape { geometry NurbsCurve { controlPoint Coordinate { point \
+                [0 0 0, 1 0 0, 1 1 0] } order 2 knot [0 0 1 2 2] } }";
+    let document = read_clean(format!("#X3D V3.3 utf8\n{text}"));
+    let curve = nodes(&document, "NurbsCurve")[0];
+    let points = curve.get_node(faces97::COORD).expect("points");
+    assert_eq!(points.get(coordinate::POINT).len(), 3);
+    assert!(classic(&document).contains("controlPoint Coordinate"));
 }

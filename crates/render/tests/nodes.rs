@@ -137,6 +137,37 @@ fn a_clip_plane_leaves_what_is_on_its_side() {
     assert!(hit(&off, 0.0, 0.0).is_some());
 }
 
+/// X3D shows what lies where the equation of the plane is greater than 0.
+#[test]
+fn a_clip_plane_of_x3d_leaves_where_its_equation_is_positive() {
+    let of = |plane: &str| {
+        compile_file(&format!(
+            "#X3D V3.3 utf8\nPROFILE Full\n\
+             Group {{ children [ ClipPlane {{ {plane} }} Shape {{ geometry Box {{ size 20 20 20 }} }} ] }}"
+        ))
+    };
+    let scene = of("plane 1 0 0 -2");
+    assert!(hit(&scene, 1.9, 0.0).is_none());
+    assert!(hit(&scene, 2.1, 0.0).is_some());
+    let usual = of("");
+    assert!(hit(&usual, 0.0, -0.1).is_none() && hit(&usual, 0.0, 0.1).is_some());
+    assert!(hit(&of("enabled FALSE"), 0.0, -0.1).is_some());
+}
+
+#[test]
+fn a_solid_text_of_x3d_has_no_back() {
+    let of = |solid: &str, turn: &str| {
+        compile_file(&format!(
+            "#X3D V4.0 utf8\nPROFILE Full\nTransform {{ rotation 0 1 0 {turn} children Shape {{ \
+             geometry Text {{ solid {solid} string \"I\" fontStyle FontStyle {{ size 30 \
+             justify [\"MIDDLE\" \"MIDDLE\"] }} }} }} }}"
+        ))
+    };
+    let is_seen = |scene: RenderScene| hit(&scene, 0.0, 0.0).is_some();
+    assert!(is_seen(of("TRUE", "0")) && is_seen(of("FALSE", "3.14159265")));
+    assert!(!is_seen(of("TRUE", "3.14159265")));
+}
+
 #[test]
 fn an_annotation_is_drawn_over_everything() {
     let scene = compile(
@@ -294,6 +325,14 @@ fn amendment_ones_flat_surface_is_flat_and_trimmed() {
     let whole = compile_file(&format!("#VRML V2.0 utf8\nShape {{ geometry {surface} }}"));
     let found = hit(&whole, 9.0, 9.0).expect("the surface");
     assert!((found.t - 100.0).abs() < 1e-3);
+    let of_x3d = surface
+        .replace("NurbsSurface", "NurbsPatchSurface")
+        .replace("controlPoint [", "controlPoint Coordinate { point [")
+        .replace("0 ] uKnot", "0 ] } uKnot");
+    let same = compile_file(&format!(
+        "#X3D V3.3 utf8\nPROFILE Full\nShape {{ geometry {of_x3d} }}"
+    ));
+    assert_eq!(hit(&same, 9.0, 9.0).expect("the surface").t, found.t);
     let trimmed = compile_file(&format!(
         "#VRML V2.0 utf8\nShape {{ geometry TrimmedSurface {{ surface {surface}
            trimmingContour Contour2D {{ children Polyline2D {{ point [ 0 0, .5 0, .5 1, 0 1, 0 0 ] }} }} }} }}"

@@ -1,6 +1,6 @@
 //! A camera's pose: from a camera node, or made to see a whole scene.
 
-use glam::{DMat3, DMat4, DQuat, DVec3};
+use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 
 use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
@@ -98,9 +98,14 @@ impl CameraPose {
         } else {
             camera::POSITION.default()
         };
-        let position = world_from_camera.transform_point3(own.as_dvec3());
         let turn = quat(node.get(camera::ORIENTATION));
         let orientation = (rotation_of(world_from_camera) * turn).normalize();
+        let middle = match class.id == class::ORTHO_VIEWPOINT {
+            true => ortho_middle(node.get(ortho_viewpoint::FIELD_OF_VIEW)),
+            false => DVec2::ZERO,
+        };
+        let position = world_from_camera.transform_point3(own.as_dvec3());
+        let position = position + orientation * middle.extend(0.0);
         Some(Self {
             position: if position.is_finite() {
                 position
@@ -259,9 +264,24 @@ fn ortho_height(view: &[f32]) -> f64 {
     }
 }
 
+/// Returns the middle of what an `OrthoViewpoint` shows, from its position.
+fn ortho_middle(view: &[f32]) -> DVec2 {
+    let middle = |low: f32, high: f32| 0.5 * (f64::from(low) + f64::from(high));
+    let middle = match *view {
+        [left, bottom, right, top] => DVec2::new(middle(left, right), middle(bottom, top)),
+        _ => DVec2::ZERO,
+    };
+    if middle.is_finite() {
+        middle
+    } else {
+        DVec2::ZERO
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::iv::Document;
 
     #[test]
     fn a_view_of_everything_touches_the_sphere_around_the_box() {
@@ -315,5 +335,17 @@ mod tests {
     fn a_view_through_a_lens_has_the_sphere_within_its_angle() {
         let pose = CameraPose::view_all_within((DVec3::splat(-1.0), DVec3::splat(1.0)), 0.9);
         assert!((pose.position.z * 0.9f64.sin() - 3f64.sqrt()).abs() < 1e-12);
+    }
+
+    #[test]
+    fn an_ortho_viewpoint_looks_at_the_middle_of_its_rectangle() {
+        let text = "#X3D V3.3 utf8\nPROFILE Full\nOrthoViewpoint { position 1 2 3 \
+                    orientation 0 0 1 1.5707963 fieldOfView [-1 -1 5 3] }";
+        let document = Document::read_headerless("a", text.into()).expect("reads");
+        let node = document.node(document.roots[0]);
+        let pose = CameraPose::from_node(node, DMat4::IDENTITY).expect("a camera");
+        // A quarter turn takes the middle (2, 1) to (−1, 2).
+        assert!(pose.position.distance(DVec3::new(0.0, 4.0, 3.0)) < 1e-6);
+        assert_eq!(pose.projection, Projection::Orthographic { height: 4.0 });
     }
 }

@@ -92,7 +92,7 @@ fn geo_system(node: NodeRef<'_>) -> Option<&[String]> {
 }
 
 /// The fields of nodes of X3D that would change a picture, and what it lacks.
-const UNAPPLIED_FIELDS: [(&str, &str); 9] = [
+const UNAPPLIED_FIELDS: [(&str, &str); 10] = [
     ("normalTexture", "surfaces are drawn without bumps"),
     ("occlusionTexture", "surfaces are drawn without it"),
     ("emissiveTexture", "surfaces do not emit light by it"),
@@ -102,6 +102,10 @@ const UNAPPLIED_FIELDS: [(&str, &str); 9] = [
     ("metallicRoughnessTexture", "its means are used"),
     (
         "backMaterial",
+        "backs of faces have the material of the front",
+    ),
+    (
+        "separateBackColor",
         "backs of faces have the material of the front",
     ),
     ("shaders", "shapes are shaded as without it"),
@@ -115,6 +119,7 @@ pub(super) fn unapplied_fields(
     let is_used = move |name: &str| match node.value(name) {
         Some(Value::Node(held)) => held.is_some(),
         Some(Value::Nodes(list)) => !list.is_empty(),
+        Some(Value::Bool(is_on)) => *is_on,
         _ => false,
     };
     // The texture of an unlit material is drawn.

@@ -1,8 +1,10 @@
-//! Converts nodes of Inventor V1.0, Inventor V2.0 and VRML 1.0 to V2.1, directly after reading.
+//! Converts nodes of Inventor V1.0, Inventor V2.0 and VRML 1.0 to V2.1, and of X3D 3.3 to 3.0,
+//! directly after reading.
 //!
 //! A field that V2.1 does not have is read with its old type and replaced by the newer fields.
 
 use std::collections::HashMap;
+use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
 
 use glam::{Vec2, Vec3};
 use ivcam_base::diag::Span;
@@ -11,7 +13,7 @@ use super::header::Header;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
     ClassId, Dialect, FieldType, class, environment, light_model, material, packed_color,
-    shape_hints, texture_coordinate_plane, texture2_transform,
+    shape_hints, texture_coordinate_plane, texture2_transform, vrml97_spot_light as spot97,
 };
 use crate::iv::document::{ClassRef, Document, FieldEntry, Node};
 
@@ -176,6 +178,27 @@ pub(super) fn upgrade(
         }
     }
     replace_depth_cueing(document, first, &old);
+    if header.is_x3d() && header.version >= (3, 3) {
+        state_spot_angles(document, first);
+    }
+}
+
+/// States the angles of the `SpotLight`s of X3D 3.3 and later that a file does not state. Before,
+/// they were those of VRML97, the same two exchanged.
+fn state_spot_angles(document: &mut Document, first: usize) {
+    let spot = ClassRef::Known(class::VRML97_SPOT_LIGHT);
+    let angles = [
+        (spot97::BEAM_WIDTH.index, FRAC_PI_4),
+        (spot97::CUT_OFF_ANGLE.index, FRAC_PI_2),
+    ];
+    for node in first..document.nodes.len() {
+        for (index, angle) in angles {
+            let Node { class, fields, .. } = &document.nodes[node];
+            if *class == spot && fields.iter().all(|field| field.index != index) {
+                set_field(document, node, index, Value::Float(angle));
+            }
+        }
+    }
 }
 
 /// Sets a field of a node and replaces an earlier value.

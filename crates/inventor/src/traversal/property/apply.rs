@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use glam::DMat4;
 
-use super::environment::{clip_plane, environment, local_fog, shadow_style};
+use super::environment::{clip_plane, environment, local_fog, shadow_style, x3d_clip_plane};
 use super::geometry::{
     complexity, coordinate3, coordinate4, draw_style, font, font_style, normal, normal_binding,
     polygon_offset, profile, profile_coordinate2, profile_coordinate3, shape_hints,
@@ -62,6 +62,7 @@ const ACTIONS: &[(ClassId, PropertyAction)] = &[
     (class::LOCAL_FOG, Elements(local_fog)),
     (class::VRML97_LOCAL_FOG, Elements(local_fog)),
     (class::CLIP_PLANE, Elements(clip_plane)),
+    (class::X3D_CLIP_PLANE, Elements(x3d_clip_plane)),
     (class::SHADOW_STYLE, Elements(shadow_style)),
     (class::TEXTURE_UNIT, Elements(texture::unit)),
     (class::TEXTURE2, Texture(texture::texture)),

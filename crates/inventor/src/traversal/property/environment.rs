@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use crate::grammar::{clip_plane, environment, fog, local_fog, shadow_style};
+use crate::grammar::{clip_plane, environment, fog, local_fog, shadow_style, x3d_clip_plane};
 use crate::iv::NodeRef;
 use crate::traversal::state::{EnvironmentElement, FogKind, State};
 
@@ -55,24 +55,36 @@ pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement>
     })
 }
 
-/// Adds a `ClipPlane` that is on.
+/// Adds a `ClipPlane` of Inventor that is on.
 pub(super) fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if node.acting(clip_plane::ON) == Some(false) {
         return;
     }
-    let Some(plane) = node.acting(clip_plane::PLANE) else {
-        return;
-    };
+    if let Some(plane) = node.acting(clip_plane::PLANE) {
+        add_clip_plane(state, plane.normal.as_dvec3(), f64::from(plane.distance));
+    }
+}
+
+/// Adds a `ClipPlane` of X3D that is enabled. What lies where `a x + b y + c z + d` is greater than
+/// 0 is drawn (ISO/IEC 19775-1, 11.4.1).
+pub(super) fn x3d_clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
+    if node.get(x3d_clip_plane::ENABLED) {
+        let plane = node.get(x3d_clip_plane::PLANE).as_dvec4();
+        add_clip_plane(state, plane.truncate(), -plane.w);
+    }
+}
+
+/// Adds the plane of the points of object space whose product with a vector is `distance`. What
+/// lies toward the vector is drawn.
+fn add_clip_plane(state: &mut State<'_>, normal: DVec3, distance: f64) {
     let world = state.world_from_object;
     let inverse = world.inverse();
     if !inverse.is_finite() {
         return;
     }
-    let normal = plane.normal.as_dvec3();
     let turned = inverse.transpose().transform_vector3(normal);
-    let on_plane = world.transform_point3(
-        normal * f64::from(plane.distance) / normal.length_squared().max(f64::MIN_POSITIVE),
-    );
+    let on_plane =
+        world.transform_point3(normal * distance / normal.length_squared().max(f64::MIN_POSITIVE));
     if let Some(n) = turned.try_normalize() {
         Arc::make_mut(&mut state.clip_planes).push((n, n.dot(on_plane)));
     }

@@ -198,11 +198,12 @@ impl<'a> Prototypes<'a> {
 /// Whether what a node does depends on its place in the world, on the camera or on the rest of the
 /// scene, or has effects outside the part that contains it.
 fn depends_on_place(node: NodeRef<'_>, role: Role) -> bool {
-    const CLASSES: [ClassId; 11] = [
+    const CLASSES: [ClassId; 12] = [
         class::RESET_TRANSFORM,
         class::ANTI_SQUISH,
         class::SURROUND_SCALE,
         class::CLIP_PLANE,
+        class::X3D_CLIP_PLANE,
         class::LOCAL_FOG,
         class::VRML97_LOCAL_FOG,
         class::TEXT2,

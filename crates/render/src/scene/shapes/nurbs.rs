@@ -256,9 +256,13 @@ fn curve_through<'a>(
     }
 }
 
-/// Returns the control points of a shape of VRML 97's Amendment 1, multiplied by their weights.
-fn weighted(node: NodeRef<'_>) -> Vec<DVec4> {
-    let points = node.get(vrml97_nurbs_surface::CONTROL_POINT);
+/// Returns the control points of a shape of VRML 97's Amendment 1 or of X3D, where a `Coordinate`
+/// has them, multiplied by their weights.
+fn weighted(node: NodeRef<'_>, state: &State<'_>) -> Vec<DVec4> {
+    let points = match state.coordinates {
+        Coordinates::Three(points) if !points.is_empty() => points,
+        _ => node.get(vrml97_nurbs_surface::CONTROL_POINT),
+    };
     let weights = node.get(vrml97_nurbs_surface::WEIGHT);
     let weight = |i: usize| f64::from(weights.get(i).copied().unwrap_or(1.0));
     let place = |(i, p): (usize, &Vec3)| (p.as_dvec3() * weight(i)).extend(weight(i));
@@ -285,7 +289,7 @@ pub(super) fn surface97<'a>(
     state: &State<'a>,
     out: &mut dyn Canvas,
 ) {
-    let points = weighted(node);
+    let points = weighted(node, state);
     for p in &points {
         out.bound((p.truncate() / if p.w == 0.0 { 1.0 } else { p.w }).as_vec3());
     }
@@ -350,7 +354,7 @@ fn contour_part(node: NodeRef<'_>, detail: &Detail<'_>) -> Vec<DVec2> {
 
 /// Draws a `NurbsCurve` of VRML 97.
 pub(super) fn curve97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
-    let points = weighted(node);
+    let points = weighted(node, state);
     let knots = knots97(
         node,
         vrml97_nurbs_curve::KNOT,

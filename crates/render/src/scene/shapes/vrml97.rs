@@ -164,7 +164,9 @@ pub(super) fn draw<'a>(
         class::ELEVATION_GRID => elevation_grid(node, state, out),
         class::TEXT => text::text97(node, state, out),
         class::VRML97_NURBS_CURVE => nurbs::curve97(node, state, out),
-        class::VRML97_NURBS_SURFACE => nurbs_surface(node, None, state, out),
+        class::VRML97_NURBS_SURFACE | class::NURBS_PATCH_SURFACE => {
+            nurbs_surface(node, None, state, out);
+        }
         class::TRIMMED_SURFACE => {
             if let Some(surface) = node.get_node(trimmed_surface::SURFACE) {
                 nurbs_surface(surface, Some(node), state, out);
