@@ -3,20 +3,17 @@
 //! `cargo run --release -p measure -- suite PROGRAM FOLDER [--only TEXT] [--keep FOLDER]`.
 //!
 //! The folder has the X3D scenes of NIST's VRML97 suite of 1999 (`examples/ConformanceNist` of
-//! the Web3D archive, or a sample of it). PROGRAM is `ivcam` with the feature `scripts`. The
-//! scenes are converted to VRML97, their pictures and levels of detail replaced by stand-ins of
-//! known colors, and each is drawn as a viewer of its time shows it, by the standard's own
-//! equation of light (`--look viewer -s p`). `entries.txt` says what must be seen; its values
-//! come from the standard and from the scenes. Prints a row for each category, and the checks
-//! that fail. The exit code is 1 if a check fails. `--keep` names a new folder for the scenes and
-//! pictures, which stay there.
+//! the Web3D archive, or a sample of it). PROGRAM is `ivcam` with the feature `scripts`. Pictures
+//! and levels of detail are replaced by stand-ins of known colors, and each scene is drawn as a
+//! viewer of its time shows it, by the standard's own equation of light (`--look viewer -s p`).
+//! `entries.txt` says what must be seen; its values come from the standard and from the scenes.
+//! Prints a row for each category, and the checks that fail. The exit code is 1 if a check fails.
+//! `--keep` names a new folder for the scenes and pictures, which stay there.
 
 mod checks;
 mod entries;
 mod folder;
 mod stand_ins;
-mod x3d;
-mod xml;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -79,10 +76,7 @@ fn measure(
     only: Option<&str>,
 ) -> Result<ExitCode, String> {
     let entries = entries::parse(include_str!("entries.txt"))?;
-    let (folder, wrong) = Folder::convert(suite, root)?;
-    for message in &wrong {
-        println!("not converted: {message}");
-    }
+    let folder = Folder::copy(suite, root)?;
     stand_ins::write(&folder)?;
     let chosen = |e: &&SuiteEntry| only.is_none_or(|text| e.names.iter().any(|n| n.contains(text)));
     let chosen: Vec<&SuiteEntry> = entries.iter().filter(chosen).collect();

@@ -53,19 +53,19 @@ const PLAIN: [(&str, [u8; 3]); 14] = [
 ];
 
 /// Inlined scenes: the levels of detail are boxes, each of its own color, and three balls in a row
-/// are two in one scene, which inlines the third.
+/// are two in one scene, which inlines the third. They are VRML97, which is found by the first line.
 const SCENES: [(&str, &str); 6] = [
-    ("ref1.wrl", "1 0 0"),
-    ("ref2.wrl", "0 1 0"),
-    ("ref3.wrl", "0 0 1"),
-    ("ref4.wrl", "1 1 0"),
+    ("ref1.x3d", "1 0 0"),
+    ("ref2.x3d", "0 1 0"),
+    ("ref3.x3d", "0 0 1"),
+    ("ref4.x3d", "1 1 0"),
     (
-        "in1.wrl",
+        "in1.x3d",
         "Transform { translation -3 0 0 children BALL(1 0 0) } Viewpoint { position 0 0 5 }",
     ),
     (
-        "in2.wrl",
-        "BALL(0 1 0) Transform { translation 3 0 0 children BALL(0 0 1) } Inline { url \"in1.wrl\" }",
+        "in2.x3d",
+        "BALL(0 1 0) Transform { translation 3 0 0 children BALL(0 0 1) } Inline { url \"in1.x3d\" }",
     ),
 ];
 
