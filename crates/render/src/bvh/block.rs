@@ -127,7 +127,13 @@ impl BlockTest {
             u = Vec4::select(exact, cross_in_f64(cx, by, cy, bx), u);
             v = Vec4::select(exact, cross_in_f64(ax, cy, ay, cx), v);
             w = Vec4::select(exact, cross_in_f64(bx, ay, by, ax), w);
-            mask &= !outside(u, v, w);
+            let beside = |edge: Vec4, (px, py): (Vec4, Vec4), (qx, qy): (Vec4, Vec4)| {
+                let [first, second] = [py - qy, qx - px];
+                let change = Vec4::select(first.cmpeq(zero), second, first);
+                Vec4::select(edge.cmpeq(zero), change, edge)
+            };
+            let (a, b, c) = ((ax, ay), (bx, by), (cx, cy));
+            mask &= !outside(beside(u, c, b), beside(v, a, c), beside(w, b, a));
         }
         let det = u + v + w;
         let sum = u * az + v * bz + w * cz;
@@ -203,6 +209,6 @@ mod tests {
             }
             assert_eq!(all.mask >> BLOCK, 0);
         }
-        assert!(hits > 30_000 && exact > 500, "{hits} hits, {exact} exact");
+        assert!(hits > 30_000 && exact > 200, "{hits} hits, {exact} exact");
     }
 }

@@ -60,7 +60,9 @@ impl PreparedRay {
     ///
     /// This is the watertight test of Woop, Benthin and Wald (2013). Two triangles that share an
     /// edge compute the same sign for it, so no ray passes between them. If an edge function is
-    /// exactly 0, it is computed again in f64.
+    /// exactly 0, it is computed again in f64. A ray that meets an edge or a corner exactly counts
+    /// as one slightly beside it, the same for all triangles, so that it hits one of those that
+    /// share the edge, as in OpenGL 1.1, 3.5.1.
     pub(crate) fn triangle(
         &self,
         corners: &[Vec3; 3],
@@ -94,7 +96,13 @@ impl PreparedRay {
             u = wide(cx, by, cy, bx);
             v = wide(ax, cy, ay, cx);
             w = wide(bx, ay, by, ax);
-            if outside(u, v, w) {
+            // What remains 0 has the sign of its change with the ray's first axis, or its second.
+            let beside = |edge: f32, (px, py): (f32, f32), (qx, qy): (f32, f32)| {
+                let changes = [edge, py - qy, qx - px];
+                changes.into_iter().find(|n| *n != 0.0).unwrap_or(0.0)
+            };
+            let (a, b, c) = ((ax, ay), (bx, by), (cx, cy));
+            if outside(beside(u, c, b), beside(v, a, c), beside(w, b, a)) {
                 return None;
             }
         }
@@ -142,6 +150,36 @@ pub(crate) mod tests {
                 Vec3::splat(s) - Vec3::new(0.3, 0.2, -7.0),
             );
             assert!(brute(&[a, b], &ray).is_some(), "missed both at {s}");
+        }
+    }
+
+    /// The triangles are those of a square with two diagonals, of both orders of corners.
+    #[test]
+    fn a_ray_through_an_edge_or_a_corner_hits_one_of_the_triangles_around_it() {
+        let ring = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        let corner = |i: usize| Vec3::new(ring[i % 4][0], ring[i % 4][1], 0.0);
+        let fan: [[Vec3; 3]; 4] = std::array::from_fn(|i| match i {
+            0 | 1 => [Vec3::ZERO, corner(i), corner(i + 1)],
+            _ => [corner(i + 1), corner(i), Vec3::ZERO],
+        });
+        for (x, y) in [
+            (0.0, 0.0),
+            (0.5, 0.5),
+            (-0.25, 0.25),
+            (0.75, -0.75),
+            (0.25, 0.5),
+        ] {
+            for toward in [
+                Vec3::NEG_Z,
+                Vec3::new(0.25, -0.5, -1.0),
+                Vec3::new(0.5, 0.5, 1.0),
+            ] {
+                let ray = PreparedRay::new(&Ray::new(Vec3::new(x, y, 0.0) - 4.0 * toward, toward));
+                let hits = fan
+                    .iter()
+                    .filter_map(|c| ray.triangle(c, 0.0, f32::INFINITY));
+                assert_eq!(hits.count(), 1, "{x} {y} {toward}");
+            }
         }
     }
 }
