@@ -11,7 +11,7 @@ pub(super) struct Folder {
 
 impl Folder {
     /// Copies all scenes below `suite` and the programs of their scripts. Pictures and sounds are
-    /// left out.
+    /// left out. Scenes inline others under their names of 1999 too, which end with `.wrl`.
     ///
     /// # Errors
     /// A file cannot be read or written.
@@ -35,8 +35,15 @@ impl Folder {
             let (path, target) = (entry.path(), to.join(entry.file_name()));
             if path.is_dir() {
                 self.copy_below(&path, &target)?;
-            } else if path.extension().is_some_and(|e| e == "x3d" || e == "js") {
-                std::fs::copy(&path, &target).map_err(|e| error(&path, e))?;
+                continue;
+            }
+            let copy = |to: &Path| std::fs::copy(&path, to).map_err(|e| error(&path, e));
+            let kind = path.extension().unwrap_or_default();
+            if kind == "x3d" || kind == "js" {
+                copy(&target)?;
+            }
+            if kind == "x3d" {
+                copy(&target.with_extension("wrl"))?;
             }
         }
         Ok(())

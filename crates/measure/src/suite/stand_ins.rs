@@ -53,19 +53,20 @@ const PLAIN: [(&str, [u8; 3]); 14] = [
 ];
 
 /// Inlined scenes: the levels of detail are boxes, each of its own color, and three balls in a row
-/// are two in one scene, which inlines the third. They are VRML97, which is found by the first line.
+/// are two in one scene, which inlines the third. They are VRML97 under both endings, as the first
+/// line says.
 const SCENES: [(&str, &str); 6] = [
-    ("ref1.x3d", "1 0 0"),
-    ("ref2.x3d", "0 1 0"),
-    ("ref3.x3d", "0 0 1"),
-    ("ref4.x3d", "1 1 0"),
+    ("ref1", "1 0 0"),
+    ("ref2", "0 1 0"),
+    ("ref3", "0 0 1"),
+    ("ref4", "1 1 0"),
     (
-        "in1.x3d",
+        "in1",
         "Transform { translation -3 0 0 children BALL(1 0 0) } Viewpoint { position 0 0 5 }",
     ),
     (
-        "in2.x3d",
-        "BALL(0 1 0) Transform { translation 3 0 0 children BALL(0 0 1) } Inline { url \"in1.x3d\" }",
+        "in2",
+        "BALL(0 1 0) Transform { translation 3 0 0 children BALL(0 0 1) } Inline { url \"in1.wrl\" }",
     ),
 ];
 
@@ -98,7 +99,10 @@ pub(super) fn write(folder: &Folder) -> Result<(), String> {
             None => shape(text, "Box { size 8 8 2 }"),
             Some(_) => balls(text, |color| shape(color, "Sphere { }")),
         };
-        folder.write(name, format!("#VRML V2.0 utf8\n{body}\n").as_bytes())?;
+        for ending in ["x3d", "wrl"] {
+            let text = format!("#VRML V2.0 utf8\n{body}\n");
+            folder.write(&format!("{name}.{ending}"), text.as_bytes())?;
+        }
     }
     Ok(())
 }
