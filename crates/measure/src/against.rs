@@ -21,6 +21,7 @@ use ivcam_inventor::snapshot::Snapshot;
 use ivcam_render::scene::{CompileOptions, RenderScene};
 
 use super::shared::pictures::peak_kilobytes;
+use super::shared::scenes;
 use super::shared::words::value_of;
 
 /// The cost of a process.
@@ -40,14 +41,13 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     }
     let value = |name: &str| value_of(name, &arguments);
     let [folder, program, ..] = arguments.as_slice() else {
-        eprintln!("against FOLDER PROGRAM [--least BYTES] [--rows]");
-        return ExitCode::from(2);
+        return crate::usage("against");
     };
     let least = value("--least").and_then(|v| v.parse().ok());
+    let least: u64 = least.unwrap_or(100_000);
     let rows = arguments.iter().any(|a| a == "--rows");
-    let mut files = Vec::new();
-    collect(Path::new(folder), least.unwrap_or(100_000), &mut files);
-    files.sort();
+    let mut files = scenes::below(Path::new(folder));
+    files.retain(|file| file.metadata().is_ok_and(|m| m.len() >= least));
     let mine = std::env::current_exe().expect("a program has a path");
     let mut pairs: Vec<(PathBuf, Cost, Cost)> = Vec::new();
     for file in files {
@@ -187,21 +187,4 @@ fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values
-}
-
-fn collect(path: &Path, least: u64, files: &mut Vec<PathBuf>) {
-    if path.is_dir() {
-        let entries = std::fs::read_dir(path).into_iter().flatten();
-        entries
-            .flatten()
-            .for_each(|e| collect(&e.path(), least, files));
-        return;
-    }
-    let name = path.to_string_lossy().to_lowercase();
-    let scene = [".iv", ".wrl"]
-        .iter()
-        .any(|e| name.trim_end_matches(".gz").ends_with(e));
-    if scene && path.metadata().is_ok_and(|m| m.len() >= least) {
-        files.push(path.to_path_buf());
-    }
 }

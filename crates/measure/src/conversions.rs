@@ -138,8 +138,7 @@ struct ConversionCounts {
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let value = |name: &str| value_of(name, &words);
     let [program, scenes_folder, ..] = words.as_slice() else {
-        eprintln!("usage: conversions PROGRAM FOLDER [--only TEXT] [--keep FOLDER]");
-        return ExitCode::from(2);
+        return crate::usage("conversions");
     };
     let of_process = || {
         let name = format!("ivcam-conversions-{}", std::process::id());

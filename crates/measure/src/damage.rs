@@ -44,8 +44,7 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
         value.unwrap_or(otherwise)
     };
     let Some(folder) = arguments.first() else {
-        eprintln!("damage FOLDER [--each N] [--only TEXT] [--seconds S] [--mb M]");
-        return ExitCode::from(2);
+        return crate::usage("damage");
     };
     let (seconds, megabytes) = (number("--seconds", 10.0), number("--mb", 3500.0));
     let mut files = scenes::below(Path::new(folder));

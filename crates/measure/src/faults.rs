@@ -59,8 +59,7 @@ const VICTIMS: [Victim; 6] = [
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some((program, kills)) = program_and_kills(&words, 200) else {
-        eprintln!("faults PROGRAM [--kills N]");
-        return ExitCode::from(2);
+        return crate::usage("faults");
     };
     let folder = std::env::temp_dir().join(format!("ivcam-faults-{}", std::process::id()));
     let mut failed = 0;

@@ -425,8 +425,7 @@ struct CaseCost {
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(program) = words.first().map(PathBuf::from) else {
-        eprintln!("hostile PROGRAM [--all] [--only NAME]");
-        return ExitCode::from(2);
+        return crate::usage("hostile");
     };
     let lists_all = words.iter().any(|word| word == "--all");
     let only = value_of("--only", &words);

@@ -40,12 +40,12 @@ type Tool = (&'static str, &'static str, fn(Vec<String>) -> ExitCode);
 const TOOLS: &[Tool] = &[
     (
         "against",
-        "PROGRAM FOLDER [--least BYTES] [--rows]",
+        "FOLDER PROGRAM [--least BYTES] [--rows]",
         against::run,
     ),
     (
         "align",
-        "PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] [--rows]",
+        "PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] [--size PIXELS] [--rows]",
         align::run,
     ),
     (
@@ -60,15 +60,24 @@ const TOOLS: &[Tool] = &[
     ),
     (
         "coverage",
-        "[--seeds N] [--size WxH] [--only SCENE] [--samples LIST] [--no-targets] [--markdown]",
+        "[--seeds N] [--size WxH] [--only SCENE] [--samples LIST] [--truth N] [--limit N] \
+         [--no-targets] [--markdown] [--path] [--scenes FILE,...] [--detail]",
         coverage::run,
     ),
-    ("damage", "FOLDER [--seconds S] [--mb MB]", damage::run),
+    (
+        "damage",
+        "FOLDER [--each N] [--only TEXT] [--seconds S] [--mb MB]",
+        damage::run,
+    ),
     ("faults", "PROGRAM [--kills N]", faults::run),
     ("hostile", "PROGRAM [--all] [--only NAME]", hostile::run),
     #[cfg(feature = "panels")]
     ("latency", "SCENE...", latency::run),
-    ("optics", "FOLDER [PART...]", optics::run),
+    (
+        "optics",
+        "FOLDER [PART...] [--markdown], or REFERENCE.json [--markdown]",
+        optics::run,
+    ),
     ("paper-claims", "[FILE]", paper_claims::run),
     ("profiles", "PROFILES.json [--svg FOLDER]", profiles::run),
     ("pupils", "", pupils::run),
@@ -99,10 +108,19 @@ const TOOLS: &[Tool] = &[
     ),
     (
         "viewers",
-        "PROGRAM CORPUS -o FOLDER [--coin PROGRAM] [--view3dscene PROGRAM] [--only TEXT]",
+        "PROGRAM CORPUS -o FOLDER [--coin PROGRAM] [--view3dscene PROGRAM] [--only TEXT] \
+         [--least SSIM]",
         viewers::run,
     ),
 ];
+
+/// Prints the arguments of a program. The exit code is 2.
+fn usage(name: &str) -> ExitCode {
+    if let Some((name, arguments, _)) = TOOLS.iter().find(|tool| tool.0 == name) {
+        eprintln!("usage: measure {name} {arguments}");
+    }
+    ExitCode::from(2)
+}
 
 /// Runs the program that the first argument names. The exit code is 2 if there is none of that
 /// name.

@@ -32,11 +32,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let folder = plain.next().map(PathBuf::from);
     let parts: Vec<&String> = plain.collect();
     if folder.is_none() && references.is_empty() {
-        eprintln!(
-            "usage: optics FOLDER [--markdown] [reference] [pictures] [pupils] [extremes] [lanes]\n\
-             or: optics [--markdown] REFERENCE.json"
-        );
-        return ExitCode::from(2);
+        return crate::usage("optics");
     }
     let all: [(&str, Part); 5] = [
         ("reference", reference),

@@ -75,8 +75,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let folder = words.iter().position(|w| w == "--svg");
     let folder = folder.and_then(|at| words.get(at + 1));
     let Some(file) = words.first() else {
-        eprintln!("measure -- profiles PROFILES.json [--svg FOLDER]");
-        return ExitCode::from(2);
+        return crate::usage("profiles");
     };
     let text = std::fs::read_to_string(file).unwrap_or_else(|e| panic!("{file}: {e}"));
     let all: Profiles = serde_json::from_str(&text).unwrap_or_else(|e| panic!("{file}: {e}"));

@@ -68,8 +68,7 @@ struct Counts {
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some((program, kills)) = program_and_kills(&words, 100) else {
-        eprintln!("resume PROGRAM [--kills N]");
-        return ExitCode::from(2);
+        return crate::usage("resume");
     };
     let folder = std::env::temp_dir().join(format!("ivcam-resume-{}", std::process::id()));
     println!(

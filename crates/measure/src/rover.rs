@@ -41,8 +41,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let value = |name: &str| value_of(name, &words);
     let columns = value("--columns").map_or(Some(1536), |n| n.parse().ok());
     let (Some(folder), Some(columns)) = (value("-o").map(PathBuf::from), columns) else {
-        eprintln!("usage: rover -o FOLDER [--columns N]");
-        return ExitCode::from(2);
+        return crate::usage("rover");
     };
     let written = std::fs::create_dir_all(&folder)
         .and_then(|()| wedge(&folder, usize::max(columns, 64)))

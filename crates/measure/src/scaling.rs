@@ -267,8 +267,7 @@ fn row(name: &str, farm: Farm) {
 /// Prints tables of simulated renders.
 pub(super) fn run(arguments: Vec<String>) -> ExitCode {
     if !arguments.is_empty() {
-        eprintln!("scaling takes no arguments");
-        return ExitCode::from(2);
+        return crate::usage("scaling");
     }
     let farm = Farm {
         ranks: 1024,

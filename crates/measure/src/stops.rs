@@ -145,8 +145,7 @@ struct Delay {
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(program) = words.first().map(PathBuf::from) else {
-        eprintln!("stops PROGRAM [--moments N] [--only NAME]");
-        return ExitCode::from(2);
+        return crate::usage("stops");
     };
     let value = |name: &str| value_of(name, &words);
     let moments = value("--moments").and_then(|word| word.parse().ok());

@@ -86,8 +86,7 @@ pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let value = |name: &str| value_of(name, &words);
     let ([program, folder, ..], Some(out)) = (words.as_slice(), value("-o").map(PathBuf::from))
     else {
-        eprintln!("usage: unlit PROGRAM FOLDER -o FOLDER [--only TEXT]");
-        return ExitCode::from(2);
+        return crate::usage("unlit");
     };
     if let Err(error) = std::fs::create_dir_all(&out) {
         eprintln!("{}: {error}", out.display());

@@ -64,11 +64,7 @@ pub(super) fn run(arguments: Vec<String>) -> ExitCode {
         }
     }
     if subjects.len() < 2 {
-        eprintln!(
-            "usage: measure align PICTURE PICTURE... [--scans EACH] [--unrelated PAIRS] \
-             [--size PIXELS] [--rows]"
-        );
-        return ExitCode::from(2);
+        return crate::usage("align");
     }
     let trials: Vec<Trial> = (0..subjects.len() * each)
         .into_par_iter()

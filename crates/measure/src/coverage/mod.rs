@@ -105,12 +105,7 @@ impl Options {
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(options) = Options::parse(&words) else {
-        eprintln!(
-            "usage: coverage [--seeds N] [--size WxH] [--only SCENE] [--samples LIST] \
-             [--truth N] [--limit N] [--no-targets] [--markdown] [--path] \
-             [--scenes FILE,...] [--detail]"
-        );
-        return ExitCode::from(2);
+        return crate::usage("coverage");
     };
     let folder = std::env::temp_dir().join(format!("ivcam-coverage-{}", std::process::id()));
     let made = std::fs::create_dir_all(&folder).map_err(|e| e.to_string());

@@ -48,8 +48,7 @@ struct CategoryCounts {
 pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     let value = |name: &str| value_of(name, &arguments);
     let [program, suite, ..] = arguments.as_slice() else {
-        eprintln!("suite PROGRAM FOLDER [--only TEXT] [--keep FOLDER]");
-        return ExitCode::from(2);
+        return crate::usage("suite");
     };
     let usual = std::env::temp_dir().join(format!("ivcam-suite-{}", std::process::id()));
     let kept = value("--keep").map(PathBuf::from);

@@ -79,11 +79,7 @@ struct PicturePair {
 
 pub(crate) fn run(words: Vec<String>) -> ExitCode {
     let Some(options) = ViewersOptions::parse(&words) else {
-        eprintln!(
-            "usage: viewers PROGRAM CORPUS -o FOLDER [--coin PROGRAM] [--view3dscene PROGRAM] \
-             [--only TEXT] [--least SSIM]"
-        );
-        return ExitCode::from(2);
+        return crate::usage("viewers");
     };
     let mut pairs = Vec::new();
     for scene in peers::scenes(&options.corpus) {
