@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use ivcam_base::diag::{Result, Span, excerpt};
+use ivcam_base::diag::{Diagnostic, Result, Span, excerpt};
 
 use super::materials::TexturePlace;
 use super::reader::GltfReader;
@@ -39,6 +39,38 @@ pub(super) struct Posing<'p> {
     pub(super) is_mirrored: bool,
 }
 
+/// Why a part of a mesh is not added.
+enum MeshFault {
+    /// It is left out because of what the message says.
+    LeftOut(String),
+    /// Reading ends: a limit is exceeded.
+    Fatal(Box<Diagnostic>),
+}
+
+impl MeshFault {
+    /// Returns the message, or the error that ends reading.
+    fn message(self) -> Result<String> {
+        match self {
+            Self::LeftOut(message) => Ok(message),
+            Self::Fatal(error) => Err(error),
+        }
+    }
+}
+
+impl From<String> for MeshFault {
+    fn from(message: String) -> Self {
+        Self::LeftOut(message)
+    }
+}
+
+impl From<Box<Diagnostic>> for MeshFault {
+    fn from(error: Box<Diagnostic>) -> Self {
+        Self::Fatal(error)
+    }
+}
+
+type MeshPart<T> = std::result::Result<T, MeshFault>;
+
 impl GltfReader<'_, '_, '_> {
     /// Returns the shapes of a mesh.
     ///
@@ -68,9 +100,10 @@ impl GltfReader<'_, '_, '_> {
         let posing = Posing { weights, ..*posing };
         let mut shapes = Vec::with_capacity(mesh.primitives.len());
         for (number, primitive) in mesh.primitives.iter().enumerate() {
-            match self.primitive(primitive, &posing)? {
+            match self.primitive(primitive, &posing) {
                 Ok(shape) => shapes.push(shape),
-                Err(message) => {
+                Err(fault) => {
+                    let message = fault.message()?;
                     let name = match mesh.name.is_empty() {
                         true => index.to_string(),
                         false => format!("`{}`", excerpt(&mesh.name)),
@@ -87,12 +120,8 @@ impl GltfReader<'_, '_, '_> {
         Ok(shapes)
     }
 
-    /// Adds the shape of a primitive. The inner error says why it is left out.
-    fn primitive(
-        &mut self,
-        primitive: &Primitive,
-        posing: &Posing<'_>,
-    ) -> Result<std::result::Result<NodeId, String>> {
+    /// Adds the shape of a primitive.
+    fn primitive(&mut self, primitive: &Primitive, posing: &Posing<'_>) -> MeshPart<NodeId> {
         let is_here = |index: &usize| {
             let accessor = self.root.accessors.get(*index);
             accessor.is_some_and(|accessor| accessor.buffer_view.is_some())
@@ -101,30 +130,19 @@ impl GltfReader<'_, '_, '_> {
             .extensions
             .contains_key("KHR_draco_mesh_compression");
         if is_draco && !primitive.attributes.values().all(is_here) {
-            return Ok(Err(
-                "meshes that are compressed by Draco are not read".into()
-            ));
+            let message = "meshes that are compressed by Draco are not read";
+            return Err(message.to_owned().into());
         }
-        let index = match primitive.indices {
-            Some(index) => match self.buffers.integers(self.root, index, 1) {
-                Ok(list) => Some(list.into_iter().map(index_of).collect::<Vec<i32>>()),
-                Err(message) => return Ok(Err(message)),
-            },
-            None => None,
-        };
+        let integers = |index| self.buffers.integers(self.root, index, 1);
+        let index = primitive.indices.map(integers).transpose()?;
+        let index = index.map(|list| list.into_iter().map(index_of).collect());
         let mode = primitive.mode.unwrap_or(4);
         let is_face = (4..=6).contains(&mode);
-        let Some(&position) = primitive.attributes.get("POSITION") else {
-            return Ok(Err("it has no positions".into()));
-        };
-        let (coord, count) = match self.points(position, primitive, posing)? {
-            Ok(found) => found,
-            Err(message) => return Ok(Err(message)),
-        };
+        let position = primitive.attributes.get("POSITION").copied();
+        let position = position.ok_or_else(|| "it has no positions".to_owned())?;
+        let (coord, count) = self.points(position, primitive, posing)?;
         let geometry = self.geometry(mode, index, count)?;
-        let Some(geometry) = geometry else {
-            return Ok(Err(format!("the mode {mode} is none of glTF's")));
-        };
+        let geometry = geometry.ok_or_else(|| format!("the mode {mode} is none of glTF's"))?;
         self.builder
             .set(geometry, faces97::COORD, Value::Node(Some(coord)));
         if is_face {
@@ -132,22 +150,23 @@ impl GltfReader<'_, '_, '_> {
         }
         if let Some(&color) = primitive.attributes.get("COLOR_0") {
             let factor = self.color_factor(primitive.material);
-            match self.color(color, factor)? {
-                Ok(node) => self
-                    .builder
-                    .set(geometry, faces97::COLOR, Value::Node(Some(node))),
-                Err(message) => {
-                    self.builder
-                        .damage(Span::at(0), format!("colors of a mesh: {message}"));
-                }
+            let color = self.color(color, factor);
+            if let Some(node) = self.unless_left_out(color, "colors")? {
+                self.builder
+                    .set(geometry, faces97::COLOR, Value::Node(Some(node)));
             }
         }
         let appearance = self.appearance(primitive.material, is_face)?;
-        Ok(Ok(self.builder.shape(
-            appearance,
-            geometry,
-            Span::default(),
-        )?))
+        Ok(self.builder.shape(appearance, geometry, Span::default())?)
+    }
+
+    /// Returns an attribute, or reports why a mesh is drawn without it.
+    fn unless_left_out(&mut self, part: MeshPart<NodeId>, name: &str) -> Result<Option<NodeId>> {
+        part.map(Some).or_else(|fault| {
+            let message = format!("{name} of a mesh: {}", fault.message()?);
+            self.builder.damage(Span::at(0), message);
+            Ok(None)
+        })
     }
 
     /// Adds the geometry node of a mode of primitives, without its attributes.
@@ -225,25 +244,22 @@ impl GltfReader<'_, '_, '_> {
         if posing.is_mirrored {
             self.builder.set(geometry, faces97::CCW, Value::Bool(false));
         }
-        let normal = match primitive.attributes.get("NORMAL") {
-            Some(&normal) => Some(self.normals(normal, primitive, posing)?),
+        let normals = match primitive.attributes.get("NORMAL") {
+            Some(&normal) => {
+                let normals = self.normals(normal, primitive, posing);
+                self.unless_left_out(normals, "normals")?
+            }
             None => None,
         };
-        match normal {
-            Some(Ok(node)) => self
+        match normals {
+            Some(node) => self
                 .builder
                 .set(geometry, faces97::NORMAL, Value::Node(Some(node))),
-            other => {
-                if let Some(Err(message)) = other {
-                    self.builder
-                        .damage(Span::at(0), format!("normals of a mesh: {message}"));
-                }
-                self.builder.set(
-                    geometry,
-                    triangle_set::NORMAL_PER_VERTEX,
-                    Value::Bool(false),
-                );
-            }
+            None => self.builder.set(
+                geometry,
+                triangle_set::NORMAL_PER_VERTEX,
+                Value::Bool(false),
+            ),
         }
         let place = self.texture_place(primitive.material);
         let set = place.map_or(0, |place| place.set);
@@ -263,14 +279,10 @@ impl GltfReader<'_, '_, '_> {
             );
             return Ok(());
         };
-        match self.coordinates(accessor, place)? {
-            Ok(node) => self
-                .builder
-                .set(geometry, faces97::TEX_COORD, Value::Node(Some(node))),
-            Err(message) => {
-                let message = format!("texture coordinates of a mesh: {message}");
-                self.builder.damage(Span::at(0), message);
-            }
+        let coordinates = self.coordinates(accessor, place);
+        if let Some(node) = self.unless_left_out(coordinates, "texture coordinates")? {
+            self.builder
+                .set(geometry, faces97::TEX_COORD, Value::Node(Some(node)));
         }
         Ok(())
     }
@@ -300,46 +312,48 @@ impl GltfReader<'_, '_, '_> {
         Ok(list)
     }
 
+    /// Returns the vectors of an attribute of a posed mesh, each moved by the matrix of its vertex.
+    fn posed(
+        &self,
+        accessor: usize,
+        name: &str,
+        (primitive, posing): (&Primitive, &Posing<'_>),
+        moved: fn(&Mat4, Vec3) -> Vec3,
+    ) -> std::result::Result<Vec<Vec3>, String> {
+        let mut list = self.vectors(accessor, name, primitive, posing.weights)?;
+        if let Some(joints) = posing.joints {
+            let matrices = self.blended(&primitive.attributes, joints, list.len())?;
+            for (vector, matrix) in list.iter_mut().zip(matrices) {
+                *vector = moved(&matrix, *vector);
+            }
+        }
+        Ok(list)
+    }
+
     /// Adds the points of a mesh. Returns the node and their number.
     fn points(
         &mut self,
         accessor: usize,
         primitive: &Primitive,
         posing: &Posing<'_>,
-    ) -> Result<std::result::Result<(NodeId, usize), String>> {
-        let is_posed = posing.joints.is_some() || has_targets(primitive, posing.weights);
+    ) -> MeshPart<(NodeId, usize)> {
+        let is_posed = is_posed(primitive, posing);
         if let Some(&node) = self.meshes.points.get(&accessor).filter(|_| !is_posed) {
-            let count = self
-                .root
-                .accessors
-                .get(accessor)
-                .map_or(0, |accessor| accessor.count);
-            return Ok(Ok((node, count)));
+            let accessor = self.root.accessors.get(accessor);
+            return Ok((node, accessor.map_or(0, |accessor| accessor.count)));
         }
-        let mut list = match self.vectors(accessor, "POSITION", primitive, posing.weights) {
-            Ok(list) => list,
-            Err(message) => return Ok(Err(message)),
-        };
-        if let Some(joints) = posing.joints {
-            match self.blended(&primitive.attributes, joints, list.len()) {
-                Ok(blended) => {
-                    for (at, matrix) in list.iter_mut().zip(blended) {
-                        *at = matrix.transform_point3(*at);
-                    }
-                }
-                Err(message) => return Ok(Err(message)),
-            }
-        }
+        let mesh = (primitive, posing);
+        let list = self.posed(accessor, "POSITION", mesh, |m, point| {
+            m.transform_point3(point)
+        })?;
         let count = list.len();
+        let (class, field) = (class::COORDINATE, coordinate::POINT);
         let points = Value::Vec3s(list);
-        let class = class::COORDINATE;
-        let node = self
-            .builder
-            .with(class, coordinate::POINT, points, Span::default())?;
+        let node = self.builder.with(class, field, points, Span::default())?;
         if !is_posed {
             self.meshes.points.insert(accessor, node);
         }
-        Ok(Ok((node, count)))
+        Ok((node, count))
     }
 
     fn normals(
@@ -347,31 +361,20 @@ impl GltfReader<'_, '_, '_> {
         accessor: usize,
         primitive: &Primitive,
         posing: &Posing<'_>,
-    ) -> Result<std::result::Result<NodeId, String>> {
-        let is_posed = posing.joints.is_some() || has_targets(primitive, posing.weights);
+    ) -> MeshPart<NodeId> {
+        let is_posed = is_posed(primitive, posing);
         if let Some(&node) = self.meshes.normals.get(&accessor).filter(|_| !is_posed) {
-            return Ok(Ok(node));
+            return Ok(node);
         }
-        let mut list = match self.vectors(accessor, "NORMAL", primitive, posing.weights) {
-            Ok(list) => list,
-            Err(message) => return Ok(Err(message)),
-        };
-        if let Some(joints) = posing.joints
-            && let Ok(blended) = self.blended(&primitive.attributes, joints, list.len())
-        {
-            for (normal, matrix) in list.iter_mut().zip(blended) {
-                *normal = matrix.transform_vector3(*normal).normalize_or_zero();
-            }
-        }
+        let turned = |m: &Mat4, normal| m.transform_vector3(normal).normalize_or_zero();
+        let list = self.posed(accessor, "NORMAL", (primitive, posing), turned)?;
+        let (class, field) = (class::VRML97_NORMAL, vrml97_normal::VECTOR);
         let normals = Value::Vec3s(list);
-        let class = class::VRML97_NORMAL;
-        let node = self
-            .builder
-            .with(class, vrml97_normal::VECTOR, normals, Span::default())?;
+        let node = self.builder.with(class, field, normals, Span::default())?;
         if !is_posed {
             self.meshes.normals.insert(accessor, node);
         }
-        Ok(Ok(node))
+        Ok(node)
     }
 
     /// Returns the matrix of each vertex of a mesh with a skin.
@@ -409,19 +412,12 @@ impl GltfReader<'_, '_, '_> {
     }
 
     /// Adds the colors of vertices, multiplied by the factor of the material's color.
-    fn color(
-        &mut self,
-        accessor: usize,
-        factor: [f32; 4],
-    ) -> Result<std::result::Result<NodeId, String>> {
+    fn color(&mut self, accessor: usize, factor: [f32; 4]) -> MeshPart<NodeId> {
         let key = (accessor, factor.map(f32::to_bits));
         if let Some(&node) = self.meshes.colors.get(&key) {
-            return Ok(Ok(node));
+            return Ok(node);
         }
-        let (list, width) = match self.buffers.floats(self.root, accessor, &[3, 4]) {
-            Ok(found) => found,
-            Err(message) => return Ok(Err(message)),
-        };
+        let (list, width) = self.buffers.floats(self.root, accessor, &[3, 4])?;
         let factor = Vec4::from_array(factor);
         let color = |numbers: &[f32]| {
             let alpha = numbers.get(3).copied().unwrap_or(1.0);
@@ -434,23 +430,16 @@ impl GltfReader<'_, '_, '_> {
             .builder
             .with(class, color_rgba::COLOR, colors, Span::default())?;
         self.meshes.colors.insert(key, node);
-        Ok(Ok(node))
+        Ok(node)
     }
 
     /// Adds texture coordinates.
-    fn coordinates(
-        &mut self,
-        accessor: usize,
-        place: TexturePlace,
-    ) -> Result<std::result::Result<NodeId, String>> {
+    fn coordinates(&mut self, accessor: usize, place: TexturePlace) -> MeshPart<NodeId> {
         let key = (accessor, place.transform.to_cols_array().map(f32::to_bits));
         if let Some(&node) = self.meshes.coordinates.get(&key) {
-            return Ok(Ok(node));
+            return Ok(node);
         }
-        let (list, _) = match self.buffers.floats(self.root, accessor, &[2]) {
-            Ok(found) => found,
-            Err(message) => return Ok(Err(message)),
-        };
+        let (list, _) = self.buffers.floats(self.root, accessor, &[2])?;
         let turned = list
             .chunks_exact(2)
             .map(|at| place.apply(Vec2::from_slice(at)));
@@ -460,14 +449,14 @@ impl GltfReader<'_, '_, '_> {
             .builder
             .with(class, texture_coordinate::POINT, points, Span::default())?;
         self.meshes.coordinates.insert(key, node);
-        Ok(Ok(node))
+        Ok(node)
     }
 }
 
-/// Returns whether a target of a mesh moves its vertices.
-fn has_targets(primitive: &Primitive, weights: &[f32]) -> bool {
-    let mut targets = primitive.targets.iter().zip(weights);
-    targets.any(|(_, weight)| *weight != 0.0)
+/// Returns whether joints or a target of a mesh move its vertices.
+fn is_posed(primitive: &Primitive, posing: &Posing<'_>) -> bool {
+    let mut targets = primitive.targets.iter().zip(posing.weights);
+    posing.joints.is_some() || targets.any(|(_, weight)| *weight != 0.0)
 }
 
 /// Returns an index as X3D has it. A larger one does not exist in either.
