@@ -5,11 +5,11 @@ use glam::DVec3;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::State;
 
-use super::canvas::{Canvas, MaterialsBy, PictureView, Wants, draw_facets, draw_mesh};
+use super::canvas::{Canvas, PictureView, Wants, draw_facets};
 use super::census::Census;
 use super::placement::Placement;
 use super::shapes;
-use crate::geometry::{Corner, Fineness, QuadricKind, TriangleMesh};
+use crate::geometry::{Corner, Fineness, QuadricKind};
 
 /// Returns whether a face of a shape is within a distance in meters of a point of the world.
 pub(super) fn is_near<'a>(
@@ -48,10 +48,6 @@ impl Canvas for NearCanvas {
         &self.picture
     }
 
-    fn ignores_draw_style(&self) -> bool {
-        false
-    }
-
     fn begin(&mut self, _node: NodeRef<'_>, state: &State<'_>) {
         self.placement = self.placement.moved_to(state.world_from_object);
     }
@@ -70,19 +66,9 @@ impl Canvas for NearCanvas {
         self.is_near |= distance_to(self.point, corners) <= self.distance;
     }
 
-    fn outline(&mut self, _corners: &[Corner]) {}
-
-    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
-        if mesh.is_sound() {
-            draw_mesh(self, mesh, materials);
-        }
-    }
-
     fn quadric(&mut self, kind: QuadricKind, material: u32) {
         draw_facets(self, kind, Fineness::of_complexity(1.0), material);
     }
-
-    fn line(&mut self, _ends: [Corner; 2], _width: f32) {}
 
     fn census(&mut self) -> &mut Census {
         &mut self.census

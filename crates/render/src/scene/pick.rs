@@ -7,13 +7,13 @@ use ivcam_inventor::pose::ViewRay;
 use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::State;
 
-use super::canvas::{BoundsCanvas, Canvas, MaterialsBy, PictureView, Sides, Wants, draw_mesh};
+use super::canvas::{BoundsCanvas, Canvas, PictureView, Sides, Wants};
 use super::census::Census;
 use super::near::is_near;
 use super::options::CompileOptions;
 use super::placement::Placement;
 use super::shapes;
-use crate::geometry::{Corner, Quadric, QuadricKind, TriangleMesh};
+use crate::geometry::{Corner, Quadric, QuadricKind};
 
 /// Intersects rays with shapes as they are drawn with some options.
 #[derive(Clone, Debug)]
@@ -92,10 +92,6 @@ impl Canvas for PickCanvas {
         &self.picture
     }
 
-    fn ignores_draw_style(&self) -> bool {
-        false
-    }
-
     fn begin(&mut self, _node: NodeRef<'_>, state: &State<'_>) {
         self.placement = self.placement.moved_to(state.world_from_object);
         self.sides = Sides {
@@ -149,14 +145,6 @@ impl Canvas for PickCanvas {
         self.meet(distance, outward, normal, coordinates.truncate());
     }
 
-    fn outline(&mut self, _corners: &[Corner]) {}
-
-    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
-        if mesh.is_sound() {
-            draw_mesh(self, mesh, materials);
-        }
-    }
-
     fn quadric(&mut self, kind: QuadricKind, material: u32) {
         let matrix = self.placement.scene_from_object;
         let Some(quadric) = Quadric::new(kind, matrix, material) else {
@@ -175,8 +163,6 @@ impl Canvas for PickCanvas {
             self.meet(distance, outward, normal, coordinates);
         }
     }
-
-    fn line(&mut self, _ends: [Corner; 2], _width: f32) {}
 
     fn census(&mut self) -> &mut Census {
         &mut self.census

@@ -6,6 +6,7 @@ use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::state::State;
 
 use super::mistake::Mistake;
+use super::one_by_one::draw_mesh;
 use super::picture_view::PictureView;
 use super::reports::Reports;
 use super::runs::Runs;
@@ -100,7 +101,9 @@ pub(crate) trait Canvas {
     }
 
     /// Whether `DrawStyle` and the boxes of `Complexity` are ignored, so that all shapes are drawn.
-    fn ignores_draw_style(&self) -> bool;
+    fn ignores_draw_style(&self) -> bool {
+        false
+    }
 
     /// Begins a shape. Everything drawn until the next call belongs to it.
     fn begin(&mut self, node: NodeRef<'_>, state: &State<'_>);
@@ -150,10 +153,14 @@ pub(crate) trait Canvas {
     fn triangle(&mut self, corners: [Corner; 3]);
 
     /// Draws the edges or the vertices of a face, depending on the draw style.
-    fn outline(&mut self, corners: &[Corner]);
+    fn outline(&mut self, _corners: &[Corner]) {}
 
-    /// Draws a mesh.
-    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy);
+    /// Draws a mesh; by default one triangle after the other.
+    fn mesh(&mut self, mesh: &TriangleMesh, materials: MaterialsBy) {
+        if mesh.is_sound() {
+            draw_mesh(self, mesh, materials);
+        }
+    }
 
     /// Whether the glyphs of a text are drawn by [`Self::glyph`].
     fn takes_glyphs(&self) -> bool {
@@ -177,7 +184,7 @@ pub(crate) trait Canvas {
     fn begin_line(&mut self) {}
 
     /// Draws a line between two points, with a width in pixels.
-    fn line(&mut self, ends: [Corner; 2], width: f32);
+    fn line(&mut self, _ends: [Corner; 2], _width: f32) {}
 
     /// Draws a square with a size in pixels.
     fn dot(&mut self, corner: Corner, size: f32) {

@@ -4,7 +4,11 @@ use super::drawing::{Canvas, MaterialsBy};
 use crate::geometry::{self, Corner, Fineness, QuadricKind, TriangleMesh};
 
 /// Draws the triangles of a mesh.
-pub(crate) fn draw_mesh(out: &mut impl Canvas, mesh: &TriangleMesh, materials: MaterialsBy) {
+pub(crate) fn draw_mesh(
+    out: &mut (impl Canvas + ?Sized),
+    mesh: &TriangleMesh,
+    materials: MaterialsBy,
+) {
     let by_part = materials == MaterialsBy::Part && mesh.colors.is_empty();
     for (i, triangle) in mesh.triangles.iter().enumerate() {
         let materials = mesh.materials(i, by_part);
