@@ -71,10 +71,7 @@ impl Stream {
     }
 
     fn rotation(&mut self) -> Rotation {
-        Rotation {
-            axis: self.vec3(),
-            angle: self.float(),
-        }
+        Rotation::new(self.vec3(), self.float())
     }
 
     fn plane(&mut self) -> Plane {

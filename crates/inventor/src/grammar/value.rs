@@ -21,10 +21,12 @@ pub struct Rotation {
 
 impl Rotation {
     /// The rotation by 0 about the z axis.
-    pub const IDENTITY: Self = Self {
-        axis: Vec3::Z,
-        angle: 0.0,
-    };
+    pub const IDENTITY: Self = Self::new(Vec3::Z, 0.0);
+
+    /// Creates a rotation about an axis of any length by an angle in radians.
+    pub const fn new(axis: Vec3, angle: f32) -> Self {
+        Self { axis, angle }
+    }
 
     /// Creates a rotation from the axis and the angle, four numbers.
     fn from_numbers(numbers: &[f64]) -> Self {

@@ -26,10 +26,7 @@ pub fn axis_angle(turn: DQuat) -> (DVec3, f64) {
 /// Converts a rotation to that of a scene.
 pub fn rotation_value(turn: DQuat) -> Rotation {
     let (axis, angle) = axis_angle(turn);
-    Rotation {
-        axis: axis.as_vec3(),
-        angle: angle as f32,
-    }
+    Rotation::new(axis.as_vec3(), angle as f32)
 }
 
 /// Returns the rotation in a matrix: its orthogonal polar factor, by Higham's iteration, which is

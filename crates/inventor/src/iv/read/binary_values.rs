@@ -213,10 +213,7 @@ fn floats<const N: usize>(input: &[u8]) -> Parsed<'_, [f32; N]> {
 }
 
 fn rotation([x, y, z, angle]: [f32; 4]) -> Rotation {
-    Rotation {
-        axis: Vec3::new(x, y, z),
-        angle,
-    }
+    Rotation::new(Vec3::new(x, y, z), angle)
 }
 
 fn plane([x, y, z, distance]: [f32; 4]) -> Plane {

@@ -225,10 +225,7 @@ fn vec4(input: &[u8]) -> Parsed<'_, Vec4> {
 }
 
 fn rotation(input: &[u8]) -> Parsed<'_, Rotation> {
-    let rotation = |[x, y, z, angle]: [f32; 4]| Rotation {
-        axis: Vec3::new(x, y, z),
-        angle,
-    };
+    let rotation = |[x, y, z, angle]: [f32; 4]| Rotation::new(Vec3::new(x, y, z), angle);
     floats.map(rotation).parse(input)
 }
 

@@ -70,10 +70,7 @@ fn components<T>(values: &[T], part: impl Fn(&T) -> f32) -> Value {
 pub(super) fn rotation(node: NodeRef<'_>) -> Outputs {
     let axis = node.get(compose_rotation::AXIS);
     let angle = node.get(compose_rotation::ANGLE);
-    let make = |i| Rotation {
-        axis: at_or(axis, i, Vec3::Z),
-        angle: at(angle, i),
-    };
+    let make = |i| Rotation::new(at_or(axis, i, Vec3::Z), at(angle, i));
     let rotations = run([axis.len(), angle.len()], make);
     vec![("rotation", Value::Rotations(rotations))]
 }
@@ -111,10 +108,7 @@ fn from_to(from: Vec3, to: Vec3) -> Rotation {
             a.any_orthonormal_vector()
         }
     });
-    Rotation {
-        axis: axis.as_vec3(),
-        angle: angle as f32,
-    }
+    Rotation::new(axis.as_vec3(), angle as f32)
 }
 
 pub(super) fn matrix(node: NodeRef<'_>) -> Outputs {

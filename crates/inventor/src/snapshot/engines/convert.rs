@@ -128,10 +128,10 @@ fn rewidth(value: &Value, numbers: Vec<f64>, width: usize, kind: F) -> Option<Ve
     match (width, wanted) {
         (4, 16) if matches!(value, Value::Rotation(_) | Value::Rotations(_)) => {
             let turns = numbers.chunks_exact(4).map(|n| {
-                let r = Rotation {
-                    axis: Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32),
-                    angle: n[3] as f32,
-                };
+                let r = Rotation::new(
+                    Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32),
+                    n[3] as f32,
+                );
                 DMat4::from_quat(r.to_quat().as_dquat()).to_cols_array()
             });
             Some(turns.flatten().collect())
@@ -152,10 +152,7 @@ fn rewidth(value: &Value, numbers: Vec<f64>, width: usize, kind: F) -> Option<Ve
 pub(super) fn rotation_of(q: DQuat) -> Rotation {
     let v = DVec3::new(q.x, q.y, q.z);
     match v.try_normalize() {
-        Some(axis) => Rotation {
-            axis: axis.as_vec3(),
-            angle: (2.0 * libm::atan2(v.length(), q.w)) as f32,
-        },
+        Some(axis) => Rotation::new(axis.as_vec3(), (2.0 * libm::atan2(v.length(), q.w)) as f32),
         None => Rotation::IDENTITY,
     }
 }
@@ -170,10 +167,7 @@ pub fn from_numbers(n: &[f64], kind: F) -> Option<Value> {
     let vec2 = |n: &[f64]| Vec2::new(n[0] as f32, n[1] as f32);
     let vec3 = |n: &[f64]| Vec3::new(n[0] as f32, n[1] as f32, n[2] as f32);
     let vec4 = |n: &[f64]| Vec4::new(n[0] as f32, n[1] as f32, n[2] as f32, n[3] as f32);
-    let rotation = |n: &[f64]| Rotation {
-        axis: vec3(n),
-        angle: n[3] as f32,
-    };
+    let rotation = |n: &[f64]| Rotation::new(vec3(n), n[3] as f32);
     let plane = |n: &[f64]| Plane {
         normal: vec3(n),
         distance: n[3] as f32,

@@ -65,10 +65,7 @@ fn composing_and_decomposing_are_opposites() {
     };
     assert_eq!(m.w_axis.truncate(), Vec3::new(1.0, 2.0, 3.0));
     let scene = "DEF X Rotation { rotation = ComposeRotation { axis 0 1 0 angle 2 } . rotation }";
-    let turn = Rotation {
-        axis: Vec3::Y,
-        angle: 2.0,
-    };
+    let turn = Rotation::new(Vec3::Y, 2.0);
     assert_eq!(x(scene, "rotation", 0.0), Value::Rotation(turn));
 }
 

@@ -388,13 +388,7 @@ pub(super) fn rotation_of(rotation: Quat) -> Rotation {
     };
     let sine = rotation.xyz().length();
     if sine == 0.0 {
-        return Rotation {
-            axis: Vec3::Z,
-            angle: 0.0,
-        };
+        return Rotation::IDENTITY;
     }
-    Rotation {
-        axis: rotation.xyz() / sine,
-        angle: 2.0 * libm::atan2f(sine, rotation.w),
-    }
+    Rotation::new(rotation.xyz() / sine, 2.0 * libm::atan2f(sine, rotation.w))
 }
