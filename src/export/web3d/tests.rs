@@ -27,6 +27,22 @@ fn scene(text: &str) -> Vec<String> {
     inside.take_while(|line| line != "</Scene>").collect()
 }
 
+/// X3D 3.3 exchanged the default angles of a `SpotLight` of VRML97.
+#[test]
+fn a_spot_light_of_vrml97_keeps_its_angles() {
+    let text = "Group { children SpotLight { beamWidth 0.5 } }";
+    let found = scene(&format!("#VRML V2.0 utf8\n{text}"));
+    assert_eq!(
+        found[1],
+        "<SpotLight beamWidth='0.5' cutOffAngle='0.785398'/>"
+    );
+    let of_x3d = scene(&format!("#X3D V3.3 utf8\nPROFILE Full\n{text}"));
+    assert_eq!(
+        of_x3d[1],
+        "<SpotLight beamWidth='0.5' cutOffAngle='1.5707964'/>"
+    );
+}
+
 #[test]
 fn nodes_fields_and_uses_of_vrml97_are_kept() {
     let found = scene(

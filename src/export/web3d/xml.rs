@@ -9,7 +9,7 @@ use std::path::PathBuf;
 
 use glam::Vec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
-use ivcam_inventor::grammar::{FieldType, class};
+use ivcam_inventor::grammar::{FieldType, class, vrml97_spot_light as spot97};
 use ivcam_inventor::iv::declarations::{Access, Interface, Proto, Route};
 use ivcam_inventor::iv::document::{ClassRef, Document, FieldEntry};
 use ivcam_render::scene::model::Feature;
@@ -516,6 +516,17 @@ impl<'d> XmlWriter<'d, '_> {
         }
         if replaced.color {
             out += " diffuseColor='1 1 1'";
+        }
+        if self.class_name(id) == "SpotLight" {
+            // X3D 3.3 exchanged the default angles of VRML97.
+            for (name, angle) in [
+                ("beamWidth", spot97::BEAM_WIDTH),
+                ("cutOffAngle", spot97::CUT_OFF_ANGLE),
+            ] {
+                if !self.document.node(id).states(angle) {
+                    out += &format!(" {name}='{}'", angle.default());
+                }
+            }
         }
         out
     }

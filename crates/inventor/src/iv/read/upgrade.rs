@@ -1,5 +1,5 @@
-//! Converts nodes of Inventor V1.0, Inventor V2.0 and VRML 1.0 to V2.1, and of X3D 3.3 to 3.0,
-//! directly after reading.
+//! Converts nodes of Inventor V1.0, Inventor V2.0 and VRML 1.0 to V2.1, directly after reading, and
+//! states what depends on the version of X3D.
 //!
 //! A field that V2.1 does not have is read with its old type and replaced by the newer fields.
 
@@ -178,18 +178,22 @@ pub(super) fn upgrade(
         }
     }
     replace_depth_cueing(document, first, &old);
-    if header.is_x3d() && header.version >= (3, 3) {
-        state_spot_angles(document, first);
+    if header.is_x3d() {
+        state_spot_angles(document, first, header.version);
     }
 }
 
-/// States the angles of the `SpotLight`s of X3D 3.3 and later that a file does not state. Before,
-/// they were those of VRML97, the same two exchanged.
-fn state_spot_angles(document: &mut Document, first: usize) {
+/// States the angles of the `SpotLight`s of X3D that a file does not state, because they depend on
+/// its version: X3D 3.3 exchanged those of VRML97.
+fn state_spot_angles(document: &mut Document, first: usize, version: (u8, u8)) {
     let spot = ClassRef::Known(class::VRML97_SPOT_LIGHT);
+    let [beam, end] = match version >= (3, 3) {
+        true => [FRAC_PI_4, FRAC_PI_2],
+        false => [FRAC_PI_2, FRAC_PI_4],
+    };
     let angles = [
-        (spot97::BEAM_WIDTH.index, FRAC_PI_4),
-        (spot97::CUT_OFF_ANGLE.index, FRAC_PI_2),
+        (spot97::BEAM_WIDTH.index, beam),
+        (spot97::CUT_OFF_ANGLE.index, end),
     ];
     for node in first..document.nodes.len() {
         for (index, angle) in angles {
