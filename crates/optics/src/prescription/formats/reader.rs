@@ -9,6 +9,7 @@ use std::sync::Arc;
 use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span, nearest};
 use ivcam_base::math::LengthUnit;
 
+use crate::prescription::about::About;
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::{
     F_NUMBER_TOLERANCE, SystemData, fill, note_f_number,
@@ -180,7 +181,11 @@ impl<'a> PrescriptionReader<'a> {
             found.map_or(Span::at(0), |places| places[column as usize])
         };
         check(&mut lens, self.source, sink, place, &derived)?;
-        Ok(if unit == 1.0 { lens } else { lens.scaled(unit) })
+        let mut lens = if unit == 1.0 { lens } else { lens.scaled(unit) };
+        // A comment's height must follow the lens when that is scaled.
+        let noted = || About::of_notes(&lens.notes).image_height;
+        lens.image_height = lens.image_height.or_else(noted);
+        Ok(lens)
     }
 }
 

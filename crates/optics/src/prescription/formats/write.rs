@@ -12,6 +12,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 
 use crate::prescription::about::{About, KEYS};
 use crate::prescription::decenter::Decenter;
+use crate::prescription::formats::dat::{NOMINAL_F_NUMBER, NOMINAL_FOCAL_LENGTH};
 use crate::prescription::formats::write_seq::code_v;
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
@@ -67,12 +68,15 @@ pub fn write_at(
 ) -> Result<(String, Vec<String>)> {
     // Files have the signs of the straight axis.
     let folded = lens.has_mirrors().then(|| lens.folded());
-    let lens = folded.as_ref().unwrap_or(lens);
+    let written = Prescription {
+        notes: notes(lens),
+        ..folded.unwrap_or_else(|| lens.clone())
+    };
     match target {
-        OutputFormat::Columns => columns(lens),
-        OutputFormat::Zemax => zemax(lens, object),
-        OutputFormat::CodeV => code_v(lens, object),
-        OutputFormat::Json => Ok((json(lens), Vec::new())),
+        OutputFormat::Columns => columns(&written),
+        OutputFormat::Zemax => zemax(&written, object),
+        OutputFormat::CodeV => code_v(&written, object),
+        OutputFormat::Json => Ok((json(&written), Vec::new())),
     }
 }
 
@@ -139,6 +143,30 @@ impl FieldEdge {
     }
 }
 
+/// The notes of a lens as it is now: lengths are in millimeters, and what a scale, a zoom position
+/// or a stop has made wrong is left out.
+fn notes(lens: &Prescription) -> Vec<String> {
+    let optics = lens.first_order(D_LINE);
+    let is_near = |stated: Option<f64>, found: Option<f64>, tolerance: f64| {
+        let both = stated.zip(found);
+        both.is_none_or(|(stated, found)| (found.abs() / stated - 1.0).abs() <= tolerance)
+    };
+    let about = About::of(lens);
+    let efl = optics.focal.map(|focal| focal.efl);
+    let has_its_size = is_near(about.focal_length_mm, efl, NOMINAL_FOCAL_LENGTH);
+    let has_its_stop = is_near(about.f_number, optics.f_number(), NOMINAL_F_NUMBER);
+    let note = |note: &String| match note.split(':').next().unwrap_or(note) {
+        "units" => None,
+        "focal length" | "nominal" if !has_its_size => None,
+        "f-number" if !has_its_stop => None,
+        "image height" => about
+            .image_height
+            .map(|h| format!("image height: {} mm", tidy(h))),
+        _ => Some(note.clone()),
+    };
+    lens.notes.iter().filter_map(note).collect()
+}
+
 pub(super) fn refuse(i: usize, what: &str, format: &str) -> Box<Diagnostic> {
     Diagnostic::unsupported(format!("surface {i} {what}, which {format} can't say"))
         .with_help("write .json, which keeps everything")
@@ -154,7 +182,7 @@ fn columns(lens: &Prescription) -> Result<(String, Vec<String>)> {
     for line in field_comments(lens) {
         let _ = writeln!(text, "# {line}");
     }
-    text += "# radius thickness n_d aperture\n";
+    text += "# radius thickness n_d diameter\n";
     if lens.object_medium.n_d != 1.0 {
         return Err(refuse(0, "is in a medium other than air", FORMAT));
     }
@@ -829,6 +857,27 @@ mod tests {
         let read = bare(again(&lens, OutputFormat::Json));
         assert_eq!(read.surfaces, bare(lens.clone()).surfaces);
         assert!(matches!(read.iris, Iris::Blades { count: 7, .. }));
+    }
+
+    #[test]
+    fn notes_are_those_of_the_lens_as_it_is_written() {
+        let text = "# units: in\n# focal length: 2500 mm\n# f-number: 5\n# image height: 2\n\
+                    # nominal: 2500 mm\n100 5 1.5 20\n-100 5 1 20\n0 90 0 19\n";
+        let source = Arc::new(Source::new("a.dat", text.as_bytes().to_vec()));
+        let read = crate::prescription::formats::read(&source, &mut Sink::new()).unwrap();
+        let efl = |lens: &Prescription| lens.first_order(D_LINE).efl();
+        for lens in [read.clone(), read.scaled(0.1)] {
+            for target in [
+                OutputFormat::Columns,
+                OutputFormat::Zemax,
+                OutputFormat::Json,
+            ] {
+                let written = again(&again(&lens, target), OutputFormat::Columns);
+                assert!((efl(&written) / efl(&lens) - 1.0).abs() < 1e-12);
+                let [height, own] = [&written, &lens].map(|l| About::of(l).image_height.unwrap());
+                assert!((height / own - 1.0).abs() < 1e-12, "{height} {own}");
+            }
+        }
     }
 
     #[test]

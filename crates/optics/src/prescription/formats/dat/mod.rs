@@ -23,4 +23,4 @@ mod row;
 mod tests;
 
 pub(crate) use reader::FORMAT;
-pub(super) use reader::adopt_a_stop;
+pub(super) use reader::{NOMINAL_F_NUMBER, NOMINAL_FOCAL_LENGTH, adopt_a_stop};

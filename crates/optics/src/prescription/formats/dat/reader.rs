@@ -264,11 +264,11 @@ fn stated_f_number(notes: &[String]) -> Option<(f64, &str)> {
 
 /// The relative difference from a stated focal length that counts as a contradiction. Nominal focal
 /// lengths are rounded.
-const NOMINAL_FOCAL_LENGTH: f64 = 0.02;
+pub(in crate::prescription::formats) const NOMINAL_FOCAL_LENGTH: f64 = 0.02;
 
 /// The relative difference from a stated f-number that counts as a contradiction: a nominal one is
 /// rounded, and apertures are often some percent wider than the beam.
-const NOMINAL_F_NUMBER: f64 = 0.1;
+pub(in crate::prescription::formats) const NOMINAL_F_NUMBER: f64 = 0.1;
 
 /// Warns of a stated focal length that is not that of the surfaces.
 fn warn_of_focal_length(
