@@ -100,6 +100,7 @@ fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
     Ok(MeritSetting {
         distance: conjugate.distance,
         film,
+        image_height: height,
         heights,
         frequencies: match conditions.frequencies.is_empty() {
             true => FREQUENCIES.to_vec(),

@@ -269,13 +269,11 @@ fn opened(path: &Path, reading: &Reading, work: WorkLimit) -> Result<SurveyedLen
         let setting = SheetSetting::default();
         let edge = setting.conjugate(&lens).and_then(|conjugate| {
             let height = setting.full_height(&lens)?;
-            lens.distortion(Meridian::Y, height, conjugate.film_z)
+            let edge = lens.distortion(Meridian::Y, height, conjugate.film_z)?;
+            Some((edge.angle, conjugate.distortion(&lens, height)))
         });
-        let half_field = edge.map(|edge| edge.angle.to_degrees());
-        let distortion = edge.map(|edge| match edge.angle.to_degrees() < 60.0 {
-            true => 100.0 * edge.f_tan,
-            false => 100.0 * edge.f_theta,
-        });
+        let half_field = edge.map(|(angle, _)| angle.to_degrees());
+        let distortion = edge.and_then(|(_, share)| Some(100.0 * share?));
         Ok(SurveyedLens {
             efl: lens.first_order().focal.map(|focal| focal.efl),
             f_number: lens.real_f_number(),

@@ -1,8 +1,9 @@
 //! Figures of merit beside the data sheet, and the yield beside a closed form.
 
+use ivcam_base::math::Meters;
 use ivcam_optics::lens::{
-    Distribution, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement, SheetSetting,
-    Tolerance, yield_of,
+    Distribution, FocusMethod, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement,
+    SheetSetting, Tolerance, yield_of,
 };
 use ivcam_optics::prescription::{Change, Quantity};
 
@@ -10,6 +11,7 @@ fn setting(heights: &[f64]) -> MeritSetting {
     MeritSetting {
         distance: f64::INFINITY,
         film: MeritFilm::Best,
+        image_height: heights.iter().copied().fold(0.0, f64::max),
         heights: heights.to_vec(),
         frequencies: vec![10.0, 30.0],
     }
@@ -38,6 +40,45 @@ fn figures_of_merit_are_those_of_the_data_sheet() {
                 "{name} {light} {found:?}"
             );
         }
+    }
+}
+
+/// Near the lens distortion is that of m y, and that of a fish-eye is of f θ.
+#[test]
+fn distortion_is_that_of_the_data_sheet_near_the_lens_and_of_a_fish_eye() {
+    for (name, distance) in [("tessar", Some(Meters(0.5))), ("nikkor-16", None)] {
+        let lens = Lens::named(name).unwrap();
+        let focus = distance.map(|far| lens.focus(FocusMethod::Film, far).unwrap());
+        let conditions = SheetSetting {
+            focus: focus.as_ref(),
+            ..SheetSetting::default()
+        };
+        let sheet = LensSheet::at(&lens, &conditions).unwrap();
+        let conjugate = conditions.conjugate(&lens).unwrap();
+        let setting = MeritSetting {
+            distance: conjugate.distance,
+            film: MeritFilm::At(conjugate.film_z),
+            ..setting(
+                &sheet
+                    .fields
+                    .iter()
+                    .map(|row| row.height)
+                    .collect::<Vec<f64>>(),
+            )
+        };
+        let merit = Merit::of(&lens, &setting).unwrap();
+        let points = merit.points.iter().zip(&sheet.fields);
+        let both: Vec<[f64; 2]> = points
+            .filter_map(|(point, row)| {
+                let share = row.distortion_percent? / 100.0;
+                Some([point.as_ref()?.distortion?, share])
+            })
+            .collect();
+        assert!(both.len() > 35, "{name} {}", both.len());
+        assert!(
+            both.iter().all(|[a, b]| (a - b).abs() < 1e-12),
+            "{name} {both:?}"
+        );
     }
 }
 

@@ -47,6 +47,28 @@ impl ProjectionLaw {
     }
 }
 
+/// What distortion is measured against, with its scale.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct DistortionReference {
+    conjugate: Conjugate,
+    pub(super) law: ProjectionLaw,
+    /// The scale of the image near the axis: millimeters per unit of the tangent, per radian, or
+    /// per millimeter of the object. Off the paraxial focus the image as a whole has another
+    /// scale than at it, which is not distortion.
+    pub(super) scale: Option<f64>,
+}
+
+impl DistortionReference {
+    /// The distortion as a share, at the height at which a chief ray arrives.
+    pub(super) fn distortion(&self, chief: &LensRay, height: f64) -> Option<f64> {
+        if height == 0.0 {
+            return Some(0.0);
+        }
+        let local = self.conjugate.scale(chief, height, self.law)?;
+        Some(local / self.scale? - 1.0)
+    }
+}
+
 /// The properties of the image at a height on the film. Lengths are in millimeters.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct FieldRow {
@@ -126,12 +148,28 @@ impl Conjugate {
         Some(height / reference).filter(|s| s.is_finite())
     }
 
-    /// The scale of the image near the axis: millimeters per unit of the tangent, per radian, or
-    /// per millimeter of the object.
-    pub(super) fn central_scale(&self, lens: &Lens, height: f64, to: ProjectionLaw) -> Option<f64> {
-        let height = 1e-4 * height;
-        let chief = lens.chief_ray(DVec2::new(0.0, height), self.film_z)?;
-        self.scale(&chief, height, to)
+    /// The projection that distortion is measured against, on a film that ends at a height.
+    pub(super) fn projection(&self, lens: &Lens, image_height: f64) -> DistortionReference {
+        let chief = |height| lens.chief_ray(DVec2::new(0.0, height), self.film_z);
+        let half = chief(image_height).map_or(0.0, |chief| angle_of(chief.direction));
+        let law = match self.distance.is_finite() {
+            _ if half > 60f64.to_radians() => ProjectionLaw::Angle,
+            true => ProjectionLaw::ObjectHeight,
+            false => ProjectionLaw::Tangent,
+        };
+        let near = 1e-4 * image_height;
+        DistortionReference {
+            conjugate: *self,
+            law,
+            scale: chief(near).and_then(|chief| self.scale(&chief, near, law)),
+        }
+    }
+
+    /// The distortion of the data sheet as a share, at the end of a film.
+    pub fn distortion(&self, lens: &Lens, image_height: f64) -> Option<f64> {
+        let chief = lens.chief_ray(DVec2::new(0.0, image_height), self.film_z)?;
+        self.projection(lens, image_height)
+            .distortion(&chief, image_height)
     }
 
     /// The z of the paraxial image of the object.
@@ -194,14 +232,10 @@ impl Conjugate {
         &self,
         lines: &[Lens; 3],
         image_height: f64,
-        projection: ProjectionLaw,
+        projection: &DistortionReference,
     ) -> Vec<FieldRow> {
         let lens = &lines[1];
         let center = lens.irradiance(DVec2::ZERO, self.film_z);
-        // Off the paraxial focus the image as a whole has another scale, which is not distortion.
-        let scale = self
-            .central_scale(lens, image_height, projection)
-            .unwrap_or(1.0);
         let row = |i: usize| {
             let height = image_height * i as f64 / STEPS as f64;
             let film = DVec2::new(0.0, height);
@@ -213,7 +247,7 @@ impl Conjugate {
                 };
                 lens.trace_path(&back, Toward::Film, false).outcome.ok()
             });
-            let local = chief.and_then(|chief| self.scale(&chief, height, projection));
+            let distortion = chief.and_then(|chief| projection.distortion(&chief, height));
             let object = chief.and_then(|chief| self.object(&chief));
             let lateral = |line: &Lens| {
                 let object = object?;
@@ -229,7 +263,7 @@ impl Conjugate {
                     0 => 0.0,
                     _ => chief.map_or(f64::NAN, |chief| angle_of(chief.direction).to_degrees()),
                 },
-                distortion_percent: at_axis(0.0, local.map(|l| 100.0 * (l / scale - 1.0))),
+                distortion_percent: at_axis(0.0, distortion.map(|share| 100.0 * share)),
                 relative_illumination: lens.irradiance(film, self.film_z) / center,
                 chief_ray_angle_degrees: arriving
                     .map(|out| libm::atan2(out.direction.y, out.direction.z).to_degrees()),

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::lens::analysis::beam::Beam;
-use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, ProjectionLaw, Zone};
+use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Zone};
 use crate::lens::analysis::points::{PointImage, PointWaves, point_image};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
@@ -129,12 +129,7 @@ impl LensSheet {
         let image_height = setting.full_height(lens)?;
         let lines = lens.spectral_lines().map(|nm| lens.at_wavelength(nm));
         let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
-        let projection = match conjugate.distance.is_finite() {
-            _ if half > 60f64.to_radians() => ProjectionLaw::Angle,
-            true => ProjectionLaw::ObjectHeight,
-            false => ProjectionLaw::Tangent,
-        };
-        let scale = conjugate.central_scale(lens, image_height, projection);
+        let projection = conjugate.projection(lens, image_height);
         let frequencies = match setting.frequencies.is_empty() {
             true => frequencies(image_height),
             false => setting.frequencies.clone(),
@@ -160,12 +155,12 @@ impl LensSheet {
             best_film_z: lens.best_focus(conjugate.distance),
             image_height,
             half_field_degrees: half.to_degrees(),
-            projection: projection.name(),
-            projection_scale: scale.unwrap_or(f64::NAN),
+            projection: projection.law.name(),
+            projection_scale: projection.scale.unwrap_or(f64::NAN),
             lines_nm: lens.spectral_lines(),
             dispersive: lens.prescription().is_dispersive(),
             breathing: base.breathing(base.default_focus_method(), image_height),
-            fields: conjugate.field_rows(&lines, image_height, projection),
+            fields: conjugate.field_rows(&lines, image_height, &projection),
             spherical: conjugate.zones(&lines),
             color: conjugate.color(lens),
             points,

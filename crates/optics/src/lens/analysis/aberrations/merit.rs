@@ -9,10 +9,10 @@ use glam::DVec2;
 use serde::Serialize;
 
 use super::point_rays::{PointAim, PointRays, PupilRay, stop_radius_of};
-use crate::lens::analysis::curves::Conjugate;
+use crate::lens::analysis::curves::{Conjugate, DistortionReference};
 use crate::lens::analysis::points::geometric;
 use crate::lens::lens::Lens;
-use crate::prescription::surface::Meridian;
+use crate::lens::optics::chief_ray::angle_of;
 
 /// The number of rings of equal area in the pupil.
 const RINGS: usize = 6;
@@ -43,6 +43,9 @@ pub struct MeritSetting {
     pub distance: f64,
     /// Where the film stands.
     pub film: MeritFilm,
+    /// Half of the film's diagonal in millimeters, which decides what distortion is measured
+    /// against.
+    pub image_height: f64,
     /// The heights of the points on the film, in millimeters.
     pub heights: Vec<f64>,
     /// The frequencies of the modulation, in line pairs per millimeter.
@@ -75,7 +78,7 @@ pub struct MeritPoint {
     pub rms: f64,
     /// The rms of the wavefront at the lens's wavelength, in waves, without piston and tilt.
     pub wavefront: f64,
-    /// The image height over f tan θ, less 1; none from 90 degrees on.
+    /// The distortion of the data sheet as a share.
     pub distortion: Option<f64>,
     /// The light over that of the axis.
     pub illumination: f64,
@@ -112,6 +115,7 @@ impl Merit {
             lens,
             lines,
             conjugate: conjugate(film_z),
+            projection: conjugate(film_z).projection(lens, setting.image_height),
             radius: stop_radius_of(lens, setting.distance, beam)?,
             axis: lens.irradiance_by(DVec2::ZERO, film_z, OUTLINE).0,
             frequencies: &setting.frequencies,
@@ -139,6 +143,8 @@ struct MeritPoints<'a> {
     /// The lens at its spectral lines, of which the middle one is its own.
     lines: Vec<Lens>,
     conjugate: Conjugate,
+    /// What distortion is measured against.
+    projection: DistortionReference,
     /// The height of the widest axial ray at the stop.
     radius: f64,
     /// The light on the axis, in steradians.
@@ -174,16 +180,13 @@ impl MeritPoints<'_> {
                 .irradiance_by(film, self.conjugate.film_z, OUTLINE)
                 .0,
         );
-        let distortion = self.lens.distortion(Meridian::Y, height, film_z);
+        let chief = self.lens.chief_ray(film, film_z);
         Some(MeritPoint {
             height,
-            angle: distortion.map_or(0.0, |d| d.angle.to_degrees()),
+            angle: chief.map_or(0.0, |chief| angle_of(chief.direction).to_degrees()),
             rms: (square / spot.len() as f64).sqrt(),
             wavefront: wavefront_rms(mono),
-            distortion: match height == 0.0 {
-                true => Some(0.0),
-                false => distortion.map(|d| d.f_tan).filter(|d| d.is_finite()),
-            },
+            distortion: chief.and_then(|chief| self.projection.distortion(&chief, height)),
             illumination: light / self.axis,
             modulation: std::iter::zip(modulation.tangential, modulation.sagittal)
                 .map(|(tangential, sagittal)| [tangential, sagittal])
