@@ -175,13 +175,14 @@ impl SequenceReader<'_> {
         }
     }
 
-    /// Executes `CIR`, which gives a surface its semi-diameter.
+    /// Executes `CIR`, which gives a surface its semi-diameter, an obstruction or a hole.
     fn circle(&mut self, current: usize, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
         let numbers = command[1..]
             .iter()
             .filter(|w| w.text.parse::<f64>().is_ok());
         let numbers: Vec<&Word<'_>> = numbers.collect();
-        let is_obstruction = command.iter().any(|w| w.is("OBS"));
+        // A hole passes light that a sequential trace does not follow: its surface is closed there.
+        let is_obstruction = command.iter().any(|w| w.is("OBS") || w.is("HOL"));
         if let (true, [word]) = (is_obstruction, &numbers[..]) {
             self.draft.lens.surfaces[current].obstruction = self.file.number(**word)?;
         } else if is_obstruction {

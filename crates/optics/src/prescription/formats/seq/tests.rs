@@ -158,6 +158,23 @@ fn a_command_may_name_its_surface() {
 }
 
 #[test]
+fn a_hole_is_closed_as_an_obstruction_is() {
+    let text = |hole: &str| {
+        format!(
+            "RDM\nEPD 100\nSO 0 1e13\nS -400 -150 REFL\nSTO\nCIR 52\n{hole}\nS -150 150 REFL\nCIR 14\nSI 0 0\n"
+        )
+    };
+    for (hole, closed) in [("CIR HOL 10", 10.0), ("CIR OBS 10", 10.0), ("", 0.0)] {
+        let first = &parse(&text(hole)).unwrap().surfaces[0];
+        assert_eq!(
+            (first.semi_diameter, first.obstruction),
+            (52.0, closed),
+            "{hole}"
+        );
+    }
+}
+
+#[test]
 fn zoom_positions_may_change_gaps_and_the_stop() {
     let text = "RDM\nSO 0 1e9\nS 50 5 517642\n CIR 9\nS 0 2\n STO\n CIR 5\nS -80 60\n CIR 8\nSI 0 0\n\
                 ZOO 2\nZOO THI S2 2 4\nZOO CIR S2 5 4\n";
