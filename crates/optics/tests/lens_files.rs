@@ -467,6 +467,52 @@ fn a_table_may_name_glasses() {
     assert!(error.message.contains("N-XY99"), "{error}");
 }
 
+/// Two lenses of one glass, the second with pickups and a curvature that makes the beam of 5 mm
+/// converge by 0.1, are those of the numbers that follow.
+#[test]
+fn pickups_and_solves_of_oslo_are_resolved() {
+    let read = |numbers: [&str; 4]| {
+        let [back, glass, gap, last] = numbers;
+        let text = format!(
+            "LEN NEW \"a\" 50 5\nEBR 5\nUNI 1.0\nAIR\nTH 1e20\nNXT\nGLA 1.5\nCVF 0.02\nTHF 5\nAST\n\
+             NXT\nAIR\n{back}\nTH 10\nNXT\n{glass}\nRDF 100\n{gap}\nNXT\nAIR\n{last}\nNXT\nAIR\nEND 5\n"
+        );
+        let source = Arc::new(Source::new("a.len", text.into_bytes()));
+        formats::read(&source, &mut Sink::new())
+    };
+    let lens = read(["PK CVM 1 .001", "PK GLA -2", "PK TH 1", "PU -0.1; PY 0"]).unwrap();
+    // The marginal ray: n'u' = nu − yc(n' − n), from a height of 5 mm.
+    let bends = [0.02, -0.019, 0.01];
+    let (mut y, mut nu) = (5.0, 0.0);
+    for (c, n, t) in [
+        (bends[0], 1.5, 5.0),
+        (bends[1], 1.0, 10.0),
+        (bends[2], 1.5, 5.0),
+    ] {
+        let before = if n == 1.5 { 1.0 } else { 1.5 };
+        nu -= y * c * (n - before);
+        y += t * nu / n;
+    }
+    let last = (nu + 0.1) / (y * (1.0 - 1.5));
+    for (surface, c) in lens
+        .surfaces
+        .iter()
+        .zip([bends[0], bends[1], bends[2], last])
+    {
+        assert!(
+            (surface.curvature.per_mm() - c).abs() < 1e-15,
+            "{surface:?}"
+        );
+    }
+    assert!((lens.surfaces[3].thickness - y / 0.1).abs() < 1e-12);
+    let same = read(["CV -.019", "GLA 1.5", "TH 5", &format!("CV {last}")]).unwrap();
+    let efl = |lens: Prescription| Lens::new(lens).first_order().efl();
+    assert!((efl(lens) / efl(same) - 1.0).abs() < 1e-12);
+    for wrong in ["PK LN 0 1", "PUC 0.1", "PK CV 4"] {
+        assert!(read([wrong, "GLA 1.5", "TH 5", "CV 0"]).is_err(), "{wrong}");
+    }
+}
+
 /// References to other surfaces are not followed: each is refused with its name.
 #[test]
 fn references_to_other_surfaces_are_refused_by_name() {

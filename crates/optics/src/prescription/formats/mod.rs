@@ -23,6 +23,7 @@ mod loose;
 mod optiland;
 pub(crate) mod origin;
 mod oslo;
+mod oslo_solves;
 pub mod read;
 mod reader;
 mod reading;

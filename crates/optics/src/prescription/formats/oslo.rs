@@ -4,7 +4,9 @@
 //! AP (a semi-diameter, perhaps after CHK), AST, AIR, GLA with a name, an index, or `MOD` and the
 //! indices at the wavelengths of WV, CC, AD to AG; EBR, FNO, ANG and GIH for apertures that the
 //! file leaves out, RFL and RFH for mirrors, DCX to DCZ and TLA to TLC with DT, BEN and RCO for
-//! decenters, and UNI, the millimeters of its unit. What diffracts is refused by name.
+//! decenters, PK for pickups, PU and PY for solves (`oslo_solves`), and UNI, the millimeters of its
+//! unit. CVF, RDF, THF and GLF are fixed numbers and glasses. What diffracts is refused by name,
+//! and so are other pickups and solves.
 
 use std::collections::BTreeMap;
 
@@ -15,6 +17,7 @@ use crate::prescription::formats::commands::commands;
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
 use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::index_table;
+use crate::prescription::formats::oslo_solves::{STATE_IT, Solve, picked_surface, resolve};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, open_if_zero, refused};
 use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE, Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription};
@@ -59,6 +62,7 @@ struct OsloReader<'a> {
     beam: SystemData,
     /// The decenters of surfaces, by their numbers.
     decenters: BTreeMap<usize, StatedDecenter>,
+    solves: Vec<Solve>,
     ended: bool,
 }
 
@@ -70,6 +74,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
         wavelengths: vec![D_LINE, F_LINE, C_LINE],
         beam: SystemData::default(),
         decenters: BTreeMap::new(),
+        solves: Vec::new(),
         ended: false,
     };
     reader.next_surface(Span::at(0));
@@ -154,15 +159,15 @@ impl<'a> OsloReader<'a> {
         let surface = &mut self.draft.lens.surfaces[last];
         let mut stated = command.get(1).map_or(command[0].span, |w| w.span);
         let column = match name {
-            "RD" => {
+            "RD" | "RDF" => {
                 surface.curvature = Curvature::from_radius(number()?);
                 Column::Radius
             }
-            "CV" => {
+            "CV" | "CVF" => {
                 surface.curvature = Curvature::from_curvature(number()?);
                 Column::Radius
             }
-            "TH" => {
+            "TH" | "THF" => {
                 surface.thickness = number()?;
                 Column::Thickness
             }
@@ -179,7 +184,7 @@ impl<'a> OsloReader<'a> {
                 stated = word.span;
                 Column::SemiDiameter
             }
-            _ if self.decenter(name, command)? => return Ok(()),
+            _ if self.decenter(name, command)? || self.follows(name, command)? => return Ok(()),
             _ => return self.of_shape(name, command, sink),
         };
         self.draft.places[last][column as usize] = stated;
@@ -217,6 +222,30 @@ impl<'a> OsloReader<'a> {
             "A" | "X" => all.x = value,
             "B" | "Y" => all.y = value,
             _ => all.z = value,
+        }
+        Ok(true)
+    }
+
+    /// Executes a pickup or a solve of the last surface. Returns whether it is one.
+    fn follows(&mut self, name: &str, command: &[Word<'a>]) -> Result<bool> {
+        let last = self.draft.places.len() - 1;
+        if let Some(solve) = Solve::of(self.file, last, command)? {
+            self.solves.push(solve);
+            return Ok(true);
+        }
+        let picked = command.get(1).map_or("", |w| w.text);
+        if name != "PK" && !["PUC", "PYC", "PI", "PIC", "EC"].contains(&name) {
+            return Ok(false);
+        }
+        if name != "PK" || !["AP", "GLA"].contains(&&*picked.to_ascii_uppercase()) {
+            let message = format!("`{name} {picked}` of surface {last} is not read");
+            return Err(self.file.refuse(command[0].span, message, STATE_IT));
+        }
+        let other = self.draft.lens.surfaces[picked_surface(self.file, last, command)?].clone();
+        let surface = &mut self.draft.lens.surfaces[last];
+        match picked.eq_ignore_ascii_case("AP") {
+            true => surface.semi_diameter = other.semi_diameter,
+            false => surface.medium = other.medium,
         }
         Ok(true)
     }
@@ -279,6 +308,10 @@ impl<'a> OsloReader<'a> {
             let help = "OSLO begins each surface behind the object with `NXT`";
             return Err(self.file.no_surfaces(Span::at(0), help));
         }
+        let entrance = self.beam.entrance_diameter.map(|diameter| 0.5 * diameter);
+        let wavelength = self.wavelengths.first().copied().unwrap_or(D_LINE);
+        let surfaces = &mut self.draft.lens.surfaces;
+        resolve(self.file, surfaces, &self.solves, entrance, wavelength)?;
         for (surface, decenter) in &self.decenters {
             self.draft.lens.surfaces[*surface].frame = decenter.frame();
         }
