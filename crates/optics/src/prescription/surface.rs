@@ -337,7 +337,13 @@ impl Surface {
     /// Whether this is a plane that neither refracts nor reflects nor tilts the axis, given the
     /// medium before it.
     pub(crate) fn is_idle(&self, before: &Medium) -> bool {
-        self.is_plane() && !self.is_mirror && self.frame.is_none() && self.medium == *before
+        self.is_flat_in(before) && self.frame.is_none()
+    }
+
+    /// Whether this is a plane that neither refracts nor reflects, given the medium before it. It
+    /// may tilt the axis.
+    pub(crate) fn is_flat_in(&self, before: &Medium) -> bool {
+        self.is_plane() && !self.is_mirror && self.medium == *before
     }
 
     /// The step of the index that bends a ray, given the indices in front of the surface and behind

@@ -70,17 +70,22 @@ impl SystemData {
     }
 }
 
-/// Fills in the semi-diameters that are not finite. Returns the numbers of their surfaces; none if
-/// the beam is not known.
+/// Fills in the semi-diameters that are not finite, except those of planes in one medium, which no
+/// part of a lens has to be at. Returns the numbers of their surfaces; none if the beam is not
+/// known.
 pub(super) fn fill(lens: &mut Prescription, beam: SystemData) -> Vec<usize> {
-    let is_open = |&i: &usize| !lens.surfaces[i].semi_diameter.is_finite();
+    let stop = lens.stop().unwrap_or(0);
+    let is_open = |&i: &usize| {
+        let surface = &lens.surfaces[i];
+        let is_real = i == stop || !surface.is_flat_in(lens.medium_before(i));
+        is_real && !surface.semi_diameter.is_finite()
+    };
     let open: Vec<usize> = (0..lens.surfaces.len()).filter(is_open).collect();
     if open.is_empty() {
         return open;
     }
     let indices = lens.indices(D_LINE);
     let optics = FirstOrder::of(lens, &indices, Meridian::Y);
-    let stop = lens.stop().unwrap_or(0);
     let ones = heights(lens, &indices, (1.0, 0.0));
     let entrance = beam.entrance_diameter.or_else(|| {
         let efl = optics.focal?.efl;
@@ -234,6 +239,10 @@ mod tests {
             (radii[1] - 12.0).abs() < 1e-6 && (radii[2] - 12.0).abs() < 1e-6,
             "{radii:?}"
         );
+        assert!(fill(&mut lens, beam).is_empty());
+        lens.surfaces[2].thickness = 50.0;
+        lens.surfaces
+            .push(Surface::sphere(0.0, 0.0, Medium::air(), free));
         assert!(fill(&mut lens, beam).is_empty());
     }
 }

@@ -972,6 +972,36 @@ mod tests {
         assert!(error.message.contains("odd power"), "{error}");
     }
 
+    /// The plane that a file of CODE V has for the axis behind a decenter is no aperture: the beam
+    /// of a decentered lens is not where first-order optics has it.
+    #[test]
+    fn light_passes_the_planes_of_a_decentered_axis_in_a_file_of_code_v() {
+        let mut lens = Prescription::new(
+            "a",
+            vec![
+                Surface::stop(5.0, Medium::air(), 4.0),
+                Surface::sphere(100.0, 4.0, Medium::constant(1.5), 20.0),
+                Surface::sphere(-100.0, 90.0, Medium::air(), 20.0),
+            ],
+        );
+        lens.surfaces[2].frame = crate::prescription::decenter::SurfaceFrame {
+            before: Decenter::NONE,
+            after: Decenter {
+                shift: DVec3::new(0.0, 20.0, 0.0),
+                ..Decenter::NONE
+            },
+        }
+        .boxed();
+        let ray = LensRay {
+            origin: DVec3::new(0.0, 0.0, -10.0),
+            direction: DVec3::Z,
+        };
+        for lens in [lens.clone(), again(&lens, OutputFormat::CodeV)] {
+            let path = Lens::new(lens).trace_path(&ray, Toward::Film, true);
+            assert!(path.outcome.is_ok(), "{:?}", path.outcome);
+        }
+    }
+
     #[test]
     fn a_name_without_a_known_ending_is_refused() {
         assert_eq!(
