@@ -6,9 +6,9 @@ use crate::prescription::formats::reader::{PrescriptionReader, SurfaceSpans};
 use crate::prescription::text::{Word, Words, lines, words};
 
 /// Keywords of a surface, which belong to it in files that have lost their indentation too.
-const OF_SURFACE: [&str; 17] = [
+const OF_SURFACE: [&str; 18] = [
     "TYPE", "COMM", "CURV", "CONI", "PARM", "XDAT", "DISZ", "GLAS", "DIAM", "MEMA", "STOP", "FLAP",
-    "CLAP", "OBSC", "COAT", "HIDE", "POPS",
+    "CLAP", "OBSC", "COAT", "HIDE", "POPS", "SCBD",
 ];
 
 /// The lines of one `SURF`, each with its keyword and values.

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::clear_aperture::ClearAperture;
-use crate::prescription::decenter::Decenter;
+use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::SystemData;
 use crate::prescription::formats::format::{PrescriptionFormat, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, open_if_zero};
@@ -78,6 +78,21 @@ fn advance(
         kept.push(Kept { number, gaps });
     } else if let (true, Some(last)) = (is_part, kept.last_mut()) {
         last.gaps.extend(gaps);
+    }
+}
+
+/// The decenter of the numbers of a coordinate break: shifts in x and y, the angles about x, y and
+/// z, and the order.
+fn decenter([dx, dy, tx, ty, tz, order]: [f64; 6]) -> Decenter {
+    let (shift, tilt) = (DVec3::new(dx, dy, 0.0), DVec3::new(tx, ty, tz));
+    match order == 0.0 {
+        true => Decenter { shift, tilt },
+        // The tilts about z, y and x come first, and then the shift.
+        false => Decenter {
+            shift: -shift,
+            tilt: -tilt,
+        }
+        .inverse(),
     }
 }
 
@@ -231,7 +246,7 @@ impl ZemaxReader<'_> {
 
     /// The lens, and the surface of the file for each of its surfaces.
     fn draft(&self, sink: &mut Sink) -> Result<(Draft, Vec<Kept>)> {
-        let [object, inner @ .., _image] = &self.blocks[..] else {
+        let [object, inner @ .., image] = &self.blocks[..] else {
             let help = "a Zemax file lists them as `SURF 0`, `SURF 1`, …";
             return Err(self.file.no_surfaces(Span::at(0), help));
         };
@@ -276,6 +291,7 @@ impl ZemaxReader<'_> {
                 kept.gaps.push(gap);
             }
         }
+        draft.pending = draft.pending.then(&self.frame(image)?.before);
         let notes = self.header.iter().filter(|line| line[0].is("NOTE"));
         let text = |note: &Words<'_>| joined(note.get(2..).unwrap_or(&[]));
         draft.lens.notes = notes.map(text).collect();
@@ -299,20 +315,35 @@ impl ZemaxReader<'_> {
                 *slot = self.file.number(value)?;
             }
         }
-        let [dx, dy, tx, ty, tz, order] = parameters;
-        let (shift, tilt) = (DVec3::new(dx, dy, 0.0), DVec3::new(tx, ty, tz));
-        let decenter = match order == 0.0 {
-            true => Decenter { shift, tilt },
-            // The tilts about z, y and x come first, and then the shift.
-            false => Decenter {
-                shift: -shift,
-                tilt: -tilt,
-            }
-            .inverse(),
-        };
         let gap = (block.number, self.thickness(block)?);
-        advance(draft, kept, &decenter, gap, block.heading);
+        advance(draft, kept, &decenter(parameters), gap, block.heading);
         Ok(true)
+    }
+
+    /// The decenters that a surface has itself: `SCBD 1` in front of it and `SCBD 2` behind it,
+    /// each with its order, whether it follows another tilt, and the numbers of a coordinate break.
+    fn frame(&self, block: &SurfaceBlock<'_>) -> Result<SurfaceFrame> {
+        let mut frame = SurfaceFrame::default();
+        for line in block.lines.iter().filter(|line| line[0].is("SCBD")) {
+            let [keyword, side, order, how, values @ ..] = &line[..] else {
+                continue;
+            };
+            if self.file.number(*how)? != 0.0 {
+                let message = format!("a tilt of surface {} follows another one", block.number);
+                let help = "state its angles and shifts, or use coordinate breaks";
+                return Err(self.file.refuse(keyword.span, message, help));
+            }
+            let mut parameters = [0.0; 6];
+            for (slot, value) in parameters.iter_mut().take(5).zip(values) {
+                *slot = self.file.number(*value)?;
+            }
+            parameters[5] = self.file.number(*order)?;
+            match side.is("1") {
+                true => frame.before = decenter(parameters),
+                false => frame.after = decenter(parameters),
+            }
+        }
+        Ok(frame)
     }
 
     /// The distance to the next surface, which is 0 if it is infinite.
@@ -359,6 +390,7 @@ impl ZemaxReader<'_> {
             obstruction: self.obstruction(block)?,
             is_stop: block.line("STOP").is_some(),
             is_mirror,
+            frame: self.frame(block)?.boxed(),
             span: block.heading,
             ..plane
         })

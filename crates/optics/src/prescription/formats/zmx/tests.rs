@@ -130,6 +130,40 @@ fn a_gap_of_a_configuration_counts_the_dummies_in_it() {
     }
 }
 
+/// Coordinate breaks around a surface are its decenters in front of it and behind it.
+#[test]
+fn the_tilts_of_a_surface_are_those_of_coordinate_breaks_around_it() {
+    let stop = "SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0\n  DISZ 5\n  DIAM 5\n";
+    let lens = "  TYPE STANDARD\n  CURV 0.02\n  GLAS N-BK7\n  DIAM 10\n";
+    let rear = "  TYPE STANDARD\n  CURV -0.01\n  DISZ 50\n  DIAM 10\n";
+    let numbers = |order: &str| format!("PARM 1 1\n  PARM 2 2\n  PARM 3 5\n  PARM 6 {order}\n");
+    let breaks = format!(
+        "{stop}SURF 2\n  TYPE COORDBRK\n  {}  DISZ 0\nSURF 3\n{lens}  DISZ 0\nSURF 4\n  TYPE COORDBRK\n  \
+         {}  DISZ 4\nSURF 5\n{rear}",
+        numbers("0"),
+        numbers("1")
+    );
+    let own = format!(
+        "{stop}SURF 2\n  SCBD 1 0 0 1 2 5 0 0\n  SCBD 2 1 0 1 2 5 0 0\n{lens}  DISZ 4\nSURF 3\n{rear}"
+    );
+    let bare = |text: &str| {
+        let surfaces = parse(&file(text, "")).unwrap().surfaces;
+        surfaces
+            .into_iter()
+            .map(|s| (s.curvature, s.thickness, s.frame))
+            .collect::<Vec<_>>()
+    };
+    assert!(bare(&own)[1].2.is_some());
+    assert_eq!(bare(&own), bare(&breaks));
+    let follows = own.replace("SCBD 2 1 0", "SCBD 2 1 2");
+    assert!(
+        parse(&file(&follows, ""))
+            .unwrap_err()
+            .message
+            .contains("surface 2")
+    );
+}
+
 #[test]
 fn a_glass_may_be_that_of_another_surface() {
     let text = |other: u32| {
