@@ -22,6 +22,10 @@ pub(super) struct SystemData {
     pub entrance_diameter: Option<f64>,
     /// The f-number of the image.
     pub f_number: Option<f64>,
+    /// The numerical aperture in front of the lens, for an object that is not at infinity.
+    pub object_aperture: Option<f64>,
+    /// The numerical aperture of the image.
+    pub image_aperture: Option<f64>,
     /// Half of the field, in degrees.
     pub half_field: f64,
     /// The part of the beam's radius that vignetting takes at the edge of the field.
@@ -47,6 +51,34 @@ impl SystemData {
     pub(super) fn state_f_number(&mut self, f_number: f64, span: Span) {
         self.f_number = Some(f_number).filter(|n| *n > 0.0);
         self.stated = Some(span);
+    }
+
+    /// The beam with the entrance pupil or the f-number of the numerical aperture that it states,
+    /// if it does.
+    pub(super) fn with_pupil(self, lens: &Prescription) -> Self {
+        let optics = lens.first_order(D_LINE);
+        // Files write infinity as 1e10 or more.
+        let distance = self.object_distance.filter(|d| d.abs() < 1e9);
+        let of_image = || {
+            let focal = optics.focal?;
+            let magnification = focal.front_efl / (distance? + focal.front_focal_point);
+            Some(magnification.abs() * self.image_aperture?)
+        };
+        let pupil = || {
+            let sine = self.object_aperture.or_else(of_image)? / optics.n_object;
+            let place = optics.entrance_pupil.map_or(0.0, |pupil| pupil.z);
+            Some(2.0 * (distance? + place) * sine / (1.0 - sine * sine).sqrt())
+        };
+        let f_number = || self.image_aperture.map(|aperture| 0.5 / aperture);
+        let pupil = pupil().filter(|d| d.is_finite() && *d > 0.0);
+        let entrance_diameter = self.entrance_diameter.or(pupil);
+        Self {
+            entrance_diameter,
+            f_number: self
+                .f_number
+                .or_else(|| f_number().filter(|_| entrance_diameter.is_none())),
+            ..self
+        }
     }
 
     /// The height of the object and its distance; none if one of them is not stated.
@@ -216,6 +248,43 @@ fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<
 mod tests {
     use super::*;
     use crate::prescription::glass::Medium;
+
+    /// A thin lens of 50 mm with its stop, 100 mm behind the object: the image has the same size,
+    /// and so has the aperture.
+    #[test]
+    fn a_numerical_aperture_is_an_entrance_pupil() {
+        let front = Surface::sphere(50.0, 1e-12, Medium::constant(1.5), f64::INFINITY);
+        let rear = Surface::sphere(-50.0, 100.0, Medium::air(), f64::INFINITY);
+        let front = Surface {
+            is_stop: true,
+            ..front
+        };
+        let lens = Prescription::new("a", vec![front, rear]);
+        let near = SystemData {
+            object_distance: Some(100.0),
+            ..SystemData::default()
+        };
+        let wanted = 200.0 * libm::tan(libm::asin(0.1));
+        for beam in [
+            SystemData {
+                object_aperture: Some(0.1),
+                ..near
+            },
+            SystemData {
+                image_aperture: Some(0.1),
+                ..near
+            },
+        ] {
+            let found = beam.with_pupil(&lens).entrance_diameter;
+            assert!((found.unwrap() - wanted).abs() < 1e-9, "{found:?}");
+        }
+        let far = SystemData {
+            image_aperture: Some(0.1),
+            object_distance: Some(1e13),
+            ..near
+        };
+        assert_eq!(far.with_pupil(&lens).f_number, Some(5.0));
+    }
 
     /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.
     #[test]

@@ -38,6 +38,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
         object_distance: object_distance(&root),
         ..beam(&root)
     };
+    close_stop(&mut draft, &root);
     draft.fold();
     draft.limit(beam, sink);
     state_wavelengths(&mut draft, &root);
@@ -62,14 +63,27 @@ fn state_wavelengths(draft: &mut Draft, root: &Value) {
     draft.state_wavelengths(&all, &[], primary.unwrap_or(0));
 }
 
+/// The kind of the aperture of the file, and its value.
+fn stated_aperture(root: &Value) -> (&str, Option<f64>) {
+    let aperture = &root["aperture"];
+    let kind = aperture["type"].as_str().or(aperture["ap_type"].as_str());
+    let value = finite(aperture.get("value")).filter(|v| *v > 0.0);
+    (kind.unwrap_or(""), value)
+}
+
+/// Gives a stop without an aperture the diameter that the file states for it.
+fn close_stop(draft: &mut Draft, root: &Value) {
+    let ("float_by_stop_size", Some(diameter)) = stated_aperture(root) else {
+        return;
+    };
+    for stop in draft.lens.surfaces.iter_mut().filter(|s| s.is_stop) {
+        stop.semi_diameter = stop.semi_diameter.min(0.5 * diameter);
+    }
+}
+
 /// The beam of the file: its aperture and its largest field.
 fn beam(root: &Value) -> SystemData {
-    let aperture = &root["aperture"];
-    let kind = aperture["type"]
-        .as_str()
-        .or(aperture["ap_type"].as_str())
-        .unwrap_or("");
-    let value = finite(aperture.get("value")).filter(|v| *v > 0.0);
+    let (kind, value) = stated_aperture(root);
     let fields = root["fields"]["fields"].as_array();
     let heights = fields.into_iter().flatten().map(|field| {
         let part = |key: &str| finite(field.get(key)).unwrap_or(0.0);
@@ -83,6 +97,7 @@ fn beam(root: &Value) -> SystemData {
     SystemData {
         entrance_diameter: value.filter(|_| kind == "EPD"),
         f_number: value.filter(|_| kind == "imageFNO"),
+        object_aperture: value.filter(|_| kind == "objectNA"),
         half_field: match field {
             "AngleField" | "angle" => largest,
             _ => 0.0,

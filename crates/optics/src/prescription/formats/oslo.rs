@@ -2,11 +2,11 @@
 //!
 //! Surface 0 is the object and the last one, or the one of `END`, the image. Read: RD or CV, TH,
 //! AP (a semi-diameter, perhaps after CHK), AST, AIR, GLA with a name, an index, or `MOD` and the
-//! indices at the wavelengths of WV, CC, AD to AG; EBR, FNO, ANG and GIH for apertures that the
-//! file leaves out, RFL and RFH for mirrors, DCX to DCZ and TLA to TLC with DT, BEN and RCO for
-//! decenters, PK for pickups, PU and PY for solves (`oslo_solves`), and UNI, the millimeters of its
-//! unit. CVF, RDF, THF and GLF are fixed numbers and glasses. What diffracts is refused by name,
-//! and so are other pickups and solves.
+//! indices at the wavelengths of WV, CC, AD to AG; EBR, FNO, NAO, NA, ANG and GIH for apertures
+//! that the file leaves out, RFL and RFH for mirrors, DCX to DCZ and TLA to TLC with DT, BEN and
+//! RCO for decenters, PK for pickups, PU and PY for solves (`oslo_solves`), and UNI, the
+//! millimeters of its unit. CVF, RDF, THF and GLF are fixed numbers and glasses. What diffracts is
+//! refused by name, and so are other pickups and solves.
 
 use std::collections::BTreeMap;
 
@@ -125,6 +125,14 @@ impl<'a> OsloReader<'a> {
             "FNO" => {
                 let f_number = self.file.argument(command)?;
                 self.beam.state_f_number(f_number, word.span);
+            }
+            "NAO" | "NA" => {
+                let aperture = Some(self.file.argument(command)?).filter(|value| *value > 0.0);
+                match name.as_str() {
+                    "NAO" => self.beam.object_aperture = aperture,
+                    _ => self.beam.image_aperture = aperture,
+                }
+                self.beam.stated = Some(word.span);
             }
             "ANG" => self.beam.half_field = self.file.argument(command)?.abs(),
             "GIH" => self.beam.image_height = Some(self.file.argument(command)?.abs()),
@@ -308,7 +316,11 @@ impl<'a> OsloReader<'a> {
             let help = "OSLO begins each surface behind the object with `NXT`";
             return Err(self.file.no_surfaces(Span::at(0), help));
         }
-        let entrance = self.beam.entrance_diameter.map(|diameter| 0.5 * diameter);
+        let beam = &self.beam;
+        let near =
+            |sine: f64| self.draft.lens.surfaces[0].thickness * sine / (1.0 - sine * sine).sqrt();
+        let entrance = beam.entrance_diameter.map(|diameter| 0.5 * diameter);
+        let entrance = entrance.or(beam.object_aperture.map(near));
         let wavelength = self.wavelengths.first().copied().unwrap_or(D_LINE);
         let surfaces = &mut self.draft.lens.surfaces;
         resolve(self.file, surfaces, &self.solves, entrance, wavelength)?;

@@ -221,6 +221,13 @@ impl Draft {
     /// Gives surfaces without an aperture that of the beam, and keeps its field, and an f-number
     /// that contradicts the apertures.
     pub(super) fn limit(&mut self, beam: SystemData, sink: &mut Sink) {
+        let beam = beam.with_pupil(&self.lens);
+        if beam.object_aperture.is_some() && beam.entrance_diameter.is_none() {
+            let message =
+                "the numerical aperture of the object is left out: the object is at infinity";
+            sink.warn(beam.stated.unwrap_or(Span::at(0)), message)
+                .help("state the entrance pupil or the f-number in its place");
+        }
         self.derived = fill(&mut self.lens, beam);
         if !self.derived.is_empty() {
             let message = "apertures that the file leaves out are those of its beam";

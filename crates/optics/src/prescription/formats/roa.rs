@@ -45,6 +45,7 @@ fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Prescription> {
     let mut draft = reader.draft(sink)?;
     draft.fold();
     if let Some(beam) = reader.beam() {
+        let beam = beam.with_pupil(&draft.lens);
         note_f_number(&mut draft.lens, beam, F_NUMBER_TOLERANCE);
     }
     draft.state_field(reader.field(), sink);
@@ -306,9 +307,18 @@ impl RayOpticsReader<'_> {
         let is_object = key.iter().any(|word| word == "object");
         let beam = SystemData {
             stated: Some(Span::at(0)),
+            object_distance: self.field().object_distance,
             ..SystemData::default()
         };
         match kind {
+            "NA" if is_object => Some(SystemData {
+                object_aperture: Some(value),
+                ..beam
+            }),
+            "NA" => Some(SystemData {
+                image_aperture: Some(value),
+                ..beam
+            }),
             "f/#" if !is_object => Some(SystemData {
                 f_number: Some(value),
                 ..beam

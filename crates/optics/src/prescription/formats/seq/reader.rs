@@ -258,6 +258,14 @@ impl<'a> SequenceReader<'a> {
             "DIM" => self.draft.unit = self.dimension(command)?,
             "EPD" => beam.state_entrance(self.file.argument(command)?, place),
             "FNO" => beam.state_f_number(self.file.argument(command)?, place),
+            "NAO" | "NA" => {
+                let value = Some(self.file.argument(command)?).filter(|aperture| *aperture > 0.0);
+                match name {
+                    "NAO" => beam.object_aperture = value,
+                    _ => beam.image_aperture = value,
+                }
+                beam.stated = Some(place);
+            }
             "WL" => self.wavelengths.0 = list()?,
             "REF" => {
                 let number = self.file.argument(command)?;

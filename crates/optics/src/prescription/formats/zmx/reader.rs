@@ -192,10 +192,12 @@ impl ZemaxReader<'_> {
         };
         let largest = self.largest_field(kind("0"));
         let mut lines = self.header.iter();
-        let aperture = lines.find(|l| l[0].is("ENPD") || l[0].is("FNUM"));
+        let kinds = ["ENPD", "FNUM", "OBNA"];
+        let aperture = lines.find(|l| kinds.iter().any(|kind| l[0].is(kind)));
         Ok(SystemData {
             entrance_diameter: value("ENPD")?.filter(|d| *d > 0.0),
             f_number: value("FNUM")?.filter(|n| *n > 0.0),
+            object_aperture: value("OBNA")?.filter(|aperture| *aperture > 0.0),
             half_field: if kind("0") { largest } else { 0.0 },
             image_height: (kind("2") || kind("3")).then_some(largest),
             object_height: kind("1").then_some(largest),
