@@ -65,6 +65,8 @@ pub(super) struct SequenceReader<'a> {
     pub(super) decenters: BTreeMap<usize, StatedDecenter>,
     /// The clear apertures of surfaces that are not round or not on the axis.
     pub(super) apertures: BTreeMap<usize, StatedAperture>,
+    /// What zoom positions change that is not read.
+    pub(super) left_out: Vec<&'a str>,
     /// The surface that a command without one is about; none at the image.
     pub(super) current: Option<usize>,
 }
@@ -171,6 +173,7 @@ impl<'a> SequenceReader<'a> {
             draft: file.draft(None),
             decenters: BTreeMap::new(),
             apertures: BTreeMap::new(),
+            left_out: Vec::new(),
             current: None,
         }
     }

@@ -201,3 +201,20 @@ fn a_private_glass_needs_the_d_line_only() {
     let error = glass("PWL 1550 1310\n'G' 1.44 1.45").unwrap_err();
     assert!(error.message.contains("`G` has no index"), "{error}");
 }
+
+fn warnings(text: &str) -> Vec<String> {
+    let source = Arc::new(Source::new("a.seq", text.as_bytes().to_vec()));
+    let mut sink = Sink::new();
+    read(&source, &mut sink).unwrap_or_else(|e| panic!("{e}"));
+    sink.items().iter().map(|d| d.message.clone()).collect()
+}
+
+#[test]
+fn zoom_positions_that_change_what_is_not_read_are_warned_of_once() {
+    let text = "RDM\nSO 0 1e13\nS 50 5 517642\nSTO\nCIR 5\nS -80 60\nCIR 6\nSI 0 0\nZOO 2\n\
+                ZOO THI S2 60 61\nZOO YDE S1 0 1\nZOO YDE S2 0 1\nZOO ADE S1 0 1\nZOO TIT 'a' 'b'\n";
+    let found = warnings(text);
+    let found = found.iter().filter(|m| m.contains("zoom positions"));
+    let found: Vec<&str> = found.filter_map(|m| m.split('`').nth(1)).collect();
+    assert_eq!(found, ["YDE", "ADE"]);
+}

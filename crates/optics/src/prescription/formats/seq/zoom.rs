@@ -6,9 +6,13 @@ use crate::prescription::formats::seq::reader::SequenceReader;
 use crate::prescription::prescription::ZoomPosition;
 use crate::prescription::text::Word;
 
-impl SequenceReader<'_> {
+/// What may change by the zoom position without an effect on the lens: the title, and the weights
+/// of positions, fields and wavelengths.
+const IDLE: [&str; 5] = ["TIT", "TITLE", "WTZ", "WTF", "WTW"];
+
+impl<'a> SequenceReader<'a> {
     /// `ZOO n`, then `ZOO THI S5 v1 v2 …`; here without the `ZOO`.
-    pub(super) fn zoom(&mut self, command: &[Word<'_>], sink: &mut Sink) -> Result<()> {
+    pub(super) fn zoom(&mut self, command: &[Word<'a>], sink: &mut Sink) -> Result<()> {
         let count = command.first().and_then(|w| w.text.parse::<usize>().ok());
         if let Some(count) = count {
             self.draft.lens.zoom = (1..=count.min(1000))
@@ -23,11 +27,10 @@ impl SequenceReader<'_> {
             return Ok(());
         };
         let is_gap = what.is("THI");
-        let changes = ["THI", "CIR", "RDY", "CUY", "GLA", "K", "STO", "EPD", "FNO"];
-        if !changes.iter().any(|name| what.is(name)) {
-            return Ok(());
-        }
-        let surfaces = self.named_surfaces(*surface)?;
+        let surfaces = match is_gap || what.is("CIR") {
+            true => self.named_surfaces(*surface)?,
+            false => None,
+        };
         for &surface in surfaces.iter().flatten() {
             let of_stop = what.is("CIR") && self.draft.lens.surfaces[surface].is_stop;
             if !is_gap && !of_stop {
@@ -42,12 +45,15 @@ impl SequenceReader<'_> {
             }
             return Ok(());
         }
-        if !is_gap {
+        let is_idle = IDLE.iter().any(|name| what.is(name));
+        if !is_gap && !is_idle && !self.left_out.iter().any(|name| what.is(name)) {
             let message = format!(
                 "zoom positions that change `{}` are read without it",
                 what.text
             );
-            sink.warn(what.span, message);
+            sink.warn(what.span, message)
+                .help("save each position as a file of its own");
+            self.left_out.push(what.text);
         }
         Ok(())
     }

@@ -215,3 +215,19 @@ fn a_biconic_that_bends_in_x_only_is_a_cylinder() {
             .contains("BICONICX")
     );
 }
+
+#[test]
+fn a_configuration_that_changes_what_is_not_read_is_warned_of_once() {
+    let surfaces = "SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.02\n  DISZ 5\n  DIAM 5\n";
+    let operands = "MNUM 2 1\nTHIC 1 1 5 0\nTHIC 1 2 6 0\nIGNR 1 1 0 0\nIGNR 1 2 1 0\nCATX 1 2 3 0\n\
+                    MOFF 0 1 0 0\nTOL TOFF 0 0\n";
+    let source = Arc::new(Source::new("a.zmx", file(surfaces, operands).into_bytes()));
+    let mut sink = Sink::new();
+    read(&source, &mut sink).unwrap();
+    let found = sink
+        .items()
+        .iter()
+        .filter(|d| d.message.contains("configurations that change"));
+    let found: Vec<&str> = found.filter_map(|d| d.message.split('`').nth(1)).collect();
+    assert_eq!(found, ["IGNR", "CATX"]);
+}

@@ -6,11 +6,8 @@ use crate::prescription::formats::zmx::reader::{Kept, ZemaxReader};
 use crate::prescription::prescription::ZoomPosition;
 use crate::prescription::text::{Word, Words};
 
-/// Configurations that change a lens in a way that is not read.
-const OTHER_OPERANDS: [&str; 14] = [
-    "CRVT", "CONN", "GLSS", "MIND", "MABB", "STPS", "APER", "SDIA", "PAR1", "PAR2", "PAR3", "PAR4",
-    "PRAM", "EDVA",
-];
+/// Operands that change nothing: none, the title, a comment and the weight of a configuration.
+const IDLE_OPERANDS: [&str; 4] = ["MOFF", "LTTL", "MCOM", "CWGT"];
 
 /// The changes by the configurations of a file.
 struct Changes {
@@ -87,10 +84,15 @@ impl ZemaxReader<'_> {
             let of_stop = operand.is("SDIA") && stop == number;
             let is_gap = operand.is("THIC");
             if !is_gap && !of_stop {
-                let is_known = OTHER_OPERANDS.iter().any(|name| operand.is(name));
-                if is_known && !left_out.iter().any(|name| operand.is(name)) {
+                let is_idle = IDLE_OPERANDS.iter().any(|name| operand.is(name));
+                // Other lines of the file have no number of a configuration there.
+                let changes = operand.text.len() == 4
+                    && number.is_some()
+                    && self.configuration(configuration, count).is_ok();
+                if changes && !is_idle && !left_out.iter().any(|name| operand.is(name)) {
                     let what = format!("configurations that change `{}`", operand.text);
-                    sink.warn(operand.span, format!("{what} are read without it"));
+                    sink.warn(operand.span, format!("{what} are read without it"))
+                        .help("save each configuration as a file of its own");
                     left_out.push(operand.text);
                 }
                 continue;
