@@ -39,11 +39,20 @@ const ELSEWHERE: [(&str, &str); 2] = [
     ("is placed from another surface", "GLB"),
 ];
 
+/// Commands that change surfaces that are read.
+const EDITS: [(&str, &str); 4] = [
+    ("scales the lens", "SCL"),
+    ("deletes", "DEL"),
+    ("inserts surfaces", "INS"),
+    ("turns surfaces around", "FLY"),
+];
+
 /// Commands that may name a surface behind them, beside those that are refused.
-const OF_SURFACE: [&str; 41] = [
+const OF_SURFACE: [&str; 44] = [
     "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
     "ASP", "CYL", "CUX", "RDX", "K", "A", "B", "C", "D", "E", "F", "G", "H", "J", "CUF", "IC",
-    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN", "ADX", "ADY", "ARO",
+    "XDE", "YDE", "ZDE", "ADE", "BDE", "CDE", "DAR", "REV", "BEN", "ADX", "ADY", "ARO", "XOD",
+    "YOD", "ZOD",
 ];
 
 /// The state of executing the commands of a file of CODE V.
@@ -230,6 +239,20 @@ impl<'a> SequenceReader<'a> {
         if let (Some(what), Some(current)) = (refused(&ELSEWHERE, name), self.current) {
             let message = format!("`{name}`: surface {} {what}", current + 1);
             let help = "state its decenter from the surface in front of it, with DAR, REV or BEN";
+            return Err(self.file.refuse(command[0].span, message, help));
+        }
+        let turns_elsewhere = ["XOD", "YOD", "ZOD"].contains(&name) && !about.is_empty();
+        if turns_elsewhere && self.file.argument(command)? != 0.0 {
+            let message = format!(
+                "`{name}`: surface {} turns about another point",
+                about[0] + 1
+            );
+            let help = "state its decenter as a shift and a turn about its vertex";
+            return Err(self.file.refuse(command[0].span, message, help));
+        }
+        if let (Some(what), true) = (refused(&EDITS, name), self.count() > 0) {
+            let message = format!("`{name}` {what}, which is not read");
+            let help = "let CODE V execute it, and save the lens";
             return Err(self.file.refuse(command[0].span, message, help));
         }
         let Some(what) = refused(&REFUSED, name) else {

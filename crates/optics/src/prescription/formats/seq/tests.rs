@@ -218,3 +218,25 @@ fn zoom_positions_that_change_what_is_not_read_are_warned_of_once() {
     let found: Vec<&str> = found.filter_map(|m| m.split('`').nth(1)).collect();
     assert_eq!(found, ["YDE", "ADE"]);
 }
+
+#[test]
+fn commands_that_move_or_change_surfaces_are_refused() {
+    let text = |command: &str| {
+        format!(
+            "RDM\nSO 0 1e13\nS 50 5 517642\nSTO\nCIR 5\nS -80 60\nCIR 6\nADE 3\n{command}\nSI 0 0\n"
+        )
+    };
+    assert!(parse(&text("YOD 0")).is_ok());
+    for command in [
+        "YOD 2",
+        "XOD S1 2",
+        "SCL 2",
+        "DEL S1",
+        "INS S1",
+        "FLY S1..2",
+    ] {
+        let error = parse(&text(command)).expect_err(command);
+        assert!(error.message.contains(&command[..3]), "{error}");
+    }
+    assert!(parse(&format!("{}SCL 2\n", text(""))).is_err());
+}
