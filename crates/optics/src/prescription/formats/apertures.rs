@@ -102,6 +102,21 @@ impl SystemData {
     }
 }
 
+/// The largest field of lists in x and y: a height, or an angle in degrees whose tangents in x and
+/// y are those of the two.
+pub(super) fn largest_field([x, y]: [&[f64]; 2], is_angle: bool) -> f64 {
+    let at = |list: &[f64], i: usize| list.get(i).map_or(0.0, |value| value.abs());
+    let points = (0..x.len().max(y.len())).map(|i| [at(x, i), at(y, i)]);
+    let radius = |[x, y]: [f64; 2]| match is_angle && x > 0.0 && y > 0.0 {
+        false => libm::hypot(x, y),
+        true => {
+            let [x, y] = [x, y].map(|angle| libm::tan(angle.min(89.9).to_radians()));
+            libm::atan(libm::hypot(x, y)).to_degrees()
+        }
+    };
+    points.map(radius).fold(0.0, f64::max)
+}
+
 /// Fills in the semi-diameters that are not finite, except those of planes in one medium, which no
 /// part of a lens has to be at. Returns the numbers of their surfaces; none if the beam is not
 /// known.

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::formats::apertures::SystemData;
+use crate::prescription::formats::apertures::{SystemData, largest_field};
 use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::decenters::StatedDecenter;
 use crate::prescription::formats::format::{PrescriptionFormat, first_word};
@@ -65,6 +65,8 @@ pub(super) struct SequenceReader<'a> {
     beam: SystemData,
     /// The wavelengths in nanometers, and the index of the reference.
     wavelengths: (Vec<f64>, usize),
+    /// The lists of fields, by their commands.
+    fields: BTreeMap<String, Vec<f64>>,
     /// The weights of the wavelengths.
     weights: Vec<f64>,
     /// The first vignetting factors that are not 0.
@@ -177,6 +179,7 @@ impl<'a> SequenceReader<'a> {
             first_bend: None,
             beam: SystemData::default(),
             wavelengths: (Vec::new(), 0),
+            fields: BTreeMap::new(),
             weights: Vec::new(),
             vignetting: None,
             draft: file.draft(None),
@@ -272,10 +275,6 @@ impl<'a> SequenceReader<'a> {
         let beam = &mut self.beam;
         let place = command[0].span;
         let list = || self.file.numbers(&command[1..]);
-        let widest = |values: Vec<f64>, so_far: f64| {
-            let sizes = values.iter().map(|value| value.abs());
-            sizes.fold(so_far, f64::max)
-        };
         match name {
             "RDM" => self.radii = !command.get(1).is_some_and(|w| w.is("N") || w.is("NO")),
             "TIT" | "TITLE" => {
@@ -297,14 +296,8 @@ impl<'a> SequenceReader<'a> {
                 let number = self.file.argument(command)?;
                 self.wavelengths.1 = (number as usize).saturating_sub(1);
             }
-            "YAN" | "XAN" => beam.half_field = widest(list()?, beam.half_field),
-            "YIM" | "XIM" | "YRI" | "XRI" => {
-                let so_far = beam.image_height.unwrap_or(0.0);
-                beam.image_height = Some(widest(list()?, so_far));
-            }
-            "YOB" | "XOB" => {
-                let so_far = beam.object_height.unwrap_or(0.0);
-                beam.object_height = Some(widest(list()?, so_far));
+            "XAN" | "YAN" | "XIM" | "YIM" | "XRI" | "YRI" | "XOB" | "YOB" => {
+                self.fields.insert(name.to_owned(), list()?);
             }
             "WTW" => self.weights = list()?,
             "VUX" | "VLX" | "VUY" | "VLY" => {
@@ -414,7 +407,18 @@ impl<'a> SequenceReader<'a> {
         }
     }
 
+    /// The largest field of two commands for x and y; none without them.
+    fn field(&self, commands: [&str; 2]) -> Option<f64> {
+        let lists = commands.map(|command| self.fields.get(command));
+        let is_stated = lists.iter().any(Option::is_some);
+        let [x, y] = lists.map(|list| list.map_or(&[][..], |list| list));
+        is_stated.then(|| largest_field([x, y], commands == ["XAN", "YAN"]))
+    }
+
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        self.beam.half_field = self.field(["XAN", "YAN"]).unwrap_or(0.0);
+        self.beam.image_height = self.field(["XIM", "YIM"]).or(self.field(["XRI", "YRI"]));
+        self.beam.object_height = self.field(["XOB", "YOB"]);
         for (surface, decenter) in &self.decenters {
             self.draft.lens.surfaces[*surface].frame = decenter.frame();
         }

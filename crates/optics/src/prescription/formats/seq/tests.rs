@@ -240,3 +240,23 @@ fn commands_that_move_or_change_surfaces_are_refused() {
     }
     assert!(parse(&format!("{}SCL 2\n", text(""))).is_err());
 }
+
+#[test]
+fn a_field_in_x_and_y_is_the_diagonal() {
+    let lens = |fields: &str| {
+        parse(&format!(
+            "RDM\nEPD 5\n{fields}\nSO 0 200\nS 50 5 517642\nSTO\nS -80 60\nSI 0 0\n"
+        ))
+        .unwrap()
+    };
+    assert_eq!(lens("XIM 0 3 0\nYIM 0 4 4.5").image_height, Some(5.0));
+    let half = lens("XAN 0 10\nYAN 0 10").half_field.unwrap();
+    let diagonal = 2f64.sqrt() * libm::tan(10f64.to_radians());
+    assert!(
+        (libm::tan(half.to_radians()) - diagonal).abs() < 1e-12,
+        "{half}"
+    );
+    let [x, both] =
+        ["XOB 0 5", "XOB 0 3\nYOB 0 4"].map(|fields| lens(fields).image_height.unwrap());
+    assert!((x - both).abs() < 1e-12, "{x} {both}");
+}

@@ -5,7 +5,7 @@ use ivcam_base::diag::{Result, Sink, Span};
 
 use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
-use crate::prescription::formats::apertures::SystemData;
+use crate::prescription::formats::apertures::{SystemData, largest_field};
 use crate::prescription::formats::format::{PrescriptionFormat, first_word};
 use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, open_if_zero};
 use crate::prescription::formats::zmx::file::{SurfaceBlock, split};
@@ -207,8 +207,7 @@ impl ZemaxReader<'_> {
         })
     }
 
-    /// The largest field of `XFLN` and `YFLN`: a height, or an angle in degrees whose tangents in
-    /// x and y are those of the two.
+    /// The largest field of `XFLN` and `YFLN`: a height, or an angle in degrees.
     fn largest_field(&self, is_angle: bool) -> f64 {
         let count = self.counted(3).unwrap_or(usize::MAX);
         let values = |keyword: &str| {
@@ -220,16 +219,7 @@ impl ZemaxReader<'_> {
             numbers.collect::<Vec<f64>>()
         };
         let (x, y) = (values("XFLN"), values("YFLN"));
-        let at = |list: &[f64], i: usize| list.get(i).map_or(0.0, |value| value.abs());
-        let points = (0..x.len().max(y.len())).map(|i| [at(&x, i), at(&y, i)]);
-        let radius = |[x, y]: [f64; 2]| match is_angle && x > 0.0 && y > 0.0 {
-            false => libm::hypot(x, y),
-            true => {
-                let [x, y] = [x, y].map(|angle| libm::tan(angle.min(89.9).to_radians()));
-                libm::atan(libm::hypot(x, y)).to_degrees()
-            }
-        };
-        points.map(radius).fold(0.0, f64::max)
+        largest_field([&x, &y], is_angle)
     }
 
     /// The distance from the object to the first surface that is kept, behind dummies; none if it
