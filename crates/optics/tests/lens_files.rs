@@ -408,6 +408,45 @@ fn a_field_of_the_object_is_its_image_on_the_sheet() {
     }
 }
 
+/// A curved image is not read, and a message says so in every format that can have one.
+#[test]
+fn a_curvature_of_the_image_is_said_to_be_left_out() {
+    let zemax = |bend: &str| {
+        format!(
+            "VERS 1\nMODE SEQ\nENPD 5\nSURF 0\n  TYPE STANDARD\n  DISZ INFINITY\n\
+             SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.02\n  DISZ 5\n  GLAS N-BK7\n  DIAM 5\n\
+             SURF 2\n  TYPE STANDARD\n  CURV 0\n  DISZ 90\n  DIAM 5\nSURF 3\n  TYPE STANDARD\n  CURV {bend}\n"
+        )
+    };
+    let shared = |name: &str| std::fs::read_to_string(folder().join(name)).unwrap();
+    let bent = |text: String, [from, to]: [&str; 2]| {
+        let at = text.rfind(from).unwrap();
+        format!("{}{to}{}", &text[..at], &text[at + from.len()..])
+    };
+    let (rayoptics, optiland) = (shared("triplet.roa"), shared("triplet-optiland.json"));
+    for (name, flat, curved) in [
+        ("a.zmx", zemax("0"), zemax("-0.01")),
+        (
+            "a.roa",
+            rayoptics.clone(),
+            bent(rayoptics, ["\"cv\":0.0", "\"cv\":-0.01"]),
+        ),
+        (
+            "a.json",
+            optiland.clone(),
+            bent(optiland, ["\"radius\": Infinity", "\"radius\": -100.0"]),
+        ),
+    ] {
+        for (text, is_said) in [(flat, false), (curved, true)] {
+            let source = Arc::new(Source::new(name, text.into_bytes()));
+            let mut sink = Sink::new();
+            formats::read(&source, &mut sink).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let says = |d: &Diagnostic| d.message.contains("curvature of the image");
+            assert_eq!(sink.items().iter().any(says), is_said, "{name}");
+        }
+    }
+}
+
 /// A field of the object without a finite object says nothing: the message says what to do.
 #[test]
 fn a_field_of_an_object_at_infinity_is_said_to_be_lost() {

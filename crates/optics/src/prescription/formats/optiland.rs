@@ -16,7 +16,7 @@ use crate::prescription::forbes::ForbesSet;
 use crate::prescription::formats::apertures::SystemData;
 use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::loose::{finite, numbers, parse};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, warn_of_image_curvature};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
@@ -131,6 +131,9 @@ fn draft(file: PrescriptionReader<'_>, root: &Value, sink: &mut Sink) -> Result<
         let next = inner.get(i + 1).unwrap_or(image);
         let surface = surface(file, i + 1, [row, next], draft.medium(), sink)?;
         draft.push(surface, [places.next().unwrap_or(Span::at(0)); 4]);
+    }
+    if finite(image["geometry"].get("radius")).is_some_and(|radius| radius != 0.0) {
+        warn_of_image_curvature(places.next().unwrap_or(Span::at(0)), sink);
     }
     let maps: Option<Vec<DAffine3>> = rows[1..].iter().map(place).collect();
     let is_turned = |map: &DAffine3| {

@@ -269,6 +269,13 @@ impl Draft {
     }
 }
 
+/// Warns of a curvature of the image surface.
+pub(super) fn warn_of_image_curvature(place: Span, sink: &mut Sink) {
+    let message = "the curvature of the image surface is left out";
+    sink.warn(place, message)
+        .help("curve the film instead: `ivcam render --film-radius`");
+}
+
 /// The help for vignetting factors.
 pub(super) const VIGNETTING: &str = "the semi-diameters limit the beam at the edge of the field: give the surfaces those of the \
      vignetted lens";

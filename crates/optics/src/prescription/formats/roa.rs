@@ -15,7 +15,7 @@ use crate::prescription::formats::apertures::{F_NUMBER_TOLERANCE, SystemData, no
 use crate::prescription::formats::decenters::{AxisBehind, StatedDecenter};
 use crate::prescription::formats::format::PrescriptionFormat;
 use crate::prescription::formats::loose::{finite, numbers, parse};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader};
+use crate::prescription::formats::reader::{Draft, PrescriptionReader, warn_of_image_curvature};
 use crate::prescription::glass::medium::{D_LINE, Formula, Medium};
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape, Surface};
@@ -83,7 +83,7 @@ impl RayOpticsReader<'_> {
         let list = |key: &str| sequence[key].as_array().map_or(&[][..], |list| list);
         let (interfaces, gaps) = (list("ifcs"), list("gaps"));
         self.file.check_count(interfaces.len())?;
-        let [_object, inner @ .., _image] = interfaces else {
+        let [_object, inner @ .., image] = interfaces else {
             let message = "the model has no interfaces between object and image";
             return Err(self.fail("\"ifcs\"", message.into()));
         };
@@ -112,16 +112,25 @@ impl RayOpticsReader<'_> {
             };
             draft.push(surface, [places.next().unwrap_or(Span::at(0)); 4]);
         }
+        let image = attributes(self.profile_of(attributes(image)));
+        if first(image, &["cv"]).is_some_and(|curvature| curvature != 0.0) {
+            warn_of_image_curvature(self.file.find("\"ifcs\""), sink);
+        }
         Ok(draft)
+    }
+
+    /// The profile of an interface.
+    fn profile_of<'a>(&'a self, values: &'a Value) -> &'a Value {
+        match values["profile_id"].as_str() {
+            Some(id) => &self.model["profile_dict"][id],
+            None => &values["profile"],
+        }
     }
 
     fn surface(&self, number: usize, interface: &Value, gap: &Value) -> Result<Surface> {
         let values = attributes(interface);
         self.refuse(number, class(interface), values)?;
-        let profile = match values["profile_id"].as_str() {
-            Some(id) => &self.model["profile_dict"][id],
-            None => &values["profile"],
-        };
+        let profile = self.profile_of(values);
         let (curvature, shape) = match class(interface) {
             "ThinLens" => (Curvature::PLANE, thin_lens(values)),
             _ => self.profile(number, profile)?,

@@ -8,7 +8,9 @@ use crate::prescription::formats::apertures::{SystemData, largest_field};
 use crate::prescription::formats::commands::{Command, commands};
 use crate::prescription::formats::decenters::StatedDecenter;
 use crate::prescription::formats::format::{PrescriptionFormat, first_word};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, refused};
+use crate::prescription::formats::reader::{
+    Draft, PrescriptionReader, VIGNETTING, refused, warn_of_image_curvature,
+};
 use crate::prescription::formats::seq::apertures::StatedAperture;
 use crate::prescription::formats::seq::glasses::{glass, take_private, with_private};
 use crate::prescription::prescription::{Prescription, crossings};
@@ -336,9 +338,7 @@ impl<'a> SequenceReader<'a> {
             sink.warn(command[2].span, message).help(help);
         }
         if value(1).is_some() {
-            let message = "the curvature of the image surface is left out";
-            sink.warn(command[1].span, message)
-                .help("curve the film instead: `ivcam render --film-radius`");
+            warn_of_image_curvature(command[1].span, sink);
         }
     }
 

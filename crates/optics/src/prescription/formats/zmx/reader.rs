@@ -7,7 +7,9 @@ use crate::prescription::clear_aperture::ClearAperture;
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::apertures::{SystemData, largest_field};
 use crate::prescription::formats::format::{PrescriptionFormat, first_word};
-use crate::prescription::formats::reader::{Draft, PrescriptionReader, VIGNETTING, open_if_zero};
+use crate::prescription::formats::reader::{
+    Draft, PrescriptionReader, VIGNETTING, open_if_zero, warn_of_image_curvature,
+};
 use crate::prescription::formats::zmx::file::{SurfaceBlock, split};
 use crate::prescription::glass::medium::Medium;
 use crate::prescription::prescription::Prescription;
@@ -284,6 +286,10 @@ impl ZemaxReader<'_> {
             }
         }
         draft.pending = draft.pending.then(&self.frame(image)?.before);
+        if self.value(image, "CURV")? != 0.0 {
+            let [place, ..] = image.places();
+            warn_of_image_curvature(place, sink);
+        }
         let notes = self.header.iter().filter(|line| line[0].is("NOTE"));
         let text = |note: &Words<'_>| joined(note.get(2..).unwrap_or(&[]));
         draft.lens.notes = notes.map(text).collect();
