@@ -67,26 +67,24 @@ fn field_charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
         "degrees to the axis",
         vec![Series::new(angle, 0, "")],
     )];
-    let limit = 0.25 * sheet.image_height;
-    let kept = |v: Option<f64>| v.filter(|v| v.abs() < limit);
     if sheet.dispersive {
         let [f, d, c] = sheet.line_names();
         charts.push(chart(
             "Tangential focus by wavelength",
             "mm from the film",
             vec![
-                Series::new(over_height(&|row| kept(row.tangential_focus_f)), 1, &f),
-                Series::new(over_height(&|row| kept(row.tangential_focus)), 3, &d),
-                Series::new(over_height(&|row| kept(row.tangential_focus_c)), 2, &c),
+                Series::new(sheet.focus_curve(|row| row.tangential_focus_f), 1, &f),
+                Series::new(sheet.focus_curve(|row| row.tangential_focus), 3, &d),
+                Series::new(sheet.focus_curve(|row| row.tangential_focus_c), 2, &c),
             ],
         ));
         charts.push(chart(
             "Sagittal focus by wavelength",
             "mm from the film",
             vec![
-                Series::new(over_height(&|row| kept(row.sagittal_focus_f)), 1, &f),
-                Series::new(over_height(&|row| kept(row.sagittal_focus)), 3, &d),
-                Series::new(over_height(&|row| kept(row.sagittal_focus_c)), 2, &c),
+                Series::new(sheet.focus_curve(|row| row.sagittal_focus_f), 1, &f),
+                Series::new(sheet.focus_curve(|row| row.sagittal_focus), 3, &d),
+                Series::new(sheet.focus_curve(|row| row.sagittal_focus_c), 2, &c),
             ],
         ));
     }

@@ -416,21 +416,11 @@ fn illumination(sheet: &LensSheet) -> Chart {
 }
 
 fn curvature(sheet: &LensSheet) -> Chart {
-    // A focus farther off than a quarter of the image height is not drawn.
-    let limit = 0.25 * sheet.image_height;
-    let kept = |v: Option<f64>| v.filter(|v| v.abs() < limit);
+    let tangential = sheet.focus_curve(|row| row.tangential_focus);
+    let sagittal = sheet.focus_curve(|row| row.sagittal_focus);
     let series = vec![
-        Series::new(
-            over_height(sheet, |row| kept(row.tangential_focus)),
-            2,
-            "tangential",
-        ),
-        Series::new(
-            over_height(sheet, |row| kept(row.sagittal_focus)),
-            1,
-            "sagittal",
-        )
-        .dashed(),
+        Series::new(tangential, 2, "tangential"),
+        Series::new(sagittal, 1, "sagittal").dashed(),
     ];
     field_chart("Field curvature", "mm", series, (0.0, 0.0)).upright()
 }
@@ -726,6 +716,18 @@ mod tests {
         assert_eq!(beyond_box(spot.iter(), 400.0), "");
         assert_eq!(beyond_box(spot.iter(), 398.0), ", under 1% outside");
         assert_eq!(beyond_box(spot.iter(), 300.0), ", 25% outside");
+    }
+
+    #[test]
+    fn field_curvature_far_from_the_film_is_drawn() {
+        let lens = Lens::named("double-gauss").unwrap();
+        let setting = crate::lens::SheetSetting {
+            defocus: 30.0,
+            ..Default::default()
+        };
+        let sheet = LensSheet::at(&lens, &setting).unwrap();
+        let lines = curvature(&sheet).series;
+        assert!(lines.iter().all(|line| line.points.len() > 20));
     }
 
     #[test]

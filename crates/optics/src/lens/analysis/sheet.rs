@@ -174,6 +174,15 @@ impl LensSheet {
         self.lines_nm.map(line_name)
     }
 
+    /// A focus over the height on the film. One that is farther from that on the axis than a
+    /// quarter of the image height is left out: at the edge of the field it may be anywhere.
+    pub(crate) fn focus_curve(&self, focus: impl Fn(&FieldRow) -> Option<f64>) -> Vec<[f64; 2]> {
+        let on_axis = self.fields.iter().find_map(&focus).unwrap_or(0.0);
+        let is_near = |v: &f64| (v - on_axis).abs() < 0.25 * self.image_height;
+        let place = |row: &FieldRow| Some([row.height, focus(row).filter(is_near)?]);
+        self.fields.iter().filter_map(place).collect()
+    }
+
     /// What distortion is referred to, as a sentence part.
     pub fn distortion_reference(&self) -> String {
         match self.projection {
