@@ -58,6 +58,10 @@ const LEFT: f64 = 40.0;
 const RIGHT: f64 = 10.0;
 const TOP: f64 = 34.0;
 const BOTTOM: f64 = 34.0;
+/// The distance of lines of labels.
+const LINE: f64 = 12.0;
+/// The width of an entry of the legend beside its name.
+const ENTRY: f64 = 21.0;
 
 impl Chart {
     /// Returns a drawing of the chart with a width and a height in units of the drawing.
@@ -74,11 +78,20 @@ impl Chart {
         );
         let x_step = round_number((x_high - x_low) / 5.0);
         let (right, bottom) = (width - RIGHT, height - BOTTOM);
+        let labels = match self.upright {
+            true => [&*self.y_label, &*self.x_label],
+            false => [&*self.x_label, &*self.y_label],
+        };
+        // Long names in the legend have a line of their own above the label.
+        let is_crossed =
+            !labels[1].is_empty() && LEFT + text_width(labels[1]) > right - self.legend_width();
+        let lower = if is_crossed { LINE } else { 0.0 };
+        let top = TOP + lower;
         let place = |[x, y]: [f64; 2]| {
             let x = (x - x_low) / (x_high - x_low).max(1e-300);
             let y = (y - y_low) / (y_high - y_low).max(1e-300);
             let [across, up] = if self.upright { [y, x] } else { [x, y] };
-            [LEFT + (right - LEFT) * across, bottom - (bottom - TOP) * up]
+            [LEFT + (right - LEFT) * across, bottom - (bottom - top) * up]
         };
         drawing.heading([0.0, 11.0], 11.5, &*self.title);
         self.legend(&mut drawing, width);
@@ -108,12 +121,8 @@ impl Chart {
             drawing.line([x, y], tick, Ink::Faint);
             note(&mut drawing, [x, y], self.upright, tidy(value, x_step));
         }
-        let labels = match self.upright {
-            true => [&*self.y_label, &*self.x_label],
-            false => [&*self.x_label, &*self.y_label],
-        };
         drawing.note([right, height - 7.0], Anchor::End, 9.0, labels[0]);
-        drawing.note([LEFT, 26.0], Anchor::Start, 9.0, labels[1]);
+        drawing.note([LEFT, 26.0 + lower], Anchor::Start, 9.0, labels[1]);
         for series in &self.series {
             let inside = series
                 .points
@@ -150,22 +159,70 @@ impl Chart {
         }
     }
 
+    /// The curves that have an entry in the legend.
+    fn named(&self) -> impl DoubleEndedIterator<Item = &Series> {
+        self.series.iter().filter(|s| !s.name.is_empty())
+    }
+
+    /// The width of the legend.
+    fn legend_width(&self) -> f64 {
+        self.named().map(|s| text_width(&s.name) + ENTRY).sum()
+    }
+
     /// Draws the names with a piece of their line, from the right.
     fn legend(&self, drawing: &mut Drawing, width: f64) {
         let mut x = width - RIGHT;
-        for series in self.series.iter().rev().filter(|s| !s.name.is_empty()) {
-            // The widest of the usual sans-serif fonts, DejaVu Sans, needs this for digits.
-            let length = 5.7 * series.name.chars().count() as f64;
+        for series in self.named().rev() {
+            let length = text_width(&series.name);
             drawing.note([x, 26.0], Anchor::End, 9.0, &*series.name);
             let (from, to) = ([x - length - 14.0, 23.0], [x - length - 3.0, 23.0]);
             drawing.curve(vec![from, to], series.ink, series.dashed);
-            x -= length + 21.0;
+            x -= length + ENTRY;
         }
     }
+}
+
+/// The width of a label. The widest of the usual sans-serif fonts, DejaVu Sans, needs this for
+/// digits.
+fn text_width(text: &str) -> f64 {
+    5.7 * text.chars().count() as f64
 }
 
 fn ticks(low: f64, high: f64, step: f64) -> impl Iterator<Item = f64> {
     let first = libm::ceil(low / step - 1e-6) as i64;
     let last = libm::floor(high / step + 1e-6) as i64;
     (first..=last.min(first.saturating_add(40))).map(move |i| i as f64 * step)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_legend_of_long_names_is_above_the_label() {
+        let text = |names: [&str; 3]| {
+            let curve = |name: &str| Series::new(vec![[0.0, 0.0], [1.0, 1.0]], 0, name);
+            let chart = Chart {
+                title: "fan".into(),
+                x_label: String::new(),
+                y_label: "\u{b5}m on the film".into(),
+                series: names.map(curve).into(),
+                y_span: (0.0, 1.0),
+                x_span: None,
+                upright: false,
+            };
+            chart.draw(223.6, 140.0).to_svg()
+        };
+        let height = |text: &str| {
+            let label = text
+                .split("<text")
+                .find(|part| part.contains("on the film"));
+            let y =
+                label.and_then(|part| part.split("y=\"").nth(1)?.split('"').next()?.parse().ok());
+            y.unwrap_or(0.0)
+        };
+        let [short, long] =
+            [["F", "d", "C"], ["486 nm", "588 nm", "656 nm"]].map(|n| height(&text(n)));
+        assert_eq!(long - short, LINE, "{short} {long}");
+    }
 }
