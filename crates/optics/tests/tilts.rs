@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Sink, Source};
 use ivcam_optics::lens::{
-    Coating, Lens, LensRay, Prescription, PupilTarget, SeidelSums, Surface, Toward,
+    Coating, Lens, LensRay, LensSheet, Prescription, PupilTarget, SeidelSums, Surface, Toward,
 };
 use ivcam_optics::prescription::formats::read;
 use ivcam_optics::prescription::formats::write::{OutputFormat, write};
@@ -52,6 +52,27 @@ fn code_v(rows: &[Value]) -> String {
         };
     }
     text + "SI 0 0\nGO\n"
+}
+
+/// An ideal lens of 50 mm, 3 mm beside its stop: the image is that of the centered lens, shifted.
+/// The chief ray of the film's middle is inclined by 3 mm in 50, and nothing is distorted about it.
+#[test]
+fn distortion_of_a_decentered_lens_is_about_the_chief_ray_of_the_middle() {
+    let text = r#"{"schema": "ivlens-1", "name": "a", "h_max": 10, "surfaces": [
+        {"kind": "stop", "t": 1, "n_d": 1, "semi_diameter": 4},
+        {"kind": "thin_lens", "focal_length": 50, "t": 50, "n_d": 1, "semi_diameter": 30,
+         "decenter": [0, 3, 0], "decenter_after": [0, -3, 0]}]}"#;
+    let sheet = LensSheet::of(&lens_of("a.json", text.to_owned())).unwrap();
+    let middle = libm::atan(3.0 / 50.0).to_degrees();
+    assert!((sheet.fields[0].angle_degrees - middle).abs() < 1e-6);
+    assert!(
+        (sheet.projection_scale - 50.0).abs() < 1e-3,
+        "{}",
+        sheet.projection_scale
+    );
+    for row in &sheet.fields {
+        assert!(row.distortion_percent.unwrap().abs() < 1e-3, "{row:?}");
+    }
 }
 
 fn reference() -> Vec<(String, Lens, Vec<Vec<f64>>)> {

@@ -52,6 +52,8 @@ impl ProjectionLaw {
 pub(super) struct DistortionReference {
     conjugate: Conjugate,
     pub(super) law: ProjectionLaw,
+    /// What the chief ray of the film's middle has of it, if the lens is decentered.
+    center: DVec2,
     /// The scale of the image near the axis: millimeters per unit of the tangent, per radian, or
     /// per millimeter of the object. Off the paraxial focus the image as a whole has another
     /// scale than at it, which is not distortion.
@@ -59,12 +61,18 @@ pub(super) struct DistortionReference {
 }
 
 impl DistortionReference {
+    /// The height on the film over what it is proportional to, counted from the film's middle.
+    fn local_scale(&self, chief: &LensRay, height: f64) -> Option<f64> {
+        let reference = self.conjugate.reference(chief, self.law)? - self.center;
+        Some(height / reference.length()).filter(|s| s.is_finite())
+    }
+
     /// The distortion as a share, at the height at which a chief ray arrives.
     pub(super) fn distortion(&self, chief: &LensRay, height: f64) -> Option<f64> {
         if height == 0.0 {
             return Some(0.0);
         }
-        let local = self.conjugate.scale(chief, height, self.law)?;
+        let local = self.local_scale(chief, height)?;
         Some(local / self.scale? - 1.0)
     }
 }
@@ -127,25 +135,30 @@ impl Conjugate {
     /// The angle of a chief ray in the scene, if the object is at infinity; otherwise the height at
     /// which the ray meets the object plane. Returns none if it meets no object.
     fn object(&self, chief: &LensRay) -> Option<f64> {
-        let d = chief.direction;
-        if self.distance.is_infinite() {
-            return Some(angle_of(d));
+        match self.distance.is_infinite() {
+            true => Some(angle_of(chief.direction)),
+            false => self.object_point(chief).map(|point| point.y),
         }
-        let far = (-self.distance - chief.origin.z) / d.z;
-        let y = chief.origin.y + far * d.y;
-        (far > 0.0 && y.is_finite()).then_some(y)
     }
 
-    /// The height on the film over what it is proportional to in a projection.
-    fn scale(&self, chief: &LensRay, height: f64, projection: ProjectionLaw) -> Option<f64> {
+    /// The point at which a chief ray meets the object plane.
+    fn object_point(&self, chief: &LensRay) -> Option<DVec2> {
+        let d = chief.direction;
+        let far = (-self.distance - chief.origin.z) / d.z;
+        let point = (chief.origin + far * d).truncate();
+        (far > 0.0 && point.is_finite()).then_some(point)
+    }
+
+    /// What the image is proportional to in a projection, of a chief ray, in x and y.
+    fn reference(&self, chief: &LensRay, law: ProjectionLaw) -> Option<DVec2> {
         let angle = angle_of(chief.direction);
-        let reference = match projection {
+        let length = match law {
+            ProjectionLaw::ObjectHeight => return self.object_point(chief),
             ProjectionLaw::Tangent if angle < std::f64::consts::FRAC_PI_2 => libm::tan(angle),
             ProjectionLaw::Tangent => return None,
             ProjectionLaw::Angle => angle,
-            ProjectionLaw::ObjectHeight => self.object(chief)?.abs(),
         };
-        Some(height / reference).filter(|s| s.is_finite())
+        Some(length * chief.direction.truncate().normalize_or_zero())
     }
 
     /// The projection that distortion is measured against, on a film that ends at a height.
@@ -157,12 +170,19 @@ impl Conjugate {
             true => ProjectionLaw::ObjectHeight,
             false => ProjectionLaw::Tangent,
         };
-        let near = 1e-4 * image_height;
-        DistortionReference {
+        let reference = |height| chief(height).and_then(|chief| self.reference(&chief, law));
+        let is_decentered = lens.prescription().is_decentered();
+        let mut projection = DistortionReference {
             conjugate: *self,
             law,
-            scale: chief(near).and_then(|chief| self.scale(&chief, near, law)),
-        }
+            center: reference(0.0)
+                .filter(|_| is_decentered)
+                .unwrap_or(DVec2::ZERO),
+            scale: None,
+        };
+        let near = 1e-4 * image_height;
+        projection.scale = chief(near).and_then(|chief| projection.local_scale(&chief, near));
+        projection
     }
 
     /// The distortion of the data sheet as a share, at the end of a film.
@@ -260,7 +280,7 @@ impl Conjugate {
             FieldRow {
                 height,
                 angle_degrees: match i {
-                    0 => 0.0,
+                    0 if !lens.prescription().is_decentered() => 0.0,
                     _ => chief.map_or(f64::NAN, |chief| angle_of(chief.direction).to_degrees()),
                 },
                 distortion_percent: at_axis(0.0, distortion.map(|share| 100.0 * share)),
