@@ -10,12 +10,12 @@
 //! constant `k` and `radial_poly`, powers of r with their coefficients, or `A4_A6_..`, a list
 //! from r^4 in steps of two. A toroid has `R_x` across. `n_F` and `n_C` give dispersion, or `V_d`,
 //! or `sellmeier` (K1 L1 K2 L2 K3 L3 in µm²), or `formula` (numbered as in `.agf` files) with
-//! `coefficients`, or a `glass` named without an index. A missing `semi_diameter` does not limit.
-//! A surface with `mirror` reflects; behind it thicknesses and radii have the signs of a straight z
-//! axis. `obstruction` is the radius that is closed in the middle of a surface.
-//! `decenter` in mm and `tilt` in degrees, each [x, y, z], are those of the surface against the
-//! axis in front of it, `decenter_after` and `tilt_after` those of the axis behind it against the
-//! surface; see [`Decenter`].
+//! `coefficients`, or `indices`, a list of pairs of wavelengths in nm and indices, or a `glass`
+//! named without an index. A missing `semi_diameter` does not limit. A surface with `mirror`
+//! reflects; behind it thicknesses and radii have the signs of a straight z axis. `obstruction` is
+//! the radius that is closed in the middle of a surface. `decenter` in mm and `tilt` in degrees,
+//! each [x, y, z], are those of the surface against the axis in front of it, `decenter_after` and
+//! `tilt_after` those of the axis behind it against the surface; see [`Decenter`].
 //! `h_max` is half of the film's diagonal, `half_field_deg` half of the field. `entrance_pupil` or
 //! `image_f_number`, `wavelengths_nm`, the primary one first, and `wavelength_weights` are those of
 //! a file of a design program; apertures decide what is traced.
@@ -33,6 +33,7 @@ use serde_json::{Map, Value};
 use crate::prescription::about::KEYS;
 use crate::prescription::decenter::{Decenter, SurfaceFrame};
 use crate::prescription::formats::format::PrescriptionFormat;
+use crate::prescription::formats::index_table;
 use crate::prescription::formats::json_text::{JsonPlaces, parse};
 use crate::prescription::formats::origin::at_zoom_list;
 use crate::prescription::formats::reader::{PrescriptionReader, spelling};
@@ -57,7 +58,7 @@ const KINDS: [&str; 10] = [
 /// The names of the fields of [`SurfaceFields`], and of those that are read in another way. There
 /// are lists beside them that begin with `A4`.
 const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C glass cauchy \
-                      sellmeier formula coefficients semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
+                      sellmeier formula coefficients indices semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
                       coating decenter tilt decenter_after tilt_after focal_length outline";
 
 /// The names of the fields of each column of the table.
@@ -137,6 +138,7 @@ struct SurfaceFields {
     sellmeier: Option<Vec<f64>>,
     formula: Option<f64>,
     coefficients: Option<Vec<f64>>,
+    indices: Option<Vec<(f64, f64)>>,
     semi_diameter: Option<f64>,
     a: Option<f64>,
     obstruction: Option<f64>,
@@ -401,6 +403,9 @@ impl LensJsonReader<'_> {
         };
         if let Some([a, b]) = fields.cauchy.as_deref() {
             medium.dispersion = Dispersion::Cauchy { a: *a, b: *b };
+        }
+        if let Some(glass) = fields.indices.as_deref().and_then(index_table::medium) {
+            medium = glass;
         }
         if let Some((formula, k)) = self.curve(i, fields)? {
             let k = std::array::from_fn(|j| k.get(j).copied().unwrap_or(0.0));

@@ -181,6 +181,7 @@ impl<'a> PrescriptionReader<'a> {
             found.map_or(Span::at(0), |places| places[column as usize])
         };
         check(&mut lens, self.source, sink, place, &derived)?;
+        warn_of_indices(&lens, sink);
         let mut lens = if unit == 1.0 { lens } else { lens.scaled(unit) };
         // A comment's height must follow the lens when that is scaled.
         let noted = || About::of_notes(&lens.notes).image_height;
@@ -274,6 +275,26 @@ pub(super) fn warn_of_image_curvature(place: Span, sink: &mut Sink) {
     let message = "the curvature of the image surface is left out";
     sink.warn(place, message)
         .help("curve the film instead: `ivcam render --film-radius`");
+}
+
+/// Warns of a wavelength of the file at which it states no index of a glass that it states by a
+/// table.
+fn warn_of_indices(lens: &Prescription, sink: &mut Sink) {
+    let beyond = |surface: &Surface| {
+        let [low, high] = surface.medium.stated_range()?;
+        // Nominal wavelengths are rounded.
+        let inside = low - 1.0..=high + 1.0;
+        let all = lens.wavelengths_nm.iter();
+        let nm = all.copied().find(|nm| !inside.contains(nm))?;
+        Some((surface.span, nm, [low, high]))
+    };
+    if let Some((place, nm, [low, high])) = lens.surfaces.iter().find_map(beyond) {
+        let message = format!(
+            "the index of a glass at {nm:.0} nm is extrapolated from those at {low:.0} to {high:.0} nm"
+        );
+        sink.warn(place, message)
+            .help("state its index at the wavelengths of the file too");
+    }
 }
 
 /// The help for vignetting factors.

@@ -727,6 +727,10 @@ fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
             fields.push(("n_F", number(*n_f)));
             fields.push(("n_C", number(*n_c)));
         }
+        Dispersion::Table { lines } => {
+            let rows: Vec<String> = lines.iter().map(|(nm, n)| list(&[*nm, *n])).collect();
+            fields.push(("indices", format!("[{}]", rows.join(", "))));
+        }
         Dispersion::Catalogue {
             formula: Formula::Sellmeier1,
             coefficients,
@@ -851,6 +855,8 @@ mod tests {
         };
         lens.surfaces[0].medium = Medium::from_lines(1.53, 1.52, 1.51);
         lens.surfaces[2].curvature = Curvature::from_curvature(0.1 / 3.0);
+        let table = [(400.0, 1.53), (D_LINE, 1.52), (700.0, 1.515), (1550.0, 1.5)];
+        lens.surfaces[1].medium = Medium::from_table(1.52, table);
         let schott = [2.27, -0.01, 0.01, 2e-4, -1e-5, 1e-6, 0.0, 0.0, 0.0, 0.0];
         let schott = Medium::from_formula(Formula::Schott, schott).unwrap();
         lens.surfaces[3].medium = schott.named("X");

@@ -285,10 +285,11 @@ impl Glasses {
         }
         let mut text = String::from("PRV\n");
         for (name, glass) in &self.private {
-            let lines = match glass.dispersion {
-                Dispersion::None => &[D_LINE][..],
-                Dispersion::ThreeLines { .. } => &[C_LINE, D_LINE, F_LINE][..],
-                _ => &LINES[..],
+            let lines = match &glass.dispersion {
+                Dispersion::None => vec![D_LINE],
+                Dispersion::ThreeLines { .. } => vec![C_LINE, D_LINE, F_LINE],
+                Dispersion::Table { lines } => lines.iter().rev().map(|(nm, _)| *nm).collect(),
+                _ => LINES.to_vec(),
             };
             let words = |values: &mut dyn Iterator<Item = f64>| {
                 let words: Vec<String> = values.map(|v| v.to_string()).collect();

@@ -260,3 +260,28 @@ fn a_field_in_x_and_y_is_the_diagonal() {
         ["XOB 0 5", "XOB 0 3\nYOB 0 4"].map(|fields| lens(fields).image_height.unwrap());
     assert!((x - both).abs() < 1e-12, "{x} {both}");
 }
+
+/// A private glass with an index at the wavelength of the file has that index there.
+#[test]
+fn a_private_glass_has_all_indices_of_its_table() {
+    let text = |table: &str| {
+        format!(
+            "RDM\nEPD 10\nWL 1550\nPRV\n{table}\nEND\nSO 0 1e13\nS 50 5 MYGL\nSTO\nCIR 10\nS -80 60\nCIR 10\n\
+             SI 0 0\n"
+        )
+    };
+    let whole =
+        text("PWL 1550 1064 656.3 587.6 486.1\n'MYGL' 1.50066 1.50664 1.51432 1.51680 1.52238");
+    let lens = parse(&whole).unwrap();
+    assert_eq!(lens.surfaces[0].medium.index(1550.0), 1.50066);
+    assert_eq!(lens.surfaces[0].medium.index(587.5618), 1.51680);
+    let warned = |text: &str| {
+        warnings(text)
+            .iter()
+            .any(|m| m.contains("1550 nm is extrapolated"))
+    };
+    assert!(!warned(&whole));
+    assert!(warned(&text(
+        "PWL 656.3 587.6 486.1\n'MYGL' 1.51432 1.51680 1.52238"
+    )));
+}
