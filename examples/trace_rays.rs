@@ -23,10 +23,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let film = DVec2::ZERO.extend(focus.film_z);
     for step in -8..=8 {
         let aim = DVec3::new(0.0, f64::from(step) * first.efl() / 32.0, lens.length());
-        let ray = LensRay {
-            origin: film,
-            direction: (aim - film).normalize(),
-        };
+        let ray = LensRay::new(film, (aim - film).normalize());
         match lens.trace_from_film(&ray) {
             Ok(out) => println!("{:8.3} mm: leaves at {:.3}", aim.y, out.origin),
             Err(loss) => println!("{:8.3} mm: {loss:?}", aim.y),

@@ -188,10 +188,10 @@ pub(super) fn wavelength(nm: f64) -> Result<f64> {
 
 /// Traces one ray.
 fn trace(lens: &Lens, number: usize, asked: &RayQuery) -> Result<TracedRay> {
-    let start = LensRay {
-        origin: DVec3::from_array(asked.origin),
-        direction: DVec3::from_array(asked.direction),
-    };
+    let start = LensRay::new(
+        DVec3::from_array(asked.origin),
+        DVec3::from_array(asked.direction),
+    );
     if unit(start.direction).is_none() || !start.origin.is_finite() {
         let text = format!("ray {number} has no direction or no finite origin");
         return Err(Diagnostic::error(text)
@@ -257,10 +257,10 @@ fn drawn_path(lens: &Lens, ray: &TracedRay, film_z: f64, lead: f64) -> Vec<DVec2
 /// The ray in lens space of one that has the coordinates behind the lens.
 fn in_lens_space(lens: &Lens, ray: &LensRay) -> LensRay {
     let origin = lens.in_lens_space(ray.origin);
-    LensRay {
+    LensRay::new(
         origin,
-        direction: lens.in_lens_space(ray.origin + ray.direction) - origin,
-    }
+        lens.in_lens_space(ray.origin + ray.direction) - origin,
+    )
 }
 
 /// The point where a ray crosses a plane, if that is near, and otherwise a point on the ray.

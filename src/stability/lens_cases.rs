@@ -20,10 +20,7 @@ fn lens(rows: &[[f64; 3]]) -> Lens {
 }
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> LensRay {
-    LensRay {
-        origin: DVec3::from_array(origin),
-        direction: DVec3::from_array(direction),
-    }
+    LensRay::new(DVec3::from_array(origin), DVec3::from_array(direction))
 }
 
 /// Returns the case of a ray through a lens. The expected number and the one found are the y of the

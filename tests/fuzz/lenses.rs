@@ -107,10 +107,10 @@ fn trace(lens: &Lens) {
     std::hint::black_box((lens.first_order(), lens.real_f_number()));
     for i in 0..8 {
         let at = f64::from(i);
-        let ray = LensRay {
-            origin: DVec3::new(0.0, 0.3 * at, -10.0),
-            direction: DVec3::new(0.0, 0.02 * at, 1.0),
-        };
+        let ray = LensRay::new(
+            DVec3::new(0.0, 0.3 * at, -10.0),
+            DVec3::new(0.0, 0.02 * at, 1.0),
+        );
         if let Ok(out) = lens.trace_path(&ray, Toward::Film, i % 2 == 0).outcome {
             let numbers = out.origin.is_finite() && out.direction.is_finite();
             assert!(numbers, "a ray from the scene: {out:?}");

@@ -110,10 +110,7 @@ fn expected(lens: &Lens, film_z: f64, y: f64) -> (DVec3, DVec3) {
         for i in 0..40 * 40 {
             let place = |k: i32| radius * ((f64::from(k) + 0.5) / 20.0 - 1.0);
             let aim = DVec3::new(place(i % 40), place(i / 40), 0.0);
-            let ray = LensRay {
-                origin,
-                direction: (aim - origin).normalize(),
-            };
+            let ray = LensRay::new(origin, (aim - origin).normalize());
             let Ok(out) = lens.trace_from_scene(&ray) else {
                 continue;
             };

@@ -206,10 +206,7 @@ fn the_pupil_of_a_moved_or_bent_film_cuts_no_ray() {
                 let aim = DVec2::new(at(0.6287067210378086), at(0.5385972572236011));
                 let aim = 2.2 * reach * aim;
                 let origin = place.point(film);
-                let ray = LensRay {
-                    origin,
-                    direction: aim.extend(lens.length()) - origin,
-                };
+                let ray = LensRay::new(origin, aim.extend(lens.length()) - origin);
                 let window = target.window(film);
                 inside += usize::from(window.contains(aim));
                 if lens.trace_from_film(&ray).is_ok() {
@@ -257,10 +254,7 @@ fn film_bent_to_the_focal_sphere_of_a_ball_is_sharp_everywhere() {
         let (window, origin) = (target.window(at), place.point(at));
         let aims = (0..64).map(|i| window.point(f64::from(i) / 64.0, 0.9));
         let out: Vec<DVec3> = aims
-            .map(|aim| LensRay {
-                origin,
-                direction: aim.extend(lens.length()) - origin,
-            })
+            .map(|aim| LensRay::new(origin, aim.extend(lens.length()) - origin))
             .filter_map(|ray| Some(lens.trace_from_film(&ray).ok()?.direction))
             .collect();
         let mean = out.iter().sum::<DVec3>() / out.len() as f64;

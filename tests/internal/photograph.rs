@@ -123,10 +123,10 @@ impl Bench {
         for j in -GRID / 2..GRID / 2 {
             for i in -GRID / 2..GRID / 2 {
                 let aim = step * DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5);
-                let ray = LensRay {
-                    origin: DVec3::new(origin.x, origin.y, origin.z),
-                    direction: aim.extend(pupil.z) - origin,
-                };
+                let ray = LensRay::new(
+                    DVec3::new(origin.x, origin.y, origin.z),
+                    aim.extend(pupil.z) - origin,
+                );
                 let Ok(out) = self.lens.trace_from_scene(&ray) else {
                     continue;
                 };

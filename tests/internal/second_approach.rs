@@ -92,10 +92,7 @@ impl Bench {
     }
 
     fn by_camera(&self, film: DVec3, direction: DVec3) -> f64 {
-        let ray = LensRay {
-            origin: film,
-            direction,
-        };
+        let ray = LensRay::new(film, direction);
         match self.lens.trace_from_film(&ray) {
             Ok(out) => radiance(&self.boards, 1e-3 * out.origin, out.direction),
             Err(_) => 0.0,

@@ -285,10 +285,7 @@ fn one_ray(
         Toward::Scene
     };
     let apertures = asked["apertures"].as_bool().unwrap_or(true);
-    let ray = LensRay {
-        origin: vector(o) + shift,
-        direction: vector(d),
-    };
+    let ray = LensRay::new(vector(o) + shift, vector(d));
     let path = lens.trace_path(&ray, toward, apertures);
     let status = exact["status"].as_str().unwrap_or("");
     let ours = match path.outcome {
@@ -807,10 +804,7 @@ fn lanes(folder: &Path, table: &mut Table) {
                 let film = on_disc(film_radius, a, b);
                 let origin = film.extend(film_z);
                 let aim = target.window(film).point(c, d).extend(lens.length());
-                LensRay {
-                    origin,
-                    direction: (aim - origin).normalize(),
-                }
+                LensRay::new(origin, (aim - origin).normalize())
             })
             .collect();
         let time = |run: &mut dyn FnMut()| {
@@ -965,10 +959,7 @@ fn extreme_ray(folder: &Path, case: &Value, id: &str, table: &mut Table) {
     let allows_either = id.ends_with("4e-15") || id == "aperture_next";
     if allows_either {
         let path = lens.trace_path(
-            &LensRay {
-                origin: vector(&input["o"]),
-                direction: vector(&input["d"]),
-            },
+            &LensRay::new(vector(&input["o"]), vector(&input["d"])),
             Toward::Film,
             true,
         );
@@ -994,10 +985,7 @@ fn extreme_ray(folder: &Path, case: &Value, id: &str, table: &mut Table) {
         false => Toward::Scene,
     };
     let shift = lens.length() * DVec3::Z;
-    let ray = LensRay {
-        origin: vector(&input["o"]) + shift,
-        direction: vector(&input["d"]),
-    };
+    let ray = LensRay::new(vector(&input["o"]) + shift, vector(&input["d"]));
     let apertures = input["apertures"].as_bool().unwrap_or(true);
     let nan = [f64::NAN; 2];
     match lens.trace_path(&ray, toward, apertures).outcome {

@@ -253,10 +253,10 @@ fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<L
             let window = target.window(film);
             let aim = (!window.is_closed()).then(|| window.point(at.pupil[0], at.pupil[1]))?;
             let origin = film.extend(film_z);
-            Some(LensRay {
+            Some(LensRay::new(
                 origin,
-                direction: (aim.extend(lens.length()) - origin).normalize_or(DVec3::NEG_Z),
-            })
+                (aim.extend(lens.length()) - origin).normalize_or(DVec3::NEG_Z),
+            ))
         })
         .collect()
 }

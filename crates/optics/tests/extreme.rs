@@ -24,10 +24,7 @@ fn in_medium(n_object: f64, rows: &[(f64, f64, f64, f64)]) -> Lens {
 }
 
 fn ray(origin: [f64; 3], direction: [f64; 3]) -> LensRay {
-    LensRay {
-        origin: DVec3::from_array(origin),
-        direction: DVec3::from_array(direction),
-    }
+    LensRay::new(DVec3::from_array(origin), DVec3::from_array(direction))
 }
 
 const OPEN: f64 = f64::INFINITY;
@@ -213,10 +210,7 @@ mod bending {
         for n in [1.0, 1.772] {
             let idle = in_medium(n, &[(-51.312, 0.523, n, 20.8)]);
             let d = ivcam_optics::lens::trace::ray::unit(DVec3::new(0.01, 0.2, 0.97)).unwrap();
-            let asked = LensRay {
-                origin: DVec3::new(0.3, 5.0, -30.0),
-                direction: d,
-            };
+            let asked = LensRay::new(DVec3::new(0.3, 5.0, -30.0), d);
             assert_eq!(idle.trace_from_scene(&asked).unwrap().direction, d);
         }
     }
@@ -232,12 +226,7 @@ mod bending {
                 (-50.0, 4.0, 1.0, 15.0),
             ]),
         ] {
-            let out = idle
-                .trace_from_scene(&LensRay {
-                    origin: -20.0 * d,
-                    direction: d,
-                })
-                .unwrap();
+            let out = idle.trace_from_scene(&LensRay::new(-20.0 * d, d)).unwrap();
             assert!((out.direction - d).length() < 5e-16);
         }
     }
@@ -248,12 +237,7 @@ mod bending {
         let center = DVec3::new(0.0, 0.0, 50.0);
         let origin = DVec3::new(-30.0, -40.0, -70.0);
         let d = (center - origin).normalize();
-        let out = shell
-            .trace_from_scene(&LensRay {
-                origin,
-                direction: d,
-            })
-            .unwrap();
+        let out = shell.trace_from_scene(&LensRay::new(origin, d)).unwrap();
         assert!((out.direction - d).length() < 5e-16);
     }
 }

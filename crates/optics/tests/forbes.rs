@@ -62,10 +62,7 @@ fn rays_meet_q_type_aspheres_where_the_published_polynomials_are() {
         let lens = lens(kind);
         let surface = &lens.prescription().surfaces[0];
         for y in [0.5, 3.0, 7.0, 10.0, 11.9] {
-            let ray = LensRay {
-                origin: DVec3::new(0.0, y, -5.0),
-                direction: DVec3::Z,
-            };
+            let ray = LensRay::new(DVec3::new(0.0, y, -5.0), DVec3::Z);
             let path = lens.trace_path(&ray, Toward::Film, true);
             let exact = sag(kind, y);
             assert!(
@@ -96,10 +93,7 @@ fn rays_meet_q_type_aspheres_where_the_published_polynomials_are() {
 fn the_focal_length_is_that_of_rays_near_the_axis() {
     for kind in [0, 1] {
         let lens = lens(kind);
-        let ray = LensRay {
-            origin: DVec3::new(0.0, 1e-4, -5.0),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(DVec3::new(0.0, 1e-4, -5.0), DVec3::Z);
         let out = lens.trace_path(&ray, Toward::Film, true).outcome.unwrap();
         let efl = -1e-4 / (out.direction.y / out.direction.z);
         assert!(
@@ -176,10 +170,7 @@ fn rays_through_a_file_of_optiland_are_those_of_optiland() {
         ),
     ] {
         let d = DVec3::new(0.0, m, (1.0 - m * m).sqrt());
-        let ray = LensRay {
-            origin: DVec3::new(x, y, 0.0) - 5.0 / d.z * d,
-            direction: d,
-        };
+        let ray = LensRay::new(DVec3::new(x, y, 0.0) - 5.0 / d.z * d, d);
         let out = lens.trace_path(&ray, Toward::Film, false).outcome.unwrap();
         let at = out.origin + (56.0 - out.origin.z) / out.direction.z * out.direction;
         let apart = (at.truncate() - glam::DVec2::from_array(film)).length();

@@ -52,10 +52,7 @@ fn lens_of(rows: &[Row]) -> Lens {
 }
 
 fn scene_ray(y: f64, x: f64, u: f64, v: f64) -> LensRay {
-    LensRay {
-        origin: DVec3::new(x, y, -20.0),
-        direction: DVec3::new(u, v, 1.0),
-    }
+    LensRay::new(DVec3::new(x, y, -20.0), DVec3::new(u, v, 1.0))
 }
 
 proptest! {
@@ -557,10 +554,7 @@ fn a_cylinder_has_power_in_one_plane_only() {
     let focal = lens.first_order_in(Meridian::X).focal.unwrap();
     // The focal length in the fluid is n' R / (n' − n).
     assert!((focal.efl - 150.0).abs() < 1e-12);
-    let along = LensRay {
-        origin: DVec3::new(0.0, 5.0, -9.0),
-        direction: DVec3::Z,
-    };
+    let along = LensRay::new(DVec3::new(0.0, 5.0, -9.0), DVec3::Z);
     assert_eq!(lens.trace_from_scene(&along).unwrap().direction, DVec3::Z);
 }
 

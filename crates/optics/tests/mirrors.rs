@@ -103,10 +103,7 @@ pub(super) fn a_bundle_and_the_way_back_agree(
     assert!(bundle.passed(3), "{name}");
     assert!((beside.origin - out.origin).length() < 1e-11, "{name}");
     assert!((beside.direction - out.direction).length() < 1e-13);
-    let back = LensRay {
-        origin: out.origin + 30.0 * out.direction,
-        direction: -out.direction,
-    };
+    let back = LensRay::new(out.origin + 30.0 * out.direction, -out.direction);
     let again = lens.trace_from_film(&back).unwrap();
     assert!((again.direction + ray.direction).length() < 1e-12, "{name}");
     let off = (again.origin - ray.origin).cross(ray.direction).length();
@@ -141,10 +138,7 @@ fn a_cassegrain_has_no_spherical_aberration_and_its_first_order_data() {
     assert!((lens.length() + 140.0).abs() < 1e-12);
     assert!((focal.rear_focal_point - 40.0).abs() < 1e-9);
     for height in [5.0, 12.0, 25.0] {
-        let ray = LensRay {
-            origin: DVec3::new(height, 0.0, -500.0),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(DVec3::new(height, 0.0, -500.0), DVec3::Z);
         let out = lens.trace_from_scene(&ray).unwrap();
         assert!(out.at_z(focal.rear_focal_point).truncate().length() < 1e-11);
     }
@@ -241,10 +235,7 @@ pub(crate) fn is_traced_back(lens: &Lens, ray: &LensRay, pair: GhostPair) -> boo
     let Some((out, share)) = lens.trace_ghost(ray, pair, Toward::Film, nm) else {
         return false;
     };
-    let back = LensRay {
-        origin: out.origin + 10.0 * out.direction,
-        direction: -out.direction,
-    };
+    let back = LensRay::new(out.origin + 10.0 * out.direction, -out.direction);
     let (again, same) = lens.trace_ghost(&back, pair, Toward::Scene, nm).unwrap();
     assert!((again.direction + ray.direction).length() < 1e-11);
     assert!((share - same).length() < 1e-12);
@@ -261,10 +252,10 @@ fn ghosts_of_a_lens_with_mirrors_are_reversible() {
     for pair in lens.ghost_pairs() {
         let mirrors = |i: usize| lens.prescription().surfaces[i].is_mirror;
         assert!(!mirrors(pair.front) && !mirrors(pair.rear));
-        let ray = LensRay {
-            origin: DVec3::new(25.0, 3.0, -50.0),
-            direction: DVec3::new(0.001, 0.002, 1.0).normalize(),
-        };
+        let ray = LensRay::new(
+            DVec3::new(25.0, 3.0, -50.0),
+            DVec3::new(0.001, 0.002, 1.0).normalize(),
+        );
         traced += usize::from(is_traced_back(&lens, &ray, pair));
     }
     assert!(traced >= 3, "{traced}");

@@ -31,10 +31,7 @@ fn lens_of(name: &str, text: String) -> (Lens, Vec<String>) {
 
 /// Whether a ray parallel to the axis gets through, alone and in a bundle.
 fn passes(lens: &Lens, x: f64, y: f64) -> bool {
-    let ray = LensRay {
-        origin: DVec3::new(x, y, -1.0),
-        direction: DVec3::Z,
-    };
+    let ray = LensRay::new(DVec3::new(x, y, -1.0), DVec3::Z);
     let mut bundle = Bundle::default();
     bundle.set(5, &ray);
     lens.trace_bundle(&mut bundle, Toward::Film, Width::detect());

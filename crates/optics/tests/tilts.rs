@@ -102,10 +102,8 @@ pub(super) fn systems_of(
 }
 
 pub(super) fn rays_of(all: &[Vec<f64>]) -> impl Iterator<Item = LensRay> {
-    all.iter().map(|ray| LensRay {
-        origin: DVec3::from_slice(&ray[..3]),
-        direction: DVec3::from_slice(&ray[3..6]),
-    })
+    all.iter()
+        .map(|ray| LensRay::new(DVec3::from_slice(&ray[..3]), DVec3::from_slice(&ray[3..6])))
 }
 
 /// The largest differences of hits and directions are printed for docs/accuracy.md.
@@ -178,10 +176,10 @@ fn a_tilted_lens_may_be_reversed_and_scaled() {
             // From behind, z counts from the last vertex the other way.
             let end = lens.length();
             let turned = |v: DVec3| DVec3::new(v.x, v.y, -v.z);
-            let back = LensRay {
-                origin: turned(out.origin - end * DVec3::Z) - 20.0 * turned(-out.direction),
-                direction: turned(-out.direction),
-            };
+            let back = LensRay::new(
+                turned(out.origin - end * DVec3::Z) - 20.0 * turned(-out.direction),
+                turned(-out.direction),
+            );
             let home = reversed.trace_from_scene(&back).unwrap();
             let direction = turned(home.direction);
             assert!((direction + ray.direction).length() < 1e-12, "{name}");
@@ -270,10 +268,7 @@ fn a_tilted_plate_shifts_the_axis_and_a_wedge_turns_it() {
         };
         Lens::new(Prescription::new("plate", vec![front, rear]))
     };
-    let axis = LensRay {
-        origin: DVec3::new(0.0, 0.0, -5.0),
-        direction: DVec3::Z,
-    };
+    let axis = LensRay::new(DVec3::new(0.0, 0.0, -5.0), DVec3::Z);
     let lens = plate(45.0, 0.0);
     let out = lens.trace_from_scene(&axis).unwrap();
     let (sin, cos) = libm::sincos(45f64.to_radians());

@@ -262,14 +262,8 @@ impl LensDiagram {
         let trace = |s: f64| {
             let origin = start + s * across;
             let ray = match source {
-                Some(source) => LensRay {
-                    origin: source,
-                    direction: (origin - source).normalize(),
-                },
-                None => LensRay {
-                    origin: origin - 4.0 * reach * d,
-                    direction: d,
-                },
+                Some(source) => LensRay::new(source, (origin - source).normalize()),
+                None => LensRay::new(origin - 4.0 * reach * d, d),
             };
             (
                 origin,

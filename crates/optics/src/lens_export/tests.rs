@@ -453,10 +453,7 @@ fn the_camera_shader_traces_the_rays_of_the_lens_with_its_weights() {
                 lens.length(),
             );
             let origin = DVec3::new(0.0, radius, film_z);
-            let ray = crate::lens::LensRay {
-                origin,
-                direction: (aim - origin).normalize(),
-            };
+            let ray = crate::lens::LensRay::new(origin, (aim - origin).normalize());
             let Ok(out) = lens.trace_from_film(&ray) else {
                 continue;
             };

@@ -184,10 +184,7 @@ mod tests {
                 let passes = (-1500..=1500).any(|i| {
                     let beside = f64::from(i) / 1000.0 * front;
                     let origin = beside * across - 10.0 * front * d;
-                    let ray = LensRay {
-                        origin,
-                        direction: d,
-                    };
+                    let ray = LensRay::new(origin, d);
                     lens.trace_path(&ray, Toward::Film, true).outcome.is_ok()
                 });
                 assert!(passes, "{}: no ray at {angle} degrees", lens.name());

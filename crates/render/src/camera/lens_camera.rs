@@ -342,10 +342,7 @@ mod tests {
             let pixel = camera.pixel(&LensRay { origin, direction }, size);
             assert_eq!(pixel, Some((row * 36 + column, 1.0)));
         }
-        let aside = LensRay {
-            origin: DVec3::ZERO,
-            direction: DVec3::new(1.0, 0.0, 1.0),
-        };
+        let aside = LensRay::new(DVec3::ZERO, DVec3::new(1.0, 0.0, 1.0));
         assert_eq!(camera.pixel(&aside, size), None);
     }
 
@@ -448,10 +445,7 @@ mod tests {
             let place = |i: i32| 1.1 * radius * (2.0 * f64::from(i) + 1.0 - f64::from(SIDE));
             let aim = DVec2::new(place(k % SIDE), place(k / SIDE)) / f64::from(SIDE);
             let across = aim.extend(rear_z) - origin;
-            let ray = LensRay {
-                origin,
-                direction: across,
-            };
+            let ray = LensRay::new(origin, across);
             if lens.trace_from_film(&ray).is_ok() {
                 let light = equation_1(across, -DVec3::Z);
                 all += light;

@@ -89,17 +89,11 @@ impl<'a> Beam<'a> {
     fn ray(&self, place: DVec2) -> LensRay {
         let through = self.start + place.x * self.u + place.y * self.v;
         if let Some(origin) = self.source {
-            return LensRay {
-                origin,
-                direction: through - origin,
-            };
+            return LensRay::new(origin, through - origin);
         }
         let surfaces = &self.lens.prescription().surfaces;
         let back = 4.0 * surfaces[0].semi_diameter.min(1e6) + self.lens.length().abs();
-        LensRay {
-            origin: through - back * self.d,
-            direction: self.d,
-        }
+        LensRay::new(through - back * self.d, self.d)
     }
 
     /// The middles of the cells of a grid across the beam, row by row.

@@ -221,14 +221,8 @@ impl Conjugate {
         let trace = |offset: DVec3| {
             let through = chief.origin + offset;
             let ray = match source {
-                Some(origin) => LensRay {
-                    origin,
-                    direction: through - origin,
-                },
-                None => LensRay {
-                    origin: through - 10.0 * pupil * d,
-                    direction: d,
-                },
+                Some(origin) => LensRay::new(origin, through - origin),
+                None => LensRay::new(through - 10.0 * pupil * d, d),
             };
             lens.trace_path(&ray, Toward::Film, false).outcome.ok()
         };
@@ -261,10 +255,7 @@ impl Conjugate {
             let film = DVec2::new(0.0, height);
             let chief = lens.chief_ray(film, self.film_z);
             let arriving = chief.and_then(|chief| {
-                let back = LensRay {
-                    origin: chief.origin + chief.direction,
-                    direction: -chief.direction,
-                };
+                let back = LensRay::new(chief.origin + chief.direction, -chief.direction);
                 lens.trace_path(&back, Toward::Film, false).outcome.ok()
             });
             let distortion = chief.and_then(|chief| projection.distortion(&chief, height));

@@ -451,10 +451,8 @@ mod tests {
     }
 
     fn rim_sine(lens: &Lens, height: f64) -> f64 {
-        let ray = crate::lens::LensRay {
-            origin: DVec3::new(0.0, height * (1.0 - 1e-12), -10.0),
-            direction: DVec3::Z,
-        };
+        let ray =
+            crate::lens::LensRay::new(DVec3::new(0.0, height * (1.0 - 1e-12), -10.0), DVec3::Z);
         -lens.trace_from_scene(&ray).unwrap().direction.y
     }
 

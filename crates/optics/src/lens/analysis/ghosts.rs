@@ -211,10 +211,7 @@ mod tests {
         assert_eq!(pairs, [GhostPair { front: 0, rear: 1 }]);
         for degrees in [0.0f64, 20.0, 45.0, 60.0] {
             let (sin, cos) = libm::sincos(degrees.to_radians());
-            let ray = LensRay {
-                origin: DVec3::new(0.0, 1.0, -3.0),
-                direction: DVec3::new(0.0, sin, cos),
-            };
+            let ray = LensRay::new(DVec3::new(0.0, 1.0, -3.0), DVec3::new(0.0, sin, cos));
             let plain = lens.trace_from_scene(&ray).unwrap();
             let (ghost, left) = lens.trace_ghost(&ray, pairs[0], Toward::Film, NM).unwrap();
             assert!((ghost.direction - plain.direction).length() < 1e-15);
@@ -286,10 +283,7 @@ mod tests {
             let lens = Lens::named(name).unwrap().with_coating(Coating::Bare);
             for pair in lens.ghost_pairs() {
                 let h = 1e-6;
-                let ray = LensRay {
-                    origin: DVec3::new(0.0, h, -1.0),
-                    direction: DVec3::Z,
-                };
+                let ray = LensRay::new(DVec3::new(0.0, h, -1.0), DVec3::Z);
                 let (out, _) = lens.trace_ghost(&ray, pair, Toward::Film, NM).unwrap();
                 let (y, u) = paraxial(&lens, pair);
                 let (real_y, real_u) = (out.origin.y / h, out.direction.y / out.direction.z / h);
@@ -308,17 +302,14 @@ mod tests {
             .unwrap()
             .with_coating(Coating::Bare);
         for pair in lens.ghost_pairs() {
-            let ray = LensRay {
-                origin: DVec3::new(1.0, 2.0, -1.0),
-                direction: DVec3::new(0.02, -0.01, 1.0).normalize(),
-            };
+            let ray = LensRay::new(
+                DVec3::new(1.0, 2.0, -1.0),
+                DVec3::new(0.02, -0.01, 1.0).normalize(),
+            );
             let Some((out, left)) = lens.trace_ghost(&ray, pair, Toward::Film, NM) else {
                 continue;
             };
-            let back = LensRay {
-                origin: out.origin,
-                direction: -out.direction,
-            };
+            let back = LensRay::new(out.origin, -out.direction);
             let (again, same) = lens.trace_ghost(&back, pair, Toward::Scene, NM).unwrap();
             assert!(
                 (again.direction + ray.direction).length() < 1e-10,
@@ -379,10 +370,7 @@ mod tests {
                 let [x, y] = concentric_disc(random(i, 6), random(i, 7));
                 let rear = DVec3::new(b * x, b * y, lens.length());
                 let across = rear - film;
-                let ray = LensRay {
-                    origin: film,
-                    direction: across,
-                };
+                let ray = LensRay::new(film, across);
                 let found = lens.trace_ghost(&ray, pair, Toward::Scene, NM);
                 found.map_or(0.0, |(out, left)| {
                     let square = across.length_squared();

@@ -42,10 +42,10 @@ impl Lens {
             // The rays are at the middles of rings of equal area.
             let r = beam * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
             let angle = std::f64::consts::TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
-            let ray = LensRay {
-                origin: DVec3::new(r * libm::cos(angle), r * libm::sin(angle), far),
-                direction: DVec3::Z,
-            };
+            let ray = LensRay::new(
+                DVec3::new(r * libm::cos(angle), r * libm::sin(angle), far),
+                DVec3::Z,
+            );
             let share = self.transmittance(&ray, Toward::Film);
             sum += share;
             count += f64::from(u8::from(share > 0.0));
@@ -114,10 +114,7 @@ mod tests {
 
     #[test]
     fn a_bare_window_transmits_the_square_of_what_one_surface_transmits() {
-        let ray = LensRay {
-            origin: DVec3::new(1.0, 2.0, -5.0),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(DVec3::new(1.0, 2.0, -5.0), DVec3::Z);
         let through = window(Coating::Bare).transmittance(&ray, Toward::Film);
         let one = 1.0 - (0.5168f64 / 2.5168).powi(2);
         assert!((through - one * one).abs() < 1e-15);
@@ -132,15 +129,9 @@ mod tests {
         let lens = Lens::named("double-gauss").unwrap();
         for (_, coating) in Coating::ALL {
             let lens = lens.with_coating(coating);
-            let ray = LensRay {
-                origin: DVec3::new(3.0, 8.0, -50.0),
-                direction: DVec3::new(0.0, 0.05, 1.0),
-            };
+            let ray = LensRay::new(DVec3::new(3.0, 8.0, -50.0), DVec3::new(0.0, 0.05, 1.0));
             let out = lens.trace_from_scene(&ray).unwrap();
-            let back = LensRay {
-                origin: out.origin + 10.0 * out.direction,
-                direction: -out.direction,
-            };
+            let back = LensRay::new(out.origin + 10.0 * out.direction, -out.direction);
             let there = lens.transmittance(&ray, Toward::Film);
             let again = lens.transmittance(&back, Toward::Scene);
             assert!((there / again - 1.0).abs() < 1e-12, "{there} {again}");

@@ -147,10 +147,10 @@ impl Bundle {
 
     /// The ray of a lane.
     pub fn ray(&self, lane: usize) -> LensRay {
-        LensRay {
-            origin: DVec3::new(self.x[lane], self.y[lane], self.z[lane]),
-            direction: DVec3::new(self.dx[lane], self.dy[lane], self.dz[lane]),
-        }
+        LensRay::new(
+            DVec3::new(self.x[lane], self.y[lane], self.z[lane]),
+            DVec3::new(self.dx[lane], self.dy[lane], self.dz[lane]),
+        )
     }
 
     /// A mask of the lanes whose rays were not lost.

@@ -163,11 +163,8 @@ mod tests {
         let direction = DVec3::new(0.02, 0.1, 1.5);
         let place = |k: usize| 1.5 * pupil.semi_diameter * (k as f64 / 10.0 - 1.0);
         let grid = (0..21 * 21).map(|k| (place(k % 21), place(k / 21)));
-        grid.map(|(x, y)| LensRay {
-            origin: DVec3::new(x, y, pupil.z) - 60.0 * direction,
-            direction,
-        })
-        .collect()
+        grid.map(|(x, y)| LensRay::new(DVec3::new(x, y, pupil.z) - 60.0 * direction, direction))
+            .collect()
     }
 
     #[test]

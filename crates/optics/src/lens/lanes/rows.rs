@@ -338,11 +338,10 @@ mod tests {
             } else {
                 place(k / 21 % 21)
             };
-            LensRay {
-                origin: DVec3::new(place(k % 21), y, pupil.z)
-                    - 20.0 * direction.normalize_or_zero(),
+            LensRay::new(
+                DVec3::new(place(k % 21), y, pupil.z) - 20.0 * direction.normalize_or_zero(),
                 direction,
-            }
+            )
         };
         (0..count).map(ray).collect()
     }
@@ -441,10 +440,7 @@ mod tests {
         for (found, behind) in at.iter().zip(traced(&lens, &one, Toward::Film, None)) {
             assert_eq!(found.1, behind.1);
             let [x, y, z, dx, dy, dz] = behind.0;
-            let ray = LensRay {
-                origin: DVec3::new(x, y, z),
-                direction: DVec3::new(dx, dy, dz),
-            };
+            let ray = LensRay::new(DVec3::new(x, y, z), DVec3::new(dx, dy, dz));
             if found.1 == 0 {
                 passed += 1;
                 let off = ray.at_z(70.0) - DVec3::from_slice(&found.0[..3]);

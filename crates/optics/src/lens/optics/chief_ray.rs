@@ -128,10 +128,7 @@ impl Lens {
     /// The ray from a film point to an aim on the rear vertex plane.
     fn film_ray(&self, film: DVec2, film_z: f64, aim: DVec2) -> LensRay {
         let origin = film.extend(film_z);
-        LensRay {
-            origin,
-            direction: aim.extend(self.length()) - origin,
-        }
+        LensRay::new(origin, aim.extend(self.length()) - origin)
     }
 
     /// The distortion at a film point at a height on the x axis or the y axis, in millimeters; none

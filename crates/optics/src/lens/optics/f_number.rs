@@ -87,10 +87,7 @@ impl Lens {
             return self.with_f_number(f_number, stop);
         }
         let height = self.with_iris(Iris::Round).axial_beam().height * widest / f_number;
-        let ray = LensRay {
-            origin: DVec3::new(0.0, height, -self.far()),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(DVec3::new(0.0, height, -self.far()), DVec3::Z);
         let hits = self.hits_on_surfaces(&ray);
         let Some(hit) = hits.get(stop) else {
             return Err(Diagnostic::error(format!(

@@ -206,10 +206,7 @@ impl FilmPlace {
     /// The point of the film on the line parallel to the axis through the given x and y of lens
     /// space; none if a bent film does not reach that line.
     pub(crate) fn over(&self, across: DVec2) -> Option<DVec3> {
-        let ray = LensRay {
-            origin: across.extend(self.center.z),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(across.extend(self.center.z), DVec3::Z);
         Some(self.point(self.intersect(&ray)?))
     }
 

@@ -46,9 +46,8 @@ impl Lens {
     /// direction across the axis, and the loss of the next higher ray.
     pub(super) fn axial_reach(&self, across: DVec2) -> (f64, Option<Loss>) {
         let far = self.far();
-        self.widest_ray(1.5, |height| LensRay {
-            origin: (height * across).extend(-far),
-            direction: DVec3::Z,
+        self.widest_ray(1.5, |height| {
+            LensRay::new((height * across).extend(-far), DVec3::Z)
         })
     }
 
@@ -64,14 +63,8 @@ impl Lens {
     /// vertex.
     pub(crate) fn axial_ray(&self, distance: f64, height: f64) -> LensRay {
         match distance.is_finite() {
-            true => LensRay {
-                origin: -distance * DVec3::Z,
-                direction: DVec3::new(0.0, height, distance),
-            },
-            false => LensRay {
-                origin: DVec3::new(0.0, height, -self.far()),
-                direction: DVec3::Z,
-            },
+            true => LensRay::new(-distance * DVec3::Z, DVec3::new(0.0, height, distance)),
+            false => LensRay::new(DVec3::new(0.0, height, -self.far()), DVec3::Z),
         }
     }
 
@@ -108,10 +101,7 @@ impl Lens {
         let widest = self.prescription().widest_semi_diameter();
         let back = 4.0 * (widest + self.length().abs());
         let start = chief.origin - back * direction;
-        let ray = |a: f64, b: f64| LensRay {
-            origin: start + a * across + b * along,
-            direction,
-        };
+        let ray = |a: f64, b: f64| LensRay::new(start + a * across + b * along, direction);
         // A coarse grid finds the bounding box of the rays that get through; the grid covers that
         // box.
         let mut reach = (DVec2::INFINITY, DVec2::NEG_INFINITY);
@@ -183,19 +173,13 @@ impl Lens {
 /// A ray turned by half a turn about the axis.
 fn opposite(ray: &LensRay) -> LensRay {
     let turn = |v: DVec3| DVec3::new(-v.x, -v.y, v.z);
-    LensRay {
-        origin: turn(ray.origin),
-        direction: turn(ray.direction),
-    }
+    LensRay::new(turn(ray.origin), turn(ray.direction))
 }
 
 /// A ray with x and y exchanged, for lenses that differ in x and y.
 fn mirrored(ray: &LensRay) -> LensRay {
     let turn = |v: DVec3| DVec3::new(v.y, v.x, v.z);
-    LensRay {
-        origin: turn(ray.origin),
-        direction: turn(ray.direction),
-    }
+    LensRay::new(turn(ray.origin), turn(ray.direction))
 }
 
 impl Spot {

@@ -41,10 +41,7 @@ impl Lens {
     /// Whether the ray from a film point to an aim on the rear vertex plane hits the closed middle
     /// of a surface. A ray that misses a surface behind it is outside the pupil and counts as open.
     fn is_obstructed_at(&self, film: DVec3, aim: DVec2) -> bool {
-        let ray = LensRay {
-            origin: film,
-            direction: aim.extend(self.length()) - film,
-        };
+        let ray = LensRay::new(film, aim.extend(self.length()) - film);
         let mut is_closed = false;
         let tracer = self.tracer(Toward::Scene, false);
         let _ = tracer.walk(ray, |surface, _, hit| {

@@ -12,6 +12,12 @@ pub struct LensRay {
 }
 
 impl LensRay {
+    /// Creates a ray through a point in a direction.
+    #[inline(always)]
+    pub const fn new(origin: DVec3, direction: DVec3) -> Self {
+        Self { origin, direction }
+    }
+
     /// The point where the ray crosses a plane perpendicular to the axis.
     pub fn at_z(&self, z: f64) -> DVec3 {
         self.origin + (z - self.origin.z) / self.direction.z * self.direction

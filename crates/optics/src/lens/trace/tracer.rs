@@ -110,9 +110,6 @@ impl Tracer<'_> {
             );
             element.leave(toward, &mut p, &mut d);
         }
-        Ok(LensRay {
-            origin: p + vertex_z * DVec3::Z,
-            direction: d,
-        })
+        Ok(LensRay::new(p + vertex_z * DVec3::Z, d))
     }
 }

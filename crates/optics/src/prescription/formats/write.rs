@@ -811,10 +811,10 @@ mod tests {
     fn same_rays(a: &Prescription, b: &Prescription) -> bool {
         let [a, b] = [a, b].map(|lens| Lens::new(lens.clone()));
         let front = a.prescription().surfaces[0].semi_diameter.min(50.0);
-        let ray = LensRay {
-            origin: DVec3::new(0.1 * front, 0.2 * front, -front),
-            direction: DVec3::new(-0.02, 0.03, 1.0),
-        };
+        let ray = LensRay::new(
+            DVec3::new(0.1 * front, 0.2 * front, -front),
+            DVec3::new(-0.02, 0.03, 1.0),
+        );
         let path = |lens: &Lens| lens.trace_path(&ray, Toward::Film, false).hits;
         let near = |(p, q): (&DVec3, &DVec3)| (*p - *q).length() < 1e-11 * front;
         let efl = a.first_order().efl() / b.first_order().efl();
@@ -998,10 +998,7 @@ mod tests {
             },
         }
         .boxed();
-        let ray = LensRay {
-            origin: DVec3::new(0.0, 0.0, -10.0),
-            direction: DVec3::Z,
-        };
+        let ray = LensRay::new(DVec3::new(0.0, 0.0, -10.0), DVec3::Z);
         for lens in [lens.clone(), again(&lens, OutputFormat::CodeV)] {
             let path = Lens::new(lens).trace_path(&ray, Toward::Film, true);
             assert!(path.outcome.is_ok(), "{:?}", path.outcome);

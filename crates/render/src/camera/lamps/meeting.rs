@@ -99,10 +99,7 @@ impl LensCamera {
     /// The ray from a film point to an aim.
     pub(super) fn ray_to(&self, film: DVec2, aim: DVec2) -> LensRay {
         let origin = self.place.point(film);
-        LensRay {
-            origin,
-            direction: (aim.extend(self.rear_z) - origin).normalize(),
-        }
+        LensRay::new(origin, (aim.extend(self.rear_z) - origin).normalize())
     }
 }
 

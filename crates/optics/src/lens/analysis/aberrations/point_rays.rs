@@ -119,14 +119,11 @@ impl<'a> PointRays<'a> {
         let up = DVec3::new(0.0, self.direction.z, -self.direction.y);
         let through = self.start + place.x * DVec3::X + place.y * up;
         match self.source {
-            Some(origin) => LensRay {
-                origin,
-                direction: through - origin,
-            },
-            None => LensRay {
-                origin: through - (1.0 + self.lens.length().abs()) * self.direction,
-                direction: self.direction,
-            },
+            Some(origin) => LensRay::new(origin, through - origin),
+            None => LensRay::new(
+                through - (1.0 + self.lens.length().abs()) * self.direction,
+                self.direction,
+            ),
         }
     }
 
