@@ -207,10 +207,7 @@ fn plan(options: &CatalogOptions, input: &Path, contain: Option<PathBuf>) -> Pla
         plan.background = Some(Override::IfUnstated(NEUTRAL));
     }
     let Resolution { width, height } = options.thumbnail;
-    plan.resolution = Resolution {
-        width: ENLARGED * width,
-        height: ENLARGED * height,
-    };
+    plan.resolution = Resolution::of(ENLARGED * width, ENLARGED * height);
     plan.stop = Stop::after(options.samples);
     plan.search = options.search.clone();
     plan.contain = contain;

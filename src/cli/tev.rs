@@ -78,12 +78,7 @@ impl TevView {
             .zip((0..).step_by(ROWS as usize));
         self.send(|client| {
             for (levels, top) in rows {
-                let rows = Region {
-                    left: 0,
-                    top,
-                    width: picture.width,
-                    height: ROWS.min(picture.height - top),
-                };
+                let rows = Region::new([0, top], [picture.width, ROWS.min(picture.height - top)]);
                 self.replace(client, rows, levels)?;
             }
             Ok(())

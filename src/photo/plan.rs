@@ -457,11 +457,7 @@ impl Plan {
             SAMPLE_LIMIT => usual_samples(self.era),
             samples => samples,
         };
-        Sampler {
-            kind: self.sampler,
-            samples,
-            seed: self.seed,
-        }
+        Sampler::new(self.sampler, samples, self.seed)
     }
 
     /// Creates the plan that the window starts from. The window refines its picture continuously,

@@ -23,10 +23,7 @@ fn plan(folder: &Path) -> Plan {
     let scene = folder.join("scene.iv");
     std::fs::write(&scene, SCENE).expect("the scene can be written");
     let mut plan = Plan::of_era(Era::Modern, scene);
-    plan.resolution = Resolution {
-        width: 36,
-        height: 24,
-    };
+    plan.resolution = Resolution::of(36, 24);
     plan.focus = Some(Meters(3.0));
     plan
 }
@@ -211,12 +208,7 @@ fn a_team_makes_the_same_bits_as_one_process() {
         ..Stop::after(64)
     };
     let mut part = plan.clone();
-    part.region = Some(Region {
-        left: 5,
-        top: 3,
-        width: 20,
-        height: 14,
-    });
+    part.region = Some(Region::new([5, 3], [20, 14]));
     for plan in [plan, adaptive, until, part] {
         let alone = Session::open(plan.clone()).expect("the scene is whole");
         let alone = alone.expose(&|_| ());
@@ -259,10 +251,7 @@ fn what_is_left_out_does_not_change_the_picture() {
     for scene in scenes {
         for shading in ivcam_render::shade::Shading::ALL {
             let mut plan = Plan::of_era(Era::Modern, golden.join(scene));
-            plan.resolution = Resolution {
-                width: 24,
-                height: 16,
-            };
+            plan.resolution = Resolution::of(24, 16);
             plan.shading = shading;
             plan.stop = ivcam_render::render::Stop::after(2);
             let mut session = Session::open(plan).expect("the scene is whole");
@@ -303,20 +292,12 @@ fn rows_of(session: &Session) -> (Vec<[f32; 3]>, ivcam_render::render::Summary, 
 
 #[test]
 fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
-    let region = Region {
-        left: 3,
-        top: 5,
-        width: 41,
-        height: 38,
-    };
+    let region = Region::new([3, 5], [41, 38]);
     let folder = std::env::temp_dir().join(format!("ivcam-strips-{}", std::process::id()));
     let mut compared = 0;
     for (adaptive, part) in [(false, None), (true, None), (true, Some(region))] {
         let mut plan = plan(&folder);
-        plan.resolution = Resolution {
-            width: 60,
-            height: 45,
-        };
+        plan.resolution = Resolution::of(60, 45);
         (plan.adaptive, plan.region) = (adaptive, part);
         plan.stop = ivcam_render::render::Stop::after(16);
         let mut session = Session::open(plan).unwrap();
@@ -354,12 +335,7 @@ fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
         (5, 11, &[33, 64, 70]),
     ];
     let parts = bands.map(|(top, height, passes)| {
-        let region = Region {
-            left: 0,
-            top,
-            width: 36,
-            height,
-        };
+        let region = Region::new([0, top], [36, height]);
         let more = |sums: Option<Vec<u8>>, samples: &u32| {
             let made = session.expose_part(region, *samples, sums.as_deref());
             Some(made.expect("a part").0)

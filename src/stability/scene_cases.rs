@@ -88,11 +88,7 @@ fn pictures() -> Result<Vec<Case>> {
         let render = Render {
             shader: &shader,
             camera: &Camera::Pinhole(Pinhole::new(&pose, f64::from(width) / f64::from(height))),
-            sampler: Sampler {
-                kind: SamplerKind::Sobol,
-                samples: 1,
-                seed: 0,
-            },
+            sampler: Sampler::new(SamplerKind::Sobol, 1, 0),
             resolution,
             exposure: 1.0,
             stop: Stop::after(1),

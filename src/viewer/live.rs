@@ -96,10 +96,7 @@ struct Exposing {
 impl Exposing {
     fn new(whole: Resolution, divisor: u32) -> Self {
         let side = |n: u32| n.div_ceil(divisor);
-        let resolution = Resolution {
-            width: side(whole.width),
-            height: side(whole.height),
-        };
+        let resolution = Resolution::of(side(whole.width), side(whole.height));
         Self {
             resolution,
             divisor,

@@ -95,10 +95,10 @@ impl Setup {
         let aspect = film.width / film.height;
         let side = |x: f64| (x.round() as u32).clamp(1, Resolution::LIMIT);
         self.plan.film = film;
-        self.plan.resolution = Resolution {
-            width: side((pixels * aspect).sqrt()),
-            height: side((pixels / aspect).sqrt()),
-        };
+        self.plan.resolution = Resolution::of(
+            side((pixels * aspect).sqrt()),
+            side((pixels / aspect).sqrt()),
+        );
     }
 
     /// Sets the width of the picture in pixels, and the height that the film gives it.

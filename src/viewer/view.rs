@@ -97,10 +97,7 @@ fn reduced(resolution: Resolution) -> Resolution {
     let most = Resolution::VINTAGE.pixels() as f64;
     let scale = (most / resolution.pixels() as f64).sqrt().min(1.0);
     let side = |n: u32| ((f64::from(n) * scale) as u32).max(1);
-    Resolution {
-        width: side(resolution.width),
-        height: side(resolution.height),
-    }
+    Resolution::of(side(resolution.width), side(resolution.height))
 }
 
 /// A map of distances along the axis, infinite where there is no surface.

@@ -52,10 +52,7 @@ fn strip(session: &mut Session, height: f64, rows: u32, samples: u32, seed: u64)
         width: 0.01,
         height,
     };
-    plan.resolution = Resolution {
-        width: 1,
-        height: rows,
-    };
+    plan.resolution = Resolution::of(1, rows);
     plan.seed = seed;
     plan.stop = Stop::after(samples);
     let pose = session.pose.clone();
@@ -226,10 +223,7 @@ fn wavelengths_with_the_same_path_give_the_colors_of_one() {
         let mut session = session(name, lens, scene);
         let mut plan = session.plan.clone();
         plan.aim = aim;
-        plan.resolution = Resolution {
-            width: 60,
-            height: 40,
-        };
+        plan.resolution = Resolution::of(60, 40);
         plan.film = FilmFormat {
             width: 48.0,
             height: 32.0,

@@ -25,10 +25,7 @@ fn plan(name: &str, body: &str) -> Plan {
     let scene: PathBuf = folder.join(format!("{name}.iv"));
     std::fs::write(&scene, format!("#Inventor V2.1 ascii\n{body}")).expect("the scene is written");
     let mut plan = Plan::of_era(Era::Modern, scene);
-    plan.resolution = Resolution {
-        width: 36,
-        height: 24,
-    };
+    plan.resolution = Resolution::of(36, 24);
     plan.stop = Stop::after(16);
     plan
 }

@@ -74,11 +74,7 @@ impl Bench {
 
     /// Renders the picture with eight seeds.
     fn photographs(&self, scene: &RenderScene, samples: u32) -> Vec<Film> {
-        let sampler = |seed| Sampler {
-            kind: SamplerKind::Sobol,
-            samples,
-            seed,
-        };
+        let sampler = |seed| Sampler::new(SamplerKind::Sobol, samples, seed);
         (1..=8)
             .map(|seed| self.photograph(scene, sampler(seed)))
             .collect()
@@ -186,11 +182,7 @@ fn vignetting_in_a_picture_of_a_white_field_is_that_of_the_rays() {
         let lens = Lens::named(name).unwrap().scaled_to(Mm(40.0)).unwrap();
         let bench = Bench::new(lens, f64::INFINITY, [36.0, 24.0], [24, 16]);
         let white = scene(&board(DVec3::new(0.0, 0.0, -50.0), 400.0, 400.0));
-        let sampler = Sampler {
-            kind: SamplerKind::Random,
-            samples: 400,
-            seed: 5,
-        };
+        let sampler = Sampler::new(SamplerKind::Random, 400, 5);
         let film = bench.photograph(&white, sampler);
         let Camera::Lens(camera) = bench.camera() else {
             unreachable!("it is made with a lens")

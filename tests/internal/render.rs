@@ -23,10 +23,7 @@ fn session(era: Era, lens: &str) -> Session {
     std::fs::write(&scene, text).expect("the scene can be written");
     let mut plan = Plan::of_era(era, scene);
     plan.optics = Optics::Lens(LensChoice::named(lens));
-    plan.resolution = Resolution {
-        width: 44,
-        height: 27,
-    };
+    plan.resolution = Resolution::of(44, 27);
     plan.stop = Stop::after(5);
     Session::open(plan).expect("the scene is whole")
 }
@@ -96,12 +93,7 @@ fn a_region_has_the_bits_of_the_whole_picture_with_adaptive_sampling_too() {
         let mut session = session(Era::Modern, "wide-angle");
         session.plan.adaptive = adaptive;
         session.plan.stop = Stop::after(16);
-        let region = Region {
-            left: 13,
-            top: 5,
-            width: 20,
-            height: 17,
-        };
+        let region = Region::new([13, 5], [20, 17]);
         let whole = with_render(&session, 2, |render| render.run(&|_| ()));
         let part = with_render(&session, 2, |render| {
             render.run_inside(region, Task::default(), &|_| ())
@@ -158,10 +150,7 @@ fn parts(session: &Session, samples: u32) -> Vec<(f64, f64)> {
 #[test]
 fn every_sampler_filter_and_adaptive_sampling_give_the_light_of_plain_random_samples() {
     let mut session = session(Era::Modern, "wide-angle");
-    session.plan.resolution = Resolution {
-        width: 32,
-        height: 21,
-    };
+    session.plan.resolution = Resolution::of(32, 21);
     let mut plain = |filter| {
         session.plan.filter = filter;
         session.plan.adaptive = false;
@@ -250,10 +239,7 @@ fn passes_with_a_limit_on_time_begin_with_one_sample() {
 #[test]
 fn the_true_error_lies_in_the_stated_interval_in_90_to_99_percent_of_pictures() {
     let mut session = session(Era::Modern, "wide-angle");
-    session.plan.resolution = Resolution {
-        width: 48,
-        height: 32,
-    };
+    session.plan.resolution = Resolution::of(48, 32);
     let truth: Vec<[f64; 3]> = render_of(&session, 12345, 1024)
         .pixels
         .iter()
@@ -338,10 +324,7 @@ impl Keeper for Interruption {
 /// Returns a session with a small picture, for many samples.
 fn small_session(samples: u32, adaptive: bool) -> Session {
     let mut session = session(Era::Modern, "wide-angle");
-    session.plan.resolution = Resolution {
-        width: 26,
-        height: 17,
-    };
+    session.plan.resolution = Resolution::of(26, 17);
     session.plan.adaptive = adaptive;
     session.plan.stop = Stop::after(samples);
     session
@@ -456,12 +439,7 @@ fn the_rows_of_a_state_are_those_of_its_film() {
         }
     }
     let session = small_session(300, false);
-    let region = Region {
-        left: 5,
-        top: 3,
-        width: 13,
-        height: 12,
-    };
+    let region = Region::new([5, 3], [13, 12]);
     // In the first unit, in the second one, and among units that are not folded.
     for (samples, tiles) in [(0..300, 4), (0..300, 9), (64..300, 16), (64..300, u32::MAX)] {
         let keeper = Rows(Mutex::default(), Interruption::after(tiles));

@@ -59,11 +59,7 @@ impl Bench {
     /// Returns the origin, direction and weight of a ray from a point of the film to a point of the
     /// rear element.
     fn film_ray(&self, pixel: u32, index: u32, seed: u64) -> (DVec3, DVec3, f64) {
-        let sampler = Sampler {
-            kind: SamplerKind::Random,
-            samples: SAMPLES,
-            seed,
-        };
+        let sampler = Sampler::new(SamplerKind::Random, SAMPLES, seed);
         let at = sampler.pixel(u64::from(pixel), [pixel, 0]).sample(index);
         let x = (f64::from(pixel % COLUMNS) + at.film[0]) / f64::from(COLUMNS);
         let y = (f64::from(pixel / COLUMNS) + at.film[1]) / f64::from(ROWS);

@@ -19,10 +19,7 @@ use ivcam_optics::film::Resolution;
 
 const THREADS: usize = 2;
 /// The pixels of the picture in a window of the first size, 1360x860.
-const VIEW: Resolution = Resolution {
-    width: 832,
-    height: 554,
-};
+const VIEW: Resolution = Resolution::of(832, 554);
 /// The number of changes of each kind; their median is reported.
 const TIMES: usize = 5;
 /// The time after which a picture that is not at 2% is abandoned.

@@ -237,11 +237,7 @@ fn widths() -> [Width; 1] {
 
 /// Returns rays from a film of aspect 3:2 within the radius.
 fn rays_of(lens: &Lens, target: &PupilTarget, film_z: f64, radius: f64) -> Vec<LensRay> {
-    let sampler = Sampler {
-        kind: SamplerKind::Sobol,
-        samples: 4096,
-        seed: 1,
-    };
+    let sampler = Sampler::new(SamplerKind::Sobol, 4096, 1);
     (0..4096)
         .filter_map(|i| {
             let at = sampler.pixel(0, [0, 0]).sample(i);

@@ -342,12 +342,7 @@ fn film_size(word: &str) -> Option<FilmFormat> {
 fn region(word: &str) -> Option<Region> {
     let numbers: Option<Vec<u32>> = word.split(',').map(|n| n.trim().parse().ok()).collect();
     let [left, top, width, height] = numbers?.try_into().ok()?;
-    Some(Region {
-        left,
-        top,
-        width,
-        height,
-    })
+    Some(Region::new([left, top], [width, height]))
 }
 
 fn pixels(size: Resolution) -> String {

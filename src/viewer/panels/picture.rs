@@ -71,10 +71,7 @@ fn place(room: Rect, aspect: f32, pixels_per_point: f32) -> (Rect, Resolution) {
     let size = vec2(width.floor().max(1.0), (width / aspect).floor().max(1.0));
     let corner = (pixels_per_point * room.center() - 0.5 * size).round();
     let place = Rect::from_min_size(corner / pixels_per_point, size / pixels_per_point);
-    let resolution = Resolution {
-        width: size.x as u32,
-        height: size.y as u32,
-    };
+    let resolution = Resolution::of(size.x as u32, size.y as u32);
     (place, resolution)
 }
 

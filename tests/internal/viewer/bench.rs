@@ -56,10 +56,7 @@ impl Scratch {
     pub(super) fn plan(&self) -> Plan {
         let mut plan = Plan::of_era(Era::Modern, self.path("scene.iv"));
         plan.optics = Optics::Lens(crate::photo::LensChoice::named("double-gauss"));
-        plan.resolution = Resolution {
-            width: 96,
-            height: 64,
-        };
+        plan.resolution = Resolution::of(96, 64);
         plan.stop.samples = 2;
         plan
     }

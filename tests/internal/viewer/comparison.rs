@@ -51,10 +51,7 @@ fn an_archival_picture_is_aligned_with_the_live_one() {
     let scratch = Scratch::new("align");
     let mut plan = scratch.plan();
     plan.optics = Optics::Pinhole;
-    plan.resolution = Resolution {
-        width: 120,
-        height: 80,
-    };
+    plan.resolution = Resolution::of(120, 80);
     let (_, frame) = exposed(&plan, 8);
     let levels = crate::viewer::develop::levels(&frame, 1.0, &plan.response);
     let picture = image::RgbImage::from_raw(120, 80, levels.clone()).unwrap();

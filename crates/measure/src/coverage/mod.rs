@@ -57,10 +57,7 @@ impl Options {
     fn parse(words: &[String]) -> Option<Self> {
         let mut options = Self {
             seeds: 200,
-            size: Resolution {
-                width: 48,
-                height: 32,
-            },
+            size: Resolution::of(48, 32),
             only: None,
             samples: vec![4, 8, 16, 64],
             truth: 4096,
@@ -84,10 +81,10 @@ impl Options {
                 }
                 "--size" => {
                     let (width, height) = words.next()?.split_once('x')?;
-                    options.size = Resolution {
-                        width: width.parse().ok().filter(|n| *n > 0)?,
-                        height: height.parse().ok().filter(|n| *n > 0)?,
-                    };
+                    options.size = Resolution::of(
+                        width.parse().ok().filter(|n| *n > 0)?,
+                        height.parse().ok().filter(|n| *n > 0)?,
+                    );
                 }
                 "--scenes" => {
                     options.scenes = words.next()?.split(',').map(PathBuf::from).collect();

@@ -44,10 +44,7 @@ pub(crate) fn living_room() -> Plan {
     let mut lens = LensChoice::named("wide-angle");
     lens.efl = Some(ivcam_base::math::Mm(20.0));
     plan.optics = Optics::Lens(lens);
-    plan.resolution = Resolution {
-        width: 360,
-        height: 240,
-    };
+    plan.resolution = Resolution::of(360, 240);
     plan
 }
 
@@ -99,10 +96,7 @@ pub(crate) fn peak_kilobytes_of(status: &str) -> Option<u64> {
 pub(crate) fn plan_of(scene: impl Into<PathBuf>) -> Plan {
     let mut plan = Plan::of_era(Era::Modern, scene);
     plan.optics = living_room().optics;
-    plan.resolution = Resolution {
-        width: 180,
-        height: 120,
-    };
+    plan.resolution = Resolution::of(180, 120);
     plan
 }
 

@@ -213,10 +213,7 @@ where
 mod tests {
     use super::*;
 
-    const SIZE: Resolution = Resolution {
-        width: 32,
-        height: 24,
-    };
+    const SIZE: Resolution = Resolution::of(32, 24);
 
     /// Returns a picture of level 1 with a column of pixels whose samples scatter.
     fn picture() -> Vec<Exposed> {

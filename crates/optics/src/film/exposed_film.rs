@@ -196,10 +196,7 @@ mod tests {
 
     #[test]
     fn a_film_that_is_not_measured_has_no_error() {
-        let mut film = Film::new(Resolution {
-            width: 1,
-            height: 1,
-        });
+        let mut film = Film::new(Resolution::of(1, 1));
         film.pixels[0].add(DVec3::ONE);
         assert_eq!(film.error(), Err(ErrorUnknown::NotMeasured));
         assert_eq!(film.relative_rmse(), None);

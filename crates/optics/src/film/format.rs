@@ -36,12 +36,14 @@ pub struct Resolution {
 
 impl Resolution {
     /// The size of the 1999 program's pictures: ten pixels per millimeter of film.
-    pub const VINTAGE: Self = Self {
-        width: 360,
-        height: 240,
-    };
+    pub const VINTAGE: Self = Self::of(360, 240);
     /// The largest number of pixels on a side. A larger one is taken for a typing error.
     pub const LIMIT: u32 = 65_536;
+
+    /// Returns a size, which is not checked.
+    pub const fn of(width: u32, height: u32) -> Self {
+        Self { width, height }
+    }
 
     /// Returns a size that a picture can have.
     ///

@@ -19,14 +19,19 @@ pub struct Region {
 }
 
 impl Region {
+    /// Returns the pixels from a column and a row on, so many across and down.
+    pub const fn new([left, top]: [u32; 2], [width, height]: [u32; 2]) -> Self {
+        Self {
+            left,
+            top,
+            width,
+            height,
+        }
+    }
+
     /// Returns all pixels of a picture.
     pub fn whole(picture: Resolution) -> Self {
-        Self {
-            left: 0,
-            top: 0,
-            width: picture.width,
-            height: picture.height,
-        }
+        Self::new([0, 0], [picture.width, picture.height])
     }
 
     /// Checks that a region has pixels and is inside a picture.
@@ -85,10 +90,7 @@ impl Region {
 
     /// Returns the size of the region.
     pub fn resolution(self) -> Resolution {
-        Resolution {
-            width: self.width,
-            height: self.height,
-        }
+        Resolution::of(self.width, self.height)
     }
 
     /// Returns the region's part of the values of a picture's pixels, row by row.
@@ -118,19 +120,11 @@ impl std::fmt::Display for Region {
 mod tests {
     use super::*;
 
-    const PICTURE: Resolution = Resolution {
-        width: 4,
-        height: 3,
-    };
+    const PICTURE: Resolution = Resolution::of(4, 3);
 
     #[test]
     fn a_region_cuts_its_own_pixels() {
-        let region = Region {
-            left: 1,
-            top: 1,
-            width: 2,
-            height: 2,
-        };
+        let region = Region::new([1, 1], [2, 2]);
         let numbers: Vec<u32> = (0..12).collect();
         assert_eq!(region.cut(&numbers, PICTURE), [5, 6, 9, 10]);
     }
@@ -143,12 +137,7 @@ mod tests {
             (1, 1, 0, 1),
             (1, 1, u32::MAX, 1),
         ] {
-            let region = Region {
-                left,
-                top,
-                width,
-                height,
-            };
+            let region = Region::new([left, top], [width, height]);
             assert!(region.check(PICTURE).is_err(), "{region}");
         }
         assert!(Region::whole(PICTURE).check(PICTURE).is_ok());

@@ -399,10 +399,7 @@ mod tests {
         sum - 6.0
     }
 
-    const SIZE: Resolution = Resolution {
-        width: 32,
-        height: 24,
-    };
+    const SIZE: Resolution = Resolution::of(32, 24);
 
     /// Returns a picture of level 1 with errors of given standard deviations, and the sum of its
     /// squared errors. Each pixel has the scatter that belongs to its error.

@@ -97,10 +97,7 @@ impl<'a> PictureRows<'a> {
     /// Returns the picture's heading and its rows.
     pub(super) fn of(picture: &'a Picture) -> (Heading, Self) {
         let heading = Heading {
-            resolution: Resolution {
-                width: picture.width,
-                height: picture.height,
-            },
+            resolution: Resolution::of(picture.width, picture.height),
             response: picture.response.clone(),
             provenance: picture.provenance.clone(),
             late: None,

@@ -91,10 +91,7 @@ mod tests {
         fails_at: u32,
     }
 
-    const SIZE: Resolution = Resolution {
-        width: 7,
-        height: 37,
-    };
+    const SIZE: Resolution = Resolution::of(7, 37);
 
     fn pixel(i: u32) -> [f32; 3] {
         [(i % 7) as f32 / 8.0, (i / 7) as f32 / 64.0, 2.0]

@@ -73,6 +73,15 @@ pub struct Sampler {
 }
 
 impl Sampler {
+    /// Creates the samples of a picture.
+    pub const fn new(kind: SamplerKind, samples: u32, seed: u64) -> Self {
+        Self {
+            kind,
+            samples,
+            seed,
+        }
+    }
+
     /// The samples of the pixel with a number, and with a column and a row in the picture.
     pub fn pixel(&self, number: u64, [x, y]: [u32; 2]) -> PixelSampler {
         let key = mix(self.seed ^ mix(number.wrapping_add(0x9e37_79b9_7f4a_7c15)));
@@ -357,11 +366,7 @@ mod tests {
     use super::*;
 
     fn sampler(kind: SamplerKind, samples: u32) -> Sampler {
-        Sampler {
-            kind,
-            samples,
-            seed: 7,
-        }
+        Sampler::new(kind, samples, 7)
     }
 
     #[test]

@@ -330,10 +330,7 @@ mod tests {
     #[test]
     fn a_ray_hits_the_pixel_whose_own_ray_is_the_reverse() {
         let camera = camera(Lens::named("double-gauss").unwrap(), Aim::ExitPupil);
-        let size = Resolution {
-            width: 36,
-            height: 24,
-        };
+        let size = Resolution::of(36, 24);
         for (column, row) in [(0, 0), (35, 0), (7, 20), (35, 23)] {
             let place = |cell: u32, of: u32| (f64::from(cell) + 0.5) / f64::from(of);
             let film = camera.film_point(place(column, 36), place(row, 24));
@@ -372,11 +369,7 @@ mod tests {
     /// The mean and the standard error of the irradiance at a film point from a scene of radiance
     /// 1, by random rays, in steradians.
     fn by_rays(camera: &LensCamera, film: DVec2) -> (f64, f64) {
-        let sampler = Sampler {
-            kind: SamplerKind::Random,
-            samples: 40_000,
-            seed: 7,
-        };
+        let sampler = Sampler::new(SamplerKind::Random, 40_000, 7);
         let pixel = sampler.pixel(0, [0, 0]);
         let window = camera.target.window(film);
         let weight = |i| {

@@ -115,11 +115,7 @@ mod tests {
             for place in [[0.5, 0.5], [0.6, 0.35], [0.1, 0.9], [0.02, 0.03]] {
                 let film: DVec2 = camera.film_point(place[0], place[1]);
                 let known = camera.lens.irradiance(film, camera.focus.film_z);
-                let sampler = Sampler {
-                    kind: SamplerKind::Sobol,
-                    samples: 64,
-                    seed: 3,
-                };
+                let sampler = Sampler::new(SamplerKind::Sobol, 64, 3);
                 let means: Vec<f64> = (0..1024)
                     .map(|pixel| {
                         let mut samples = CameraSamples::default();

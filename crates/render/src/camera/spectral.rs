@@ -593,11 +593,7 @@ mod tests {
         ];
         for camera in lenses.map(camera) {
             for film in [[0.5, 0.5], [0.15, 0.8], [0.02, 0.03]] {
-                let sampler = Sampler {
-                    kind: SamplerKind::Random,
-                    samples: N,
-                    seed: 5,
-                };
+                let sampler = Sampler::new(SamplerKind::Random, N, 5);
                 let pixel = sampler.pixel(0, [0, 0]);
                 let (mut sum, mut squares, mut known) = (DVec3::ZERO, DVec3::ZERO, DVec3::ZERO);
                 for first in (0..N).step_by(1 << 10) {

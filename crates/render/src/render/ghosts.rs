@@ -321,10 +321,7 @@ mod tests {
     use ivcam_optics::film::FilmFormat;
     use ivcam_optics::lens::{Coating, FocusMethod};
 
-    const SIZE: Resolution = Resolution {
-        width: 36,
-        height: 24,
-    };
+    const SIZE: Resolution = Resolution::of(36, 24);
 
     /// Returns a camera at the scene's origin that looks along −z.
     fn camera(coating: Coating) -> LensCamera {

@@ -361,15 +361,8 @@ Separator { Material { emissiveColor .3 .2 .1 }
             let render = Render {
                 shader: &Shader::new(&scene, Shading::Recursive, ShadeOptions::default()),
                 camera: &camera,
-                sampler: Sampler {
-                    kind: SamplerKind::Sobol,
-                    samples: 16,
-                    seed: 3,
-                },
-                resolution: Resolution {
-                    width: 24,
-                    height: 16,
-                },
+                sampler: Sampler::new(SamplerKind::Sobol, 16, 3),
+                resolution: Resolution::of(24, 16),
                 exposure: 1.0,
                 stop: Stop::after(16),
                 filter: &FilterTable::new(filter),

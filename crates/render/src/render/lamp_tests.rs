@@ -36,10 +36,7 @@ Separator { Translation { translation 0 0 -30 } Material { emissiveColor .02 .02
 /// The number of pictures of each kind.
 const SEEDS: u64 = 16;
 
-const SIZE: Resolution = Resolution {
-    width: 24,
-    height: 16,
-};
+const SIZE: Resolution = Resolution::of(24, 16);
 
 fn scene() -> RenderScene {
     let document = Document::read_headerless("lamps.iv", LAMPS.as_bytes().to_vec()).unwrap();
@@ -87,11 +84,7 @@ fn photograph(
     let render = Render {
         shader: &Shader::new(scene, Shading::Path, options),
         camera,
-        sampler: Sampler {
-            kind: SamplerKind::Sobol,
-            samples,
-            seed,
-        },
+        sampler: Sampler::new(SamplerKind::Sobol, samples, seed),
         resolution: SIZE,
         exposure: 1.0,
         stop: Stop::after(samples),

@@ -190,12 +190,7 @@ pub(super) fn write_pixels(pixels: &[Exposed], to: &mut dyn Write) -> std::io::R
 mod tests {
     use super::*;
 
-    const REGION: Region = Region {
-        left: 13,
-        top: 5,
-        width: 20,
-        height: 17,
-    };
+    const REGION: Region = Region::new([13, 5], [20, 17]);
 
     #[test]
     fn the_tiles_of_a_region_share_out_its_pixels() {

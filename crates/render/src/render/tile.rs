@@ -81,12 +81,7 @@ mod tests {
 
     #[test]
     fn strips_cover_the_region() {
-        let region = Region {
-            left: 3,
-            top: 5,
-            width: 10,
-            height: 57,
-        };
+        let region = Region::new([3, 5], [10, 57]);
         let cut =
             |most| -> Vec<(u32, u32)> { strips(region, most).map(|s| (s.top, s.height)).collect() };
         assert_eq!(cut(479), [(5, 32), (37, 25)]);

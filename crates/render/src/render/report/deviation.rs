@@ -55,10 +55,7 @@ mod tests {
 
     #[test]
     fn a_constant_offset_is_bias_and_nothing_else() {
-        let mut film = Film::new(ivcam_optics::film::Resolution {
-            width: 20,
-            height: 10,
-        });
+        let mut film = Film::new(ivcam_optics::film::Resolution::of(20, 10));
         film.pixels
             .iter_mut()
             .for_each(|p| p.add(glam::DVec3::splat(1.1)));
