@@ -49,6 +49,12 @@ const EDITS: [(&str, &str); 4] = [
     ("turns surfaces around", "FLY"),
 ];
 
+/// Pickups and solves. CODE V saves the numbers that they give with the surfaces. A solve for the
+/// paraxial image (`PIM`) sets the film alone.
+const FOLLOWED: [&str; 10] = [
+    "PIK", "UMY", "UMX", "HMY", "HMX", "UCY", "UCX", "HCY", "HCX", "EDG",
+];
+
 /// Commands that may name a surface behind them, beside those that are refused.
 const OF_SURFACE: [&str; 44] = [
     "RDY", "CUY", "THI", "GLA", "RMD", "STO", "CIR", "REX", "REY", "ELX", "ELY", "SPH", "CON",
@@ -78,6 +84,8 @@ pub(super) struct SequenceReader<'a> {
     pub(super) decenters: BTreeMap<usize, StatedDecenter>,
     /// The clear apertures of surfaces that are not round or not on the axis.
     pub(super) apertures: BTreeMap<usize, StatedAperture>,
+    /// The first pickup or solve.
+    followed: Option<Span>,
     /// What zoom positions change that is not read.
     pub(super) left_out: Vec<&'a str>,
     /// The surface that a command without one is about; none at the image.
@@ -187,6 +195,7 @@ impl<'a> SequenceReader<'a> {
             draft: file.draft(None),
             decenters: BTreeMap::new(),
             apertures: BTreeMap::new(),
+            followed: None,
             left_out: Vec::new(),
             current: None,
         }
@@ -208,6 +217,10 @@ impl<'a> SequenceReader<'a> {
             None => (self.current.into_iter().collect(), command.to_vec()),
         };
         self.refuse(&name, &about, &plain)?;
+        if FOLLOWED.contains(&&*name) {
+            self.followed = self.followed.or(Some(command[0].span));
+            return Ok(());
+        }
         if self.of_lens(&name, command)? {
             self.warn_of_image(&name, command, sink);
             return Ok(());
@@ -416,6 +429,11 @@ impl<'a> SequenceReader<'a> {
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
+        if let Some(place) = self.followed {
+            let message = "pickups and solves are not executed: the numbers of the surfaces count";
+            sink.warn(place, message)
+                .help("let CODE V save the lens, which writes the numbers that they give");
+        }
         self.beam.half_field = self.field(["XAN", "YAN"]).unwrap_or(0.0);
         self.beam.image_height = self.field(["XIM", "YIM"]).or(self.field(["XRI", "YRI"]));
         self.beam.object_height = self.field(["XOB", "YOB"]);

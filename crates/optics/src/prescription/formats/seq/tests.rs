@@ -220,6 +220,24 @@ fn zoom_positions_that_change_what_is_not_read_are_warned_of_once() {
 }
 
 #[test]
+fn pickups_and_solves_are_warned_of_once() {
+    let text = |more: &str| {
+        format!(
+            "RDM\nSO 0 1e13\nS 50 5 517642\nSTO\nCIR 10\nS -50 100\nCIR 10\n{more}\nSI 0 0\nGO\n"
+        )
+    };
+    let found = |more: &str| {
+        let about = |text: &String| text.contains("pickups and solves");
+        warnings(&text(more))
+            .iter()
+            .filter(|text| about(text))
+            .count()
+    };
+    assert_eq!(found("PIK CUY S2 S1 -1\nUMY S2 -0.1"), 1);
+    assert_eq!(found("PIM"), 0);
+}
+
+#[test]
 fn commands_that_move_or_change_surfaces_are_refused() {
     let text = |command: &str| {
         format!(
