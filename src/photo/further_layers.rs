@@ -133,7 +133,6 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
 
     use ivcam_base::math::Meters;
     use ivcam_inventor::events::SnapshotOptions;
@@ -145,13 +144,12 @@ mod tests {
     use ivcam_render::shade::Shading;
 
     use super::*;
+    use crate::folder::Folder;
     use crate::photo::{Era, Optics, Plan};
 
-    /// A plan for a small picture of a scene, in a folder that the test removes.
-    fn plan(folder: &Path, scene: &str) -> Plan {
-        std::fs::create_dir_all(folder).expect("a folder for the scene");
-        let path = folder.join("scene.iv");
-        std::fs::write(&path, scene).expect("the scene can be written");
+    /// A plan for a small picture of a scene in a folder.
+    fn plan(folder: &Folder, scene: &str) -> Plan {
+        let path = folder.file("scene.iv", scene);
         let mut plan = Plan::of_era(Era::Modern, path);
         plan.resolution = Resolution::new(36, 24).expect("a size");
         plan.focus = Some(Meters(1.0));
@@ -160,10 +158,6 @@ mod tests {
         plan.stop = Stop::after(16);
         plan.layers.mattes = true;
         plan
-    }
-
-    fn folder(name: &str) -> std::path::PathBuf {
-        std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()))
     }
 
     /// Two walls and a sheet that lets half of the light through, of which one is white.
@@ -193,7 +187,7 @@ mod tests {
     /// that of the picture in which everything is, also out of focus and behind a sheet.
     #[test]
     fn the_share_of_an_object_is_that_of_its_light() {
-        let folder = folder("mattes");
+        let folder = Folder::new("mattes");
         for filter in [Filter::Box, Filter::Gaussian] {
             let expose = |white: usize| {
                 let mut plan = plan(&folder, &walls(white));
@@ -232,14 +226,13 @@ mod tests {
             }
             assert!(mixed > 100, "{mixed}");
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     /// The edge of a wall runs through the middle of a column of pixels, of whose sixteen samples
     /// eight are on each side.
     #[test]
     fn an_object_that_covers_half_of_a_pixel_has_a_share_of_one_half() {
-        let folder = folder("half");
+        let folder = Folder::new("half");
         let layers = FurtherLayers {
             mattes: true,
             ..FurtherLayers::default()
@@ -274,12 +267,11 @@ mod tests {
         let hex = format!("{:08x}", id.to_bits());
         assert_eq!(manifest("/manifest")[0], format!("{{\"a\":\"{hex}\"}}"));
         assert_eq!(manifest("/name"), ["CryptoObject", "CryptoMaterial"]);
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]
     fn names_are_those_of_nodes_and_their_paths() {
-        let folder = folder("matte-names");
+        let folder = Folder::new("matte-names");
         let all = |scene: &str, instancing: Instancing| -> [Vec<String>; 2] {
             let session = Session::open(plan(&folder, scene)).expect("the scene is whole");
             let options = CompileOptions {
@@ -321,12 +313,11 @@ mod tests {
             ["House/Roof", "House/Box.1", "House/Ball", "House/Box.2"]
         );
         assert_eq!(materials, ["Tiles", "Stone", "Material.3", "default"]);
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     /// A picture of 36×24 pixels from z = 4 by a pinhole whose view is as high as it is far, one
     /// sample in the middle of each pixel.
-    fn pinhole(folder: &Path, layers: FurtherLayers, scene: &str) -> Plan {
+    fn pinhole(folder: &Folder, layers: FurtherLayers, scene: &str) -> Plan {
         let camera =
             "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 heightAngle .9272952 }\n";
         let mut plan = plan(folder, &format!("{camera}{scene}"));
@@ -355,7 +346,7 @@ mod tests {
     /// A square of 2 m at a distance of 4 m is 12 pixels high and wide.
     #[test]
     fn the_coordinates_of_a_square_are_linear_in_the_picture() {
-        let folder = folder("coordinates");
+        let folder = Folder::new("coordinates");
         let layers = FurtherLayers {
             coordinates: true,
             ..FurtherLayers::default()
@@ -378,7 +369,6 @@ mod tests {
             }
             assert_eq!(image.channels["uv.U"][0], 0.0);
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     /// A cube moves by 1 m/s to the right and 2 m/s up, with its front 3 m away, where a pixel is
@@ -391,7 +381,7 @@ mod tests {
 
     #[test]
     fn what_moves_by_a_known_length_moves_by_its_pixels() {
-        let folder = folder("motion");
+        let folder = Folder::new("motion");
         let layers = FurtherLayers {
             motion: Some(0.05),
             ..FurtherLayers::default()
@@ -404,14 +394,13 @@ mod tests {
             "{cube:?}"
         );
         assert_eq!(at(0), [0.0; 2]);
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     /// Through a lens that is focused elsewhere, the shares of the cube have a center, which moves
     /// as the layer says. Where nothing moves the layer has zeros, so its sum is that of the cube.
     #[test]
     fn motion_through_a_lens_is_that_of_the_blurred_image() {
-        let folder = folder("motion-lens");
+        let folder = Folder::new("motion-lens");
         let layers = FurtherLayers {
             mattes: true,
             motion: Some(0.05),
@@ -455,7 +444,6 @@ mod tests {
                 "{seen} {motion:?}"
             );
         }
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     #[test]

@@ -14,14 +14,13 @@ use ivcam_render::scene::Unneeded;
 use ivcam_render::team::threads;
 
 use super::{Era, Headlight, Plan, Session};
+use crate::folder::Folder;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
     PointLight { location 2 3 4 }\nSphere { }\nTranslation { translation 1.5 .4 .5 } Cube { }\n";
 
-fn plan(folder: &Path) -> Plan {
-    std::fs::create_dir_all(folder).expect("a folder for the scene");
-    let scene = folder.join("scene.iv");
-    std::fs::write(&scene, SCENE).expect("the scene can be written");
+fn plan(folder: &Folder) -> Plan {
+    let scene = folder.file("scene.iv", SCENE);
     let mut plan = Plan::of_era(Era::Modern, scene);
     plan.resolution = Resolution::of(36, 24);
     plan.focus = Some(Meters(3.0));
@@ -32,7 +31,7 @@ fn plan(folder: &Path) -> Plan {
 /// has other rounding errors: the pictures agree to 1e-4 except for rays at an edge.
 #[test]
 fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
-    let folder = std::env::temp_dir().join(format!("ivcam-plan-{}", std::process::id()));
+    let folder = Folder::new("plan");
     let mut session = Session::open(plan(&folder)).expect("the scene is whole");
     let mut pose = session.pose.clone();
     pose.position += DVec3::new(1.0, 0.2, -0.1);
@@ -53,13 +52,12 @@ fn a_camera_that_is_only_aimed_sees_what_it_sees_after_compiling() {
         .filter(|p| apart(*p));
     assert!(off.count() < 8);
     assert!(compiled.mean() > 0.01);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// The resolution of textures and lines depends on the lens, also if the lens consists of solids.
 #[test]
 fn the_scene_is_compiled_for_what_the_lens_sees() {
-    let folder = std::env::temp_dir().join(format!("ivcam-seen-{}", std::process::id()));
+    let folder = Folder::new("seen");
     let mut session = Session::open(plan(&folder)).expect("the scene is whole");
     let tangent = |session: &Session| match session.projection {
         Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
@@ -83,13 +81,12 @@ fn the_scene_is_compiled_for_what_the_lens_sees() {
     session.change(nearer, pose).unwrap();
     assert!(session.is_compiled_from_here());
     assert!(tangent(&session) < sees);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// A wall fills the picture at z = 1, and the camera is at z = 4 and looks along −z.
 #[test]
 fn layers_hold_what_each_pixel_shows() {
-    let folder = std::env::temp_dir().join(format!("ivcam-layers-{}", std::process::id()));
+    let folder = Folder::new("layers");
     let mut plan = plan(&folder);
     let scene = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
         PointLight { location 0 0 3 } Material { diffuseColor .2 .4 .6 }\n\
@@ -119,12 +116,11 @@ fn layers_hold_what_each_pixel_shows() {
     let edge = 12 * 36 + 18;
     assert!(channel("error.R")[edge] > channel("error.R")[wall]);
     assert_eq!(image.channels["R"][wall], picture.pixels[wall][0]);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn the_report_names_what_the_scene_did_not_need() {
-    let folder = std::env::temp_dir().join(format!("ivcam-unneeded-{}", std::process::id()));
+    let folder = Folder::new("unneeded");
     let mut plan = plan(&folder);
     plan.shading = ivcam_render::shade::Shading::Recursive;
     plan.headlight = Headlight::Set(false);
@@ -159,12 +155,11 @@ fn the_report_names_what_the_scene_did_not_need() {
     for part in expected {
         assert!(!rich.contains(&part.to_owned()), "{part}: {rich:?}");
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 #[test]
 fn a_scene_with_nothing_to_see_needs_no_rays() {
-    let folder = std::env::temp_dir().join(format!("ivcam-nothing-{}", std::process::id()));
+    let folder = Folder::new("nothing");
     let plan = plan(&folder);
     let write = |text: &str| std::fs::write(&plan.scene, text).expect("the scene can be written");
     write("#Inventor V2.1 ascii\nPointLight { }\n");
@@ -191,13 +186,12 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
     let session = Session::open(plan.clone()).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
     assert!(exposure.counts.film_rays > 0 && exposure.film.mean() > 0.1);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// Processes that share the work make the bits of one process, at any number of threads.
 #[test]
 fn a_team_makes_the_same_bits_as_one_process() {
-    let folder = std::env::temp_dir().join(format!("ivcam-team-{}", std::process::id()));
+    let folder = Folder::new("team");
     let mut plan = plan(&folder);
     plan.stop = Stop::after(8);
     let mut adaptive = plan.clone();
@@ -235,7 +229,6 @@ fn a_team_makes_the_same_bits_as_one_process() {
             assert_eq!(rays(&made), rays(&alone));
         }
     }
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// What a shading model does not use is not compiled, and what the scene lacks is not computed. The
@@ -293,7 +286,7 @@ fn rows_of(session: &Session) -> (Vec<[f32; 3]>, ivcam_render::render::Summary, 
 #[test]
 fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
     let region = Region::new([3, 5], [41, 38]);
-    let folder = std::env::temp_dir().join(format!("ivcam-strips-{}", std::process::id()));
+    let folder = Folder::new("strips");
     let mut compared = 0;
     for (adaptive, part) in [(false, None), (true, None), (true, Some(region))] {
         let mut plan = plan(&folder);
@@ -317,14 +310,13 @@ fn a_picture_in_strips_has_the_pixels_of_the_whole_and_an_error_like_it() {
         }
     }
     assert!(compared > 0);
-    std::fs::remove_dir_all(folder).unwrap();
 }
 
 /// Bands of other heights get their samples in other passes, in any order. Half of a unit of 64
 /// samples is a pass too.
 #[test]
 fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
-    let folder = std::env::temp_dir().join(format!("ivcam-parts-{}", std::process::id()));
+    let folder = Folder::new("parts");
     let mut plan = plan(&folder);
     plan.stop = Stop::after(70);
     let session = Session::open(plan.clone()).expect("the scene is whole");
@@ -362,5 +354,4 @@ fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
     );
     let cut = session.join_parts([&parts[0][..100]]).unwrap_err();
     assert!(cut.message.contains("damaged"), "{}", cut.message);
-    std::fs::remove_dir_all(folder).unwrap();
 }
