@@ -2,12 +2,11 @@
 
 use glam::DVec3;
 use ivcam_base::diag::Result;
-use ivcam_base::math::Meters;
+use ivcam_base::math::{Double, Meters};
 use ivcam_optics::lens::{FocusMethod, Lens, LensRay, Prescription, Surface};
 use ivcam_optics::prescription::Medium;
 
 use super::case::Case;
-use super::double::Double;
 use super::lens_reference::{ReferenceInputs, ReferenceRay, distance};
 
 /// A computation may be as wrong as this many roundings of each number.

@@ -1,8 +1,7 @@
 //! Lenses of spheres and planes in numbers of 32 digits, written without the code of `lens`.
 
+use ivcam_base::math::Double;
 use ivcam_optics::lens::{Lens, LensRay};
-
-use super::double::Double;
 
 /// The inputs of a ray through a lens, which can be rounded one by one: for each surface its
 /// curvature, its thickness and the index behind it; the index in front; the ray.

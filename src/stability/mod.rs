@@ -7,7 +7,6 @@
 //! chosen one.
 
 mod case;
-mod double;
 mod lens_cases;
 mod lens_reference;
 mod scene_cases;

@@ -9,6 +9,8 @@
 //! principal plane is behind the lens, in a telephoto lens in front of it, and in a double Gauss
 //! the rear plane is in front of the front one. A lens without power (a telescope) is not an error.
 
+use ivcam_base::math::Double;
+
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Meridian, Shape, Surface};
 
@@ -121,7 +123,7 @@ impl FirstOrder {
         let n_object = indices[0];
         let n_image = indices[surfaces.len()];
         let whole = Matrix::through(surfaces, indices, plane, 0, surfaces.len());
-        let power = -whole.c.value();
+        let power = -whole.c.rounded();
         let bend = surfaces
             .iter()
             .map(|s| match s.shape {
@@ -134,10 +136,10 @@ impl FirstOrder {
             n_object,
             n_image,
             matrix: [
-                whole.a.value(),
-                whole.b.value(),
-                whole.c.value(),
-                whole.d.value(),
+                whole.a.rounded(),
+                whole.b.rounded(),
+                whole.c.rounded(),
+                whole.d.rounded(),
             ],
             power,
             focal: None,
@@ -156,15 +158,13 @@ impl FirstOrder {
             // The gap in front of the stop belongs to the front part.
             let rear = Matrix::through(surfaces, indices, plane, stop, surfaces.len());
             this.entrance_pupil = pupil(
-                front.b.mul(Dd::new(n_object)).div(front.a).value(),
-                front.a.value(),
+                (front.b * n_object.into() / front.a).rounded(),
+                front.a.rounded(),
                 radius,
             );
             this.exit_pupil = pupil(
-                Dd::new(length)
-                    .sub(rear.b.mul(Dd::new(n_image)).div(rear.d))
-                    .value(),
-                rear.d.value(),
+                (Double::from(length) - rear.b * n_image.into() / rear.d).rounded(),
+                rear.d.rounded(),
                 radius,
             );
         }
@@ -189,9 +189,9 @@ fn stop_of(surfaces: &[Surface], indices: &[f64], plane: Meridian) -> Option<usi
     }
     let mut best = None;
     let mut fill = 0.0;
-    let mut ray = [(Dd::new(1.0), Dd::new(0.0))];
+    let mut ray = [(Double::ONE, Double::default())];
     for (i, surface) in surfaces.iter().enumerate() {
-        let y = ray[0].0.value();
+        let y = ray[0].0.rounded();
         if y.abs() / surface.semi_diameter > fill {
             fill = y.abs() / surface.semi_diameter;
             best = Some(i);
@@ -202,39 +202,45 @@ fn stop_of(surfaces: &[Surface], indices: &[f64], plane: Meridian) -> Option<usi
 }
 
 fn sum(terms: impl Iterator<Item = f64>) -> f64 {
-    terms.fold(Dd::new(0.0), |s, t| s.add(Dd::new(t))).value()
+    terms.fold(Double::default(), |s, t| s + t.into()).rounded()
 }
 
 /// Traces (y, n u) of paraxial rays from the vertex of a surface, in front of it, to that of the
 /// next one, or behind the last surface.
-fn cross(surfaces: &[Surface], indices: &[f64], plane: Meridian, i: usize, rays: &mut [(Dd, Dd)]) {
+fn cross(
+    surfaces: &[Surface],
+    indices: &[f64],
+    plane: Meridian,
+    i: usize,
+    rays: &mut [(Double, Double)],
+) {
     let surface = &surfaces[i];
     let step = match surface.is_mirror {
-        true => Dd::new(surface.index_step([indices[i]; 2])),
-        false => Dd::new(indices[i + 1]).sub(Dd::new(indices[i])),
+        true => surface.index_step([indices[i]; 2]).into(),
+        false => Double::from(indices[i + 1]) - indices[i].into(),
     };
     let power = match surface.shape {
-        Shape::ThinLens { focal_length } => Dd::new(1.0).div(Dd::new(focal_length)),
-        _ => step.mul(curvature(surface, plane)),
+        Shape::ThinLens { focal_length } => Double::ONE / focal_length.into(),
+        _ => step * curvature(surface, plane),
     };
     let gap = if i + 1 < surfaces.len() {
         surface.thickness
     } else {
         0.0
     };
-    let reduced = Dd::new(gap).div(Dd::new(indices[i + 1]));
+    let reduced = Double::from(gap) / indices[i + 1].into();
     for (y, nu) in rays {
-        *nu = nu.sub(y.mul(power));
-        *y = y.add(nu.mul(reduced));
+        *nu = *nu - *y * power;
+        *y = *y + *nu * reduced;
     }
 }
 
 /// The transfer of (y, n u) between two planes.
 struct Matrix {
-    a: Dd,
-    b: Dd,
-    c: Dd,
-    d: Dd,
+    a: Double,
+    b: Double,
+    c: Double,
+    d: Double,
 }
 
 impl Matrix {
@@ -248,7 +254,7 @@ impl Matrix {
         from: usize,
         to: usize,
     ) -> Self {
-        let (one, zero) = (Dd::new(1.0), Dd::new(0.0));
+        let (one, zero) = (Double::ONE, Double::default());
         let mut rays = [(one, zero), (zero, one)];
         for i in from..to {
             cross(surfaces, indices, plane, i, &mut rays);
@@ -262,104 +268,39 @@ impl Matrix {
     }
 
     fn focal(&self, length: f64, n_object: f64, n_image: f64) -> Focal {
-        let efl = Dd::new(-n_image).div(self.c);
-        let front_efl = Dd::new(-n_object).div(self.c);
-        let bfl = efl.mul(self.a);
-        let ffl = Dd::new(0.0).sub(front_efl.mul(self.d));
-        let rear = Dd::new(length).add(bfl);
+        let efl = Double::from(-n_image) / self.c;
+        let front_efl = Double::from(-n_object) / self.c;
+        let bfl = efl * self.a;
+        let ffl = Double::default() - front_efl * self.d;
+        let rear = Double::from(length) + bfl;
         Focal {
-            efl: efl.value(),
-            front_efl: front_efl.value(),
-            bfl: bfl.value(),
-            ffl: ffl.value(),
-            front_focal_point: ffl.value(),
-            rear_focal_point: rear.value(),
-            front_principal_plane: ffl.add(front_efl).value(),
-            rear_principal_plane: rear.sub(efl).value(),
+            efl: efl.rounded(),
+            front_efl: front_efl.rounded(),
+            bfl: bfl.rounded(),
+            ffl: ffl.rounded(),
+            front_focal_point: ffl.rounded(),
+            rear_focal_point: rear.rounded(),
+            front_principal_plane: (ffl + front_efl).rounded(),
+            rear_principal_plane: (rear - efl).rounded(),
         }
     }
 }
 
 /// The curvature at the vertex, computed from the radius as it was written in the file.
-fn curvature(surface: &Surface, plane: Meridian) -> Dd {
+fn curvature(surface: &Surface, plane: Meridian) -> Double {
     let plain = surface.vertex_curvature(plane);
-    let inverse = |radius: f64| Dd::new(1.0).div(Dd::new(radius));
+    let inverse = |radius: f64| Double::ONE / radius.into();
     match &surface.shape {
-        _ if plain == 0.0 => Dd::new(0.0),
+        _ if plain == 0.0 => Double::default(),
         Shape::Toroid { across, .. } if plane == Meridian::X => inverse(across.radius()),
         Shape::Asphere { terms, .. }
         | Shape::NormalAsphere { terms, .. }
         | Shape::Toroid { terms, .. }
             if terms[2] != 0.0 =>
         {
-            Dd::new(plain)
+            plain.into()
         }
         _ => inverse(surface.curvature.radius()),
-    }
-}
-
-/// A number as the unevaluated sum of two doubles, about 31 digits (Dekker, Knuth).
-#[derive(Clone, Copy, Debug)]
-struct Dd {
-    high: f64,
-    low: f64,
-}
-
-impl Dd {
-    fn new(value: f64) -> Self {
-        Self {
-            high: value,
-            low: 0.0,
-        }
-    }
-
-    fn value(self) -> f64 {
-        self.high + self.low
-    }
-
-    fn quick(high: f64, low: f64) -> Self {
-        let sum = high + low;
-        if !sum.is_finite() {
-            return Self::new(sum);
-        }
-        Self {
-            high: sum,
-            low: low - (sum - high),
-        }
-    }
-
-    fn add(self, other: Self) -> Self {
-        let sum = self.high + other.high;
-        let part = sum - self.high;
-        let error = (self.high - (sum - part)) + (other.high - part);
-        Self::quick(sum, error + self.low + other.low)
-    }
-
-    fn sub(self, other: Self) -> Self {
-        self.add(Self {
-            high: -other.high,
-            low: -other.low,
-        })
-    }
-
-    fn mul(self, other: Self) -> Self {
-        let product = self.high * other.high;
-        let error = self.high.mul_add(other.high, -product);
-        Self::quick(
-            product,
-            error + (self.high * other.low + self.low * other.high),
-        )
-    }
-
-    fn div(self, other: Self) -> Self {
-        let first = self.high / other.high;
-        if !first.is_finite() {
-            return Self::new(first);
-        }
-        let rest = self.sub(other.mul(Self::new(first)));
-        let second = rest.high / other.high;
-        let rest = rest.sub(other.mul(Self::new(second)));
-        Self::quick(first, second).add(Self::new(rest.high / other.high))
     }
 }
 
@@ -419,12 +360,5 @@ mod tests {
         assert!((focal.efl + 600.0).abs() < 1e-10);
         assert!((focal.front_principal_plane - 50.0).abs() < 1e-10);
         assert!((focal.rear_principal_plane - 50.0).abs() < 1e-10);
-    }
-
-    #[test]
-    fn a_pair_of_doubles_keeps_thirty_digits() {
-        let third = Dd::new(1.0).div(Dd::new(3.0));
-        let rest = third.mul(Dd::new(3.0)).sub(Dd::new(1.0)).value();
-        assert!(rest.abs() < 1e-31, "{rest}");
     }
 }

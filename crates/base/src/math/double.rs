@@ -5,13 +5,14 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The sum of a number and a much smaller one.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Double {
+pub struct Double {
     high: f64,
     low: f64,
 }
 
 impl Double {
-    pub(super) const ONE: Self = Self {
+    /// 1.
+    pub const ONE: Self = Self {
         high: 1.0,
         low: 0.0,
     };
@@ -19,6 +20,9 @@ impl Double {
     /// The sum of two numbers, the first at least as large as the second.
     fn sorted(high: f64, low: f64) -> Self {
         let sum = high + low;
+        if !sum.is_finite() {
+            return Self::from(sum);
+        }
         Self {
             high: sum,
             low: low - (sum - high),
@@ -26,12 +30,12 @@ impl Double {
     }
 
     /// Returns the nearest `f64`.
-    pub(super) fn rounded(self) -> f64 {
+    pub fn rounded(self) -> f64 {
         self.high
     }
 
     /// Returns the square root; not a number for a negative number.
-    pub(super) fn sqrt(self) -> Self {
+    pub fn sqrt(self) -> Self {
         if self.high == 0.0 {
             return Self::default();
         }
@@ -99,6 +103,9 @@ impl Div for Double {
 
     fn div(self, other: Self) -> Self {
         let first = self.high / other.high;
+        if !first.is_finite() {
+            return Self::from(first);
+        }
         let rest = self - other * Self::from(first);
         let second = rest.high / other.high;
         let rest = rest - other * Self::from(second);
