@@ -592,6 +592,27 @@ fn a_damaged_scene_fails_a_strict_conversion_and_its_report_says_what_is_wrong()
     std::fs::remove_file(archive.0.join("in/bad.iv")).unwrap();
     let strict = "convert in -o out --to glb --strict --force";
     assert_eq!(archive.run(strict).0, Some(1));
+    // Scenes that are up to date count as before.
+    let again = "convert in -o out --to glb --strict --report report.json";
+    let (code, said) = archive.run(again);
+    assert_eq!(code, Some(1), "{said}");
+    let said = said.replace("\n  ", " ");
+    let sum = "2 up to date, 1 with nothing to draw, 2 damaged, 1 with missing files";
+    assert!(said.contains(sum), "{said}");
+    let cut = &archive.json("report.json")["files"][1];
+    assert_eq!([&cut["result"], &cut["state"]], ["up to date", "damaged"]);
+    std::fs::remove_file(archive.0.join("in/faces.iv")).unwrap();
+    assert_eq!(archive.run(again).0, Some(1), "the scene that is cut");
+    std::fs::remove_file(archive.0.join("in/cut.iv")).unwrap();
+    let fog = "#Inventor V2.1 ascii\nEnvironment { fogType FOG fogVisibility 5 } Cube { }\n";
+    archive.write("fog.iv", fog);
+    archive.run("convert in -o out --to glb");
+    let (code, said) = archive.run(again);
+    assert!(
+        code == Some(1) && said.contains("2 up to date, 1 with losses"),
+        "{said}"
+    );
+    archive.write("faces.iv", faces);
     // One file says the same.
     let one = "convert in/faces.iv -o faces.glb --report one.json";
     let (code, said) = archive.run(one);

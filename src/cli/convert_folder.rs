@@ -18,7 +18,7 @@ use super::folder_mode::{
 };
 use super::outputs::is_forced;
 use super::{ERROR, print_warnings, render, text};
-use crate::archive::{Job, Jobs, Naming, Record, for_each};
+use crate::archive::{EarlierResults, Job, Jobs, Naming, Record, for_each};
 use crate::export::{Conversion, ExportOptions, source_report};
 
 /// The arguments that the converted files depend on.
@@ -45,8 +45,6 @@ struct FolderBatch<'m> {
     search: Vec<&'m Path>,
     contain: Option<&'m Path>,
     limits: Limits,
-    /// Whether there is a report.
-    has_report: bool,
     /// The scenes whose converted files have their names.
     scenes: BTreeSet<PathBuf>,
 }
@@ -57,7 +55,7 @@ struct FolderResult {
     /// The warnings about the scene.
     problems: Vec<Diagnostic>,
     is_damaged: bool,
-    /// The keys of the report about the scene, if there is a report.
+    /// The keys of the report about the scene.
     source: Json,
 }
 
@@ -103,7 +101,6 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         search,
         contain,
         limits: super::limits(m)?,
-        has_report: m.contains_id("report"),
         scenes: BTreeSet::new(),
     };
     let threads = render::threads(m)?;
@@ -115,8 +112,11 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
     }
     create_folder(&out)?;
     record.write()?;
-    let is_current =
-        |job: &Job| !is_forced(m) && record.is_up_to_date(&job.output, &[job.input.as_path()]);
+    let earlier = EarlierResults::open(&out, "convert");
+    let is_current = |job: &Job| {
+        let is_newer = || record.is_up_to_date(&job.output, &[job.input.as_path()]);
+        !is_forced(m) && earlier.of(&job.name).is_some() && is_newer()
+    };
     let (current, waiting): (Vec<Job>, Vec<Job>) = jobs.list.iter().cloned().partition(is_current);
     let at_once = threads.min(waiting.len());
     let allowance = super::allowance(m, at_once)?;
@@ -128,12 +128,16 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         .collect();
     let progress = FileProgress::new(waiting.len(), false);
     let mut sum = ConversionSum::default();
-    for job in &current {
-        sum.up_to_date += 1;
-        sum.list(job, "up to date", None, Json::Null);
-    }
+    let unchanged = current.iter().filter_map(|job| earlier.of(&job.name));
+    unchanged.clone().for_each(|result| sum.add_earlier(result));
+    let mut results = earlier.keep(unchanged)?;
+    let mut kept = Ok(());
     let mut done = |job: &Job, result: Result<Result<FolderResult>>| {
+        let is_made = matches!(result, Ok(Ok(_)));
         let line = sum.add(job, result, output);
+        if let Some(result) = sum.files.last().filter(|_| is_made && kept.is_ok()) {
+            kept = results.add(result);
+        }
         progress.done(&job.name, line.as_deref());
     };
     let convert = |job: &Job| {
@@ -143,6 +147,7 @@ pub(crate) fn run(m: &ArgMatches, folder: &Path) -> Result<i32> {
         })
     };
     for_each(&waiting, threads, &convert, &mut done)?;
+    kept?;
     progress.finish(jobs.list.len(), &sum.counts(&jobs));
     sum.write_report(m)?;
     Ok(match (sum.failed, m.get_flag("strict") && sum.lost()) {
@@ -174,10 +179,7 @@ impl FolderBatch<'_> {
         let found = document.sink.items().iter().chain(&conversion.diagnostics);
         let problems = found.filter(|d| d.severity >= Severity::Warning).cloned();
         let problems: Vec<Diagnostic> = problems.collect();
-        let source = match self.has_report {
-            true => source_report(document, &conversion, &options.model.compile),
-            false => Json::Null,
-        };
+        let source = source_report(document, &conversion, &options.model.compile);
         let kept = match output {
             ConvertedFile::Rewritten(_) => &self.scenes,
             ConvertedFile::Exported(_) => &BTreeSet::new(),
@@ -249,6 +251,18 @@ impl ConversionSum {
             convert::joined(losses, converted.source),
         );
         line
+    }
+
+    /// Adds a scene that is up to date, with what the run that converted it has found.
+    fn add_earlier(&mut self, result: &Json) {
+        let is_any = |key: &str| result[key].as_array().is_some_and(|list| !list.is_empty());
+        let losses = result["losses"].as_array().into_iter().flatten();
+        self.up_to_date += 1;
+        self.damaged += usize::from(result["state"] == FileState::Damaged.name());
+        self.with_losses += usize::from(losses.into_iter().any(|loss| loss["stated"] == true));
+        self.with_missing += usize::from(is_any("missing") || is_any("outside"));
+        let state = json!({ "result": "up to date" });
+        self.files.push(convert::joined(result.clone(), state));
     }
 
     /// Returns whether a format could not express something, or a scene is damaged.
