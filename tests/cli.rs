@@ -1691,6 +1691,25 @@ fn a_region_is_that_part_of_the_picture() {
 }
 
 #[test]
+fn options_of_one_render_are_refused_by_a_movie_and_a_convergence_run() {
+    let scratch = Scratch::new("of-one-render");
+    scratch.file("cube.iv", CUBE);
+    let pull = "pull-focus --from 1 --to 2";
+    for (command, option) in [
+        (pull, "--report DIR/r.json"),
+        (pull, "--progress json"),
+        ("converge", "--report DIR/r.json"),
+        ("converge", "--progress json"),
+        ("converge", "--time 1s"),
+        ("converge", "--sampler blue"),
+    ] {
+        let name = option.split(' ').next().unwrap();
+        let line = format!("{command} {option} DIR/cube.iv");
+        must_fail(&scratch, &line, &[name, "is not for `ivcam"]);
+    }
+}
+
+#[test]
 fn a_movie_without_a_name_does_not_replace_a_movie() {
     let scratch = Scratch::new("movie-names");
     scratch.file("cube.iv", CUBE);

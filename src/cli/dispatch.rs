@@ -9,6 +9,7 @@ use ivcam_base::files::is_output_closed;
 
 use super::arguments::scene_argument;
 use super::messages::{ERROR, exit_code, mute, print_diagnostic, set_typed};
+use super::render_outputs::outputs_have_a_render;
 use super::{
     catalog, check, compare, completions, converge, convert, convert_folder, expose, farm, flags,
     folder_of_scenes, frames, gallery, lens, licenses, man, merge, nodes, outputs, pull_focus,
@@ -144,7 +145,10 @@ fn parsed_words(
             named.map_or(Ok(()), |named| outputs::check(named, m))?;
         }
     }
-    outputs_have_a_render(&matches)?;
+    match matches.subcommand() {
+        None => outputs_have_a_render(None, &matches)?,
+        Some((name, m)) => outputs_have_a_render(Some(name), m)?,
+    }
     Ok(Ok(matches))
 }
 
@@ -208,38 +212,6 @@ fn run_command(
             "the command `{name}` is not implemented"
         ))),
     }
-}
-
-/// Refuses `--write-camera`, `--aov`, `--layers`, `--denoise`, `--tev`, `--checkpoint` and what
-/// goes with it where no picture is rendered.
-fn outputs_have_a_render(matches: &ArgMatches) -> Result<()> {
-    let (renders, m) = match matches.subcommand() {
-        None => (matches.get_flag("batch"), matches),
-        Some((name, m)) => (name == "render", m),
-    };
-    let is_catalog = matches.subcommand_name() == Some("catalog");
-    const RENDER: &str = "use `ivcam render` or `-batch`";
-    let helps = [
-        (
-            "write-camera",
-            "use `ivcam render` or `-batch`, or the window's *Write camera*",
-        ),
-        ("aov", RENDER),
-        ("layers", RENDER),
-        ("denoise", RENDER),
-        ("checkpoint", RENDER),
-        ("every", RENDER),
-        ("sample-range", RENDER),
-        ("tev", RENDER),
-    ];
-    for (option, help) in helps {
-        let renders = renders || (option == "denoise" && is_catalog);
-        if !renders && m.try_contains_id(option).unwrap_or_default() {
-            let error = format!("`--{option}` goes with a render, and no picture is rendered here");
-            return Err(Diagnostic::error(error).with_help(help));
-        }
-    }
-    Ok(())
 }
 
 /// The commands that have the flags of a render.

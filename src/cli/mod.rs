@@ -44,6 +44,7 @@ pub(crate) mod pull_focus;
 pub(crate) mod render;
 mod render_folder;
 mod sheet;
+mod render_outputs;
 mod stability;
 mod team;
 #[cfg(feature = "mpi")]
