@@ -292,7 +292,7 @@ mod tests {
 
     #[test]
     fn the_last_step_of_a_picture_adds_the_parts_of_the_tasks() {
-        let line = "render a.iv --samples 128 -o x/a.exr --aov l.exr -f 2";
+        let line = "render a.iv --samples 128 -o x/a.exr --aov l.exr --layers uv -f 2";
         let words: Vec<OsString> = line.split(' ').map(OsString::from).collect();
         let picture = DividedPicture::of_command(&words, 2).unwrap();
         let division = division_of_picture(picture, &words, place()).unwrap();
@@ -303,7 +303,7 @@ mod tests {
         let last = "/bin/ivcam merge -o x/a-parts/all.ckpt -- x/a-parts/0..64.ckpt \
                     x/a-parts/64..128.ckpt || exit\n\
                     exec /bin/ivcam render --checkpoint x/a-parts/all.ckpt --threads 2 a.iv \
-                    --samples 128 -o x/a.exr --aov l.exr -f 2\n";
+                    --samples 128 -o x/a.exr --aov l.exr --layers uv -f 2\n";
         let own = division.last.unwrap();
         assert!(own.ends_with(last), "{own}");
     }
@@ -330,5 +330,8 @@ mod tests {
         let part = MovieFilm::of_command(&part.collect::<Vec<_>>()).unwrap();
         assert_eq!(part.frames, [1, 3]);
         assert!(!part.is_whole);
+        let refused = [words, vec!["--denoise".into()]].concat();
+        let error = MovieFilm::of_command(&refused).err().unwrap();
+        assert!(error.message.contains("`--denoise`"), "{error}");
     }
 }

@@ -8,14 +8,14 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_optics::film::Region;
 use ivcam_render::render::units::border_before;
 
-use super::render::plan;
+use super::render::{check_outputs, plan};
 use super::{flags, scene_argument, text};
 use crate::farm::ShellWord;
-use crate::photo::{Era, Plan};
+use crate::photo::{Era, Plan, check_region};
 
 /// The options of the picture's command that its tasks have values of their own for, or that only
 /// the last step has.
-const OWN: [&str; 10] = [
+const OWN: [&str; 12] = [
     "--region",
     "--sample-range",
     "--checkpoint",
@@ -23,6 +23,8 @@ const OWN: [&str; 10] = [
     "--output",
     "-o",
     "--aov",
+    "--layers",
+    "--denoise",
     "--report",
     "--write-camera",
     "--tev",
@@ -44,7 +46,8 @@ pub(super) struct DividedPicture {
 
 impl DividedPicture {
     /// Divides the picture of a command, `render` with its arguments, into at most a number of
-    /// parts: by its samples, or by rows if it has too few samples.
+    /// parts: by its samples, or by rows if it has too few samples and no diffraction, which
+    /// brings light from one row to others.
     ///
     /// # Errors
     /// Fails if the command is not valid, reads its scene from standard input, does not name its
@@ -56,7 +59,9 @@ impl DividedPicture {
             Diagnostic::error(format!("the command after `--`: {text}"))
         })?;
         check(&m)?;
+        check_outputs(&m)?;
         let plan = plan(&m, Era::Modern)?;
+        check_region(&plan)?;
         if plan.stop.error.is_some() || plan.stop.time.is_some() {
             let error = "a picture with `--target-error` or `--time` can't be divided";
             return Err(Diagnostic::unsupported(error).with_help("give `--samples` alone"));
@@ -68,7 +73,13 @@ impl DividedPicture {
         let say = |word: &str| ShellWord::Text(word.to_owned());
         let mut task = vec![say("render")];
         let mut arguments = sample_ranges(plan.stop.samples, parts);
-        if arguments.len() == parts {
+        if plan.diffraction && arguments.len() < 2 {
+            let error = "a picture with `--diffraction on` is divided by its samples alone, and it \
+                         has too few";
+            return Err(Diagnostic::unsupported(error)
+                .with_help("give `--samples 128` or more, or render it without a farm"));
+        }
+        if plan.diffraction || arguments.len() == parts {
             task.extend([say("--sample-range"), ShellWord::Argument]);
         } else {
             arguments = rows(&plan, parts);
@@ -178,11 +189,18 @@ mod tests {
         let picture = DividedPicture::of_command(&words(line), 3).unwrap();
         assert_eq!(picture.arguments, ["2,3,20,16", "2,19,20,16", "2,35,20,8"]);
         assert_eq!(picture.folder, Path::new("out/a-parts"));
+        let line = "render a.iv --samples 128 -o a.exr --diffraction on";
+        let picture = DividedPicture::of_command(&words(line), 3).unwrap();
+        assert_eq!(picture.arguments, ["0..64", "64..128"]);
+        assert_eq!(picture.task.len(), 3, "without `--region`");
         for (more, text) in [
             ("", "does not name the picture's file"),
             ("-o a.exr --time 3s", "can't be divided"),
             ("-o a.exr --checkpoint b", "`--checkpoint` is for the tasks"),
             ("-o a.exr --bogus", "the command after `--`"),
+            ("-o a.exr --layers cryptomatte", "the file of `--aov`"),
+            ("-o a.xyz", "the picture's format"),
+            ("-o a.exr --diffraction on", "by its samples alone"),
         ] {
             let line = format!("render a.iv {more}");
             let error = DividedPicture::of_command(&words(line.trim()), 3)

@@ -14,6 +14,7 @@ use ivcam_optics::picture::PictureFormat;
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
+use super::render_outputs::outputs_have_a_render;
 use crate::movie::{
     Container, Ease, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg, parse_frames,
 };
@@ -108,6 +109,7 @@ impl MovieFilm {
             Diagnostic::error(format!("the command after `--`: {text}"))
         })?;
         if text(&m, "scene") == Some("-") {
+        outputs_have_a_render(Some("pull-focus"), &m)?;
             let text = "the machines of a farm can't read a scene from standard input";
             return Err(Diagnostic::unsupported(text).with_help("name a file"));
         }

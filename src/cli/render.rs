@@ -186,6 +186,17 @@ fn output(m: &ArgMatches) -> PathBuf {
     }
 }
 
+/// Checks the files that a render writes, and the layers in them.
+///
+/// # Errors
+/// Returns an error if an ending or a layer is unknown, or if layers have no file.
+pub(super) fn check_outputs(m: &ArgMatches) -> Result<()> {
+    picture_format(&output(m))?;
+    layers(m)?;
+    further_layers(m)?;
+    Ok(())
+}
+
 /// Returns the file of `--aov`.
 ///
 /// # Errors

@@ -59,7 +59,7 @@ pub(crate) use pose::view_through_lens;
 #[cfg(feature = "panels")]
 pub(crate) use ray_section::{RAYS, ray_section};
 pub use session::Session;
-pub(crate) use session::UNFINISHED;
+pub(crate) use session::{UNFINISHED, check_region};
 pub(crate) use snapshot_options::snapshot_options;
 pub(crate) use view::NEUTRAL;
 pub use view::{Override, WholeView};

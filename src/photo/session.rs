@@ -1187,7 +1187,10 @@ impl Session {
 }
 
 /// Checks that the plan's region, if it has one, is inside its picture and can be rendered alone.
-fn check_region(plan: &Plan) -> Result<()> {
+///
+/// # Errors
+/// Returns an error if it is not.
+pub(crate) fn check_region(plan: &Plan) -> Result<()> {
     let Some(region) = plan.region else {
         return Ok(());
     };
