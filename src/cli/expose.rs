@@ -6,8 +6,9 @@ use std::path::Path;
 use clap::{Arg, ArgAction, ArgMatches, Command};
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_optics::film::Response;
-use ivcam_optics::picture::{Depth, Picture, Raster};
+use ivcam_optics::picture::{Depth, Picture, PictureFormat, Raster};
 
 use super::outputs::{is_standard_stream, picture_format, save_picture};
 use super::{exit_code, parsed, switch, text, value};
@@ -38,6 +39,11 @@ pub(crate) fn command() -> Command {
                 .conflicts_with("average")
                 .help("multiplies each exposure [1 each]"),
         )
+        .arg(value(
+            "response",
+            "FILM",
+            "how exposure becomes levels, as for `render`, with a white balance as in 3200K,srgb [what the exposures state, or linear]",
+        ))
 }
 
 /// Runs the command and returns the exit code.
@@ -45,10 +51,13 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let names: Vec<&String> = matches.get_many("pictures").into_iter().flatten().collect();
     let weights = weights(matches, names.len())?;
     let output = Path::new(text(matches, "output").unwrap_or_default());
-    picture_format(output)?;
+    let format = picture_format(output)?;
     let mut film: Option<Picture> = None;
+    let mut stated = Vec::new();
     for (name, weight) in names.iter().zip(&weights) {
-        let raster = Raster::open(Path::new(name))?;
+        let bytes = read_file(Path::new(name), MAX_PICTURE)?;
+        let raster = Raster::decode(&bytes, name)?;
+        stated.extend(stated_response(&bytes).map(|response| (*name, response.to_owned())));
         let film = film.get_or_insert_with(|| blank(&raster));
         add(film, &raster, *weight).map_err(|e| {
             e.in_file(name.as_str())
@@ -69,6 +78,11 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     );
     film.provenance
         .insert("ivcam:exposures".into(), list.join("; "));
+    if let Some(words) = response(text(matches, "response"), &stated, format)? {
+        film.response = Response::open(words).map_err(|e| e.with_help(CHOOSE))?;
+        film.provenance
+            .insert("ivcam:response".into(), words.into());
+    }
     save_picture(&film, output, Depth::Eight)?;
     if is_standard_stream(output) {
         return Ok(0);
@@ -79,6 +93,48 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         names.len(),
         output.display()
     ))
+}
+
+/// The help for a response that the exposures do not decide.
+const CHOOSE: &str = "choose one with `--response`, such as `--response srgb`";
+
+/// Returns the response that is given, or else the one that the exposures state. An EXR has
+/// exposures, so those of different responses may be added in it.
+fn response<'s>(
+    given: Option<&'s str>,
+    stated: &'s [(&String, String)],
+    format: PictureFormat,
+) -> Result<Option<&'s str>> {
+    let (Some((first, response)), None) = (stated.first(), given) else {
+        return Ok(given);
+    };
+    match stated.iter().find(|(_, other)| other != response) {
+        None => Ok(Some(response)),
+        Some(_) if format == PictureFormat::Exr => Ok(None),
+        Some((name, other)) => {
+            let error = format!(
+                "`{first}` was exposed for the response `{response}`, and `{name}` for `{other}`"
+            );
+            Err(Diagnostic::error(error).with_help(CHOOSE))
+        }
+    }
+}
+
+/// Returns the response that the header of an EXR file states.
+fn stated_response(bytes: &[u8]) -> Option<&str> {
+    const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+    const HEADER: usize = 1 << 16;
+    // An attribute is its name, its type and the size of its value, then the value.
+    const START: &[u8] = b"ivcam:response\0string\0";
+    let header = bytes.get(..HEADER).unwrap_or(bytes);
+    if !header.starts_with(&MAGIC) {
+        return None;
+    }
+    let mut windows = header.windows(START.len());
+    let at = windows.position(|part| part == START)? + START.len();
+    let (size, value) = header[at..].split_first_chunk()?;
+    let value = value.get(..u32::from_le_bytes(*size) as usize)?;
+    std::str::from_utf8(value).ok()
 }
 
 /// Returns the weight of each exposure.
@@ -133,6 +189,52 @@ fn add(film: &mut Picture, raster: &Raster, weight: f32) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Writes exposures of two pixels, each of which states a response.
+    fn write_pair(path: impl Fn(&str) -> String, responses: [&str; 2]) {
+        for ((name, value), response) in [("a.exr", 0.75), ("b.exr", 0.5)].iter().zip(responses) {
+            let mut picture = blank(&Raster {
+                width: 2,
+                height: 1,
+                channels: 1,
+                samples: ivcam_optics::picture::Samples::U8(vec![0, 0]),
+            });
+            picture.pixels.fill([*value, 0.0, 1.0]);
+            picture
+                .provenance
+                .insert("ivcam:response".into(), response.into());
+            picture.save(Path::new(&path(name)), Depth::Eight).unwrap();
+        }
+    }
+
+    #[test]
+    fn levels_are_those_of_the_response_that_the_exposures_state() {
+        let name = format!("ivcam-expose-response-{}", std::process::id());
+        let folder = std::env::temp_dir().join(name);
+        std::fs::create_dir_all(&folder).unwrap();
+        let path = |name: &str| folder.join(name).display().to_string();
+        write_pair(path, ["3200K,srgb"; 2]);
+        let (a, b, out) = (path("a.exr"), path("b.exr"), path("out.png"));
+        let red = || Raster::open(Path::new(&out)).unwrap().color(0)[0];
+        let level = |words: &str| {
+            let level = Response::open(words).unwrap().levels([0.625, 0.0, 1.0])[0];
+            (255.0 * level).round() as f32 / 255.0
+        };
+        run_words(&[&a, &b, "--average", "-o", &out]).unwrap();
+        assert_eq!(red(), level("3200K,srgb"));
+        run_words(&[&a, &b, "--average", "-o", &out, "--response", "linear"]).unwrap();
+        assert_eq!(red(), level("linear"));
+        // A sum states the response again.
+        let sum = path("sum.exr");
+        run_words(&[&a, &b, "--average", "-o", &sum]).unwrap();
+        run_words(&[&sum, "-o", &out]).unwrap();
+        assert_eq!(red(), level("3200K,srgb"));
+        write_pair(path, ["filmic", "srgb"]);
+        let error = run_words(&[&a, &b, "-o", &out]).unwrap_err();
+        assert!(error.message.contains("`filmic`"), "{error}");
+        run_words(&[&a, &b, "-o", &sum]).unwrap();
+        std::fs::remove_dir_all(folder).unwrap();
+    }
 
     fn run_words(words: &[&str]) -> Result<i32> {
         let matches = command().no_binary_name(true).get_matches_from(words);

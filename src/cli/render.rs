@@ -392,6 +392,23 @@ pub(crate) fn open(m: &ArgMatches, era: Era) -> Result<Session> {
     Ok(session)
 }
 
+/// Warns of options about levels that are given for an EXR, which has exposures.
+fn warn_of_exposures(m: &ArgMatches, options: &OutputOptions) -> Result<()> {
+    let given = ["response", "white-balance"].map(|name| (m.contains_id(name), name));
+    let given = given.into_iter().filter(|(is_given, _)| *is_given);
+    let given: Vec<String> = given.map(|(_, name)| format!("`--{name}`")).collect();
+    let is_exr = picture_format(&options.output)? == PictureFormat::Exr;
+    if given.is_empty() || !is_exr || !options.writes_picture {
+        return Ok(());
+    }
+    let (names, output) = (given.join(" and "), options.output.display());
+    let verb = if given.len() == 1 { "is" } else { "are" };
+    let text = format!("{names} {verb} only noted in `{output}`: an EXR has exposures, not levels");
+    let help = format!("`ivcam expose {output} -o PICTURE.png` makes a picture with these levels");
+    print_diagnostic(&Diagnostic::warning(text).with_help(help));
+    Ok(())
+}
+
 /// Reads the arguments and opens the scene.
 fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     let options = OutputOptions::of(matches)?;
@@ -416,6 +433,7 @@ fn opened(matches: &ArgMatches, era: Era) -> Result<(OutputOptions, Session)> {
     print_warnings(&session.sink);
     options.keep(&session.document)?;
     options.check_space(&session.plan)?;
+    warn_of_exposures(matches, &options)?;
     Ok((options, session))
 }
 
