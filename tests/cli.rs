@@ -1710,6 +1710,63 @@ fn options_of_one_render_are_refused_by_a_movie_and_a_convergence_run() {
 }
 
 #[test]
+fn options_without_effect_on_a_picture_are_named_or_refused() {
+    let scratch = Scratch::new("idle");
+    scratch.file("cube.iv", CUBE);
+    let render = "render --lens none --size 4x3";
+    for (options, part) in [
+        ("-s r --studio -o DIR/a.png", "`--studio` has no light"),
+        ("--response srgb -o DIR/a.exr", "`--response` is only noted"),
+        (
+            "--response srgb --white-balance 3200K -o DIR/a.exr",
+            "`ivcam expose",
+        ),
+        (
+            "--sampler center --samples 16 -o DIR/a.png",
+            "all samples of a pixel by `--sampler center` are equal",
+        ),
+        ("--touch Cube@5s -o DIR/a.png", "comes after 0 s"),
+        (
+            "-s f --headlight=on -o DIR/a.png",
+            "`--headlight` does nothing",
+        ),
+        (
+            "-s n --texture-filter nearest -o DIR/a.png",
+            "`--texture-filter` does nothing",
+        ),
+        (
+            "-s p --sky 30 -o DIR/a.png",
+            "`--shading path` uses such options",
+        ),
+    ] {
+        let said = stderr(&must_run(
+            &scratch,
+            &format!("{render} {options} DIR/cube.iv"),
+        ));
+        assert!(said.contains(part), "{options}: {said}");
+    }
+    scratch.inventor("dark.iv", "Cube { }");
+    let line = format!("{render} -s r --studio -o DIR/a.png DIR/dark.iv");
+    let dark = stderr(&must_run(&scratch, &line));
+    assert!(
+        dark.contains("headlight: on") && !dark.contains("--studio lights"),
+        "{dark}"
+    );
+    let solids = "render --size 4x3 --solids -s p -o DIR/a.png DIR/cube.iv";
+    must_fail(&scratch, solids, &["does not refract"]);
+    let line = format!("{render} --sampler center --target-error 1% -o DIR/a.png DIR/cube.iv");
+    let run = ivcam(&line.replace("DIR", &scratch.0.display().to_string()))
+        .output()
+        .unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(
+        stderr(&run).contains("no noise to measure"),
+        "{}",
+        stderr(&run)
+    );
+}
+
+#[test]
 fn a_movie_without_a_name_does_not_replace_a_movie() {
     let scratch = Scratch::new("movie-names");
     scratch.file("cube.iv", CUBE);

@@ -642,14 +642,19 @@ impl Session {
         let lit = self.headlight_state();
         let automatic = lit.on && lit.cause == HeadlightCause::Scene;
         let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
-        (automatic && can_be_lit).then_some(match self.has_flash() {
+        let line = match self.has_flash() {
             false => {
                 "headlight: on, because the scene has no light; --headlight=off turns it off, --studio lights it softly"
             }
             true => {
                 "headlight: a flash beside the lens, because the scene has no light; --headlight=off turns it off, --headlight=on puts it at the lens, --studio lights it softly"
             }
-        })
+        };
+        let advice = match self.plan.light.studio {
+            true => ", --studio lights it softly",
+            false => "",
+        };
+        (automatic && can_be_lit).then(|| line.strip_suffix(advice).unwrap_or(line))
     }
 
     /// Returns the lines for the user about what was chosen for a scene that states no light or no
@@ -681,13 +686,14 @@ impl Session {
         let lit = self.lit_radius().filter(|_| self.plan.era == Era::Modern)?;
         let (corner, film) = (camera.format.half_diagonal(), camera.format);
         let efl = camera.lens.first_order().efl() * corner / lit;
-        let part = lit / corner;
+        // Rounded down, because the corners of a larger film stay black.
+        let covered = |length: f64| libm::floor(10.0 * length * lit / corner) / 10.0;
         Some(format!(
             "lens: its light ends {lit:.1} mm from the middle of the film, whose corners are at {corner:.1} mm \
              and stay black; `--efl {:.0}mm` covers the film, and the lens covers `--film {:.1}x{:.1}`",
             efl.ceil(),
-            film.width * part,
-            film.height * part
+            covered(film.width),
+            covered(film.height)
         ))
     }
 
@@ -1321,6 +1327,12 @@ fn lens_into_scene(
         return Err(Diagnostic::error("there is no lens to add to the scene")
             .with_help("leave out `--lens none`, or `--solids`"));
     };
+    if !plan.shading.needs().secondary {
+        let model = plan.shading.name();
+        let error = format!("with model {model}, the glass of `--solids` does not refract");
+        return Err(Diagnostic::error(error)
+            .with_help("give `--shading recursive` or `--shading path`, or leave out `--solids`"));
+    }
     if plan.movements != Movements::default() {
         return Err(Diagnostic::error(
             "a film that is moved or bent can't be used with `--solids`",

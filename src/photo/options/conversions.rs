@@ -6,10 +6,12 @@ use std::path::Path;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::Meters;
+use ivcam_optics::sampling::SamplerKind;
 use ivcam_render::shade::Shading;
 
 use super::given::GivenOptions;
 use super::option::{OptionNeeds, Takes};
+use super::scene::warn_of_late_actions;
 use super::table::all;
 use super::table::lens_options;
 use crate::photo::plan::{Era, LensChoice, Optics, PictureLook, Plan};
@@ -34,18 +36,16 @@ impl Plan {
         for (parse, _) in all().filter_map(|option| option.plan) {
             parse(&mut plan, words, sink)?;
         }
+        check_equal_samples(&plan, words, sink)?;
+        // The frames of a movie may have later times.
+        if words.frame.is_none() {
+            warn_of_late_actions(&plan.actions, plan.time, sink);
+        }
         let (lacking, circumstance, help) = lacking_by_optics(&plan);
         let by_optics = idle_options(words, lacking, circumstance, help);
-        let (lacking, help): (&[OptionNeeds], _) = match plan.shading {
-            Shading::Path => (&[], ""),
-            Shading::Recursive => (&[OptionNeeds::Path], "`--shading path` uses such options"),
-            _ => (
-                &[OptionNeeds::Path, OptionNeeds::Reflections],
-                "`--shading recursive` and `--shading path` follow light from surface to surface",
-            ),
-        };
         let circumstance = format!("with model {}", plan.shading.name());
-        let by_model = idle_options(words, lacking, &circumstance, help);
+        let by_model = lacking_by_model(plan.shading)
+            .filter_map(|(lacking, help)| idle_options(words, &[lacking], &circumstance, help));
         for warning in by_optics.into_iter().chain(by_model) {
             sink.add(*warning);
         }
@@ -127,6 +127,28 @@ impl LensChoice {
     }
 }
 
+/// Refuses `--target-error` where all samples of a pixel are the same ray, which have no noise to
+/// measure, and warns of samples that only repeat the first. By model `i` each has a random path,
+/// and with an open shutter other moments.
+fn check_equal_samples(plan: &Plan, words: &GivenOptions, sink: &mut Sink) -> Result<()> {
+    let is_open = words.frame.is_some_and(|frame| frame.open > 0.0);
+    let are_equal = plan.sampler == SamplerKind::Center
+        && plan.optics == Optics::Pinhole
+        && plan.shading != Shading::Path
+        && !is_open;
+    if !are_equal || plan.stop.samples == 1 {
+        return Ok(());
+    }
+    let text = "without a lens, all samples of a pixel by `--sampler center` are equal";
+    let help = "`--samples 1` alone makes the same picture";
+    if plan.stop.error.is_some() {
+        let error = format!("{text}, so `--target-error` has no noise to measure");
+        return Err(Diagnostic::unsupported(error).with_help(help));
+    }
+    sink.add(*Diagnostic::warning(format!("{text}: one is enough")).with_help(help));
+    Ok(())
+}
+
 /// Returns the requirements of options that a plan's lens does not meet, with the words that
 /// describe why, and what to do.
 fn lacking_by_optics(plan: &Plan) -> (&'static [OptionNeeds], &'static str, &'static str) {
@@ -154,6 +176,35 @@ fn lacking_by_optics(plan: &Plan) -> (&'static [OptionNeeds], &'static str, &'st
             A_LENS,
         ),
     }
+}
+
+/// Returns the requirements of options that a shading model does not meet, each with what to do.
+fn lacking_by_model(shading: Shading) -> impl Iterator<Item = (OptionNeeds, &'static str)> {
+    let needs = shading.needs();
+    let lacking = [
+        (
+            shading != Shading::Path,
+            OptionNeeds::Path,
+            "`--shading path` uses such options",
+        ),
+        (
+            !needs.secondary,
+            OptionNeeds::Reflections,
+            "`--shading recursive` and `--shading path` follow light from surface to surface",
+        ),
+        (
+            !needs.lights,
+            OptionNeeds::Lights,
+            "leave it out, or give a model with lights, such as `--shading phong`",
+        ),
+        (
+            !needs.textures,
+            OptionNeeds::Textures,
+            "leave it out, or give a model with textures, such as `--shading flat`",
+        ),
+    ];
+    let lacking = lacking.into_iter().filter(|(is_lacking, ..)| *is_lacking);
+    lacking.map(|(_, lacking, help)| (lacking, help))
 }
 
 /// Returns a warning about given options that have no effect, because a requirement in `lacking` is

@@ -30,6 +30,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
         "toggles the headlight on the camera, or sets it; viewer: on unless NavigationInfo says no [1999: off; now: on if the scene has no light, and in VRML97]",
     )
     .vintage("headlight")
+    .needs(OptionNeeds::Lights)
     .plan(
         |plan, words, _| {
             let choice = words.parsed("headlight", "on, off or viewer", headlight)?;
@@ -71,6 +72,7 @@ pub(super) static OPTIONS: [Opt; 5] = [
         Takes::One("nearest|linear|smooth"),
         "how all textures are filtered: the nearest texel, interpolation, or interpolation between smaller versions too [by textureQuality; a PixelTexture of at most 8x8 texels: nearest]",
     )
+    .needs(OptionNeeds::Textures)
     .plan(
         |plan, words, _| {
             let named = |word: &str| {

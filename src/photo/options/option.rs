@@ -47,6 +47,10 @@ pub(crate) enum OptionNeeds {
     Traced,
     /// A lens with a prescription is sampled, in the camera or as solids.
     Pupil,
+    /// The shading model draws lights.
+    Lights,
+    /// The shading model draws textures.
+    Textures,
     /// The shading model follows rays from surface to surface.
     Reflections,
     /// The shading model is path tracing.

@@ -1,5 +1,6 @@
 //! Options of model `i`.
 
+use ivcam_base::diag::Diagnostic;
 use ivcam_base::math::Meters;
 use ivcam_render::scene::ColorCoding;
 use ivcam_render::shade::{ClearSky, Shading};
@@ -163,11 +164,19 @@ pub(super) static OPTIONS: [Opt; 10] = [
         "puts the scene on white paper under soft lamps, seen from three quarters, with enough depth of field and a metered exposure, by --shading path; what the scene or another option states is kept",
     )
     .plan(
-        |plan, words, _| {
+        |plan, words, sink| {
             if words.has("studio") {
                 plan.set_studio(true);
                 if !words.has("shading") {
                     plan.shading = Shading::Path;
+                }
+                if plan.shading != Shading::Path {
+                    let model = plan.shading.name();
+                    let text = format!(
+                        "with model {model}, `--studio` has no light and meters no exposure"
+                    );
+                    let help = "leave `--shading` out: a studio is lit by model path";
+                    sink.add(*Diagnostic::warning(text).with_help(help));
                 }
             }
             Ok(())

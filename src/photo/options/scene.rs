@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_base::work::WorkLimit;
 use ivcam_inventor::events::{Action, ActionKind};
@@ -298,6 +298,21 @@ pub(crate) fn actions(words: &GivenOptions) -> Result<Vec<Action>> {
         given.map(move |word| parse(&word))
     });
     words.collect()
+}
+
+/// Warns of actions that come after the time of the scene.
+pub(crate) fn warn_of_late_actions(actions: &[Action], time: f64, sink: &mut Sink) {
+    for action in actions.iter().filter(|action| action.time > time) {
+        let option = match action.what {
+            ActionKind::Send { .. } => EVENT.name,
+            ActionKind::Touch { .. } => TOUCH.name,
+            _ => DRAG.name,
+        };
+        let (word, at) = (action_word(action), action.time);
+        let text = format!("`--{option} {word}` does nothing: it comes after {time} s");
+        let help = format!("`--scene-time {at}` or later shows what it does");
+        sink.add(*Diagnostic::warning(text).with_help(help));
+    }
 }
 
 /// Returns the words of a plan's actions of some kind.
