@@ -1710,6 +1710,46 @@ fn options_of_one_render_are_refused_by_a_movie_and_a_convergence_run() {
 }
 
 #[test]
+fn options_and_tracks_without_effect_on_a_movie_are_named() {
+    let scratch = Scratch::new("movie-warnings");
+    scratch.file("cube.iv", CUBE);
+    scratch.file("a.tl", "frames 2\nfocus 0 2\nzoom 0 1\nzoom 1 2\n");
+    let pull = "--from 2 --to 4 --frames 2";
+    let lens = "--lens achromat";
+    for (number, (options, part)) in [
+        (
+            format!("{pull} --lens none"),
+            "without a lens, `--from` and `--to` do nothing",
+        ),
+        (
+            format!("{pull} --focus 3"),
+            "`--focus` does nothing, because `--from` and `--to` set it",
+        ),
+        (
+            format!("--animate DIR/a.tl {lens} --focus 3"),
+            "`--focus` does nothing, because the track `focus` sets it",
+        ),
+        (
+            format!("--animate DIR/a.tl {lens} --efl 30mm"),
+            "`--efl` and the track `zoom` both scale the lens",
+        ),
+        (
+            "--animate DIR/a.tl --lens ideal".into(),
+            "with an ideal lens, the track `zoom` does nothing",
+        ),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let line = format!("pull-focus {options} --size 4x3 --samples 1 -o DIR/{number}.png");
+        let said = stderr(&must_run(&scratch, &format!("{line} DIR/cube.iv")));
+        assert!(said.contains(part), "{options}: {said}");
+    }
+    let line = "pull-focus --animate DIR/a.tl --ease distance DIR/cube.iv";
+    must_fail(&scratch, line, &["--ease"]);
+}
+
+#[test]
 fn options_without_effect_on_a_picture_are_named_or_refused() {
     let scratch = Scratch::new("idle");
     scratch.file("cube.iv", CUBE);

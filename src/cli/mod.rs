@@ -38,13 +38,14 @@ mod man;
 pub(crate) mod merge;
 mod messages;
 mod meter;
+mod movie_warnings;
 pub(crate) mod nodes;
 mod outputs;
 pub(crate) mod pull_focus;
 pub(crate) mod render;
 mod render_folder;
-mod sheet;
 mod render_outputs;
+mod sheet;
 mod stability;
 mod team;
 #[cfg(feature = "mpi")]

@@ -11,15 +11,16 @@ use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_base::math::{LengthUnit, Meters, parse_length};
 use ivcam_optics::picture::PictureFormat;
 
+use super::movie_warnings::movie_warnings;
 use super::outputs::check_picture_space;
 use super::render::{OutputOptions, movie_plan};
-use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use super::render_outputs::outputs_have_a_render;
+use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use crate::movie::{
     Container, Ease, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg, parse_frames,
 };
 use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
-use crate::photo::{Era, free_name};
+use crate::photo::{Era, Plan, free_name};
 
 /// The time after which a claim expires that is not refreshed, unless `--claim-expiry` says it.
 const EXPIRY: Duration = Duration::from_secs(60);
@@ -51,7 +52,7 @@ pub(crate) fn command() -> Command {
             "ease",
             "WORDS",
             "even in distance, diopters or travel; linear or smooth [distance linear; to or from infinity, diopters]",
-        ))
+        ).conflicts_with("animate"))
         .arg(value(
             "animate",
             "FILE",
@@ -108,17 +109,13 @@ impl MovieFilm {
             let text = text.trim_start_matches("error: ").trim_end();
             Diagnostic::error(format!("the command after `--`: {text}"))
         })?;
-        if text(&m, "scene") == Some("-") {
         outputs_have_a_render(Some("pull-focus"), &m)?;
+        if text(&m, "scene") == Some("-") {
             let text = "the machines of a farm can't read a scene from standard input";
             return Err(Diagnostic::unsupported(text).with_help("name a file"));
         }
         let (timeline, wanted) = timeline(&m)?;
-        let frame = MovieFrame {
-            seconds: 1.0 / timeline.rate,
-            open: timeline.shutter,
-        };
-        movie_plan(&m, Era::Modern, frame)?;
+        plan_of(&m, &timeline)?;
         let movie = text(&m, "output").map(PathBuf::from);
         if let Some(movie) = &movie {
             Container::check_ending(movie)?;
@@ -149,11 +146,7 @@ enum FrameSelection {
 /// Runs the command and returns the exit code.
 pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     let (timeline, wanted) = timeline(m)?;
-    let frame = MovieFrame {
-        seconds: 1.0 / timeline.rate,
-        open: timeline.shutter,
-    };
-    let plan = movie_plan(m, Era::Modern, frame)?;
+    let plan = plan_of(m, &timeline)?;
     let movies = match &wanted {
         FrameSelection::Movie => movies(m)?,
         FrameSelection::Frames(_) => Vec::new(),
@@ -187,6 +180,20 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
         );
     }
     Ok(0)
+}
+
+/// Returns the plan of the frames, and prints what has no effect on them.
+fn plan_of(m: &ArgMatches, timeline: &Timeline) -> Result<Plan> {
+    let frame = MovieFrame {
+        seconds: 1.0 / timeline.rate,
+        open: timeline.shutter,
+    };
+    let plan = movie_plan(m, Era::Modern, frame)?;
+    let warnings = movie_warnings(m, timeline, &plan.optics);
+    warnings
+        .iter()
+        .for_each(|warning| print_diagnostic(warning));
+    Ok(plan)
 }
 
 /// Returns the folder of the frames if `--folder` does not name it.

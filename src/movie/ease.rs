@@ -92,6 +92,11 @@ impl<T> Default for Track<T> {
 }
 
 impl<T: Copy> Track<T> {
+    /// Returns whether the track has no keys.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.keys.is_empty()
+    }
+
     /// Adds a key after the last.
     ///
     /// # Errors
