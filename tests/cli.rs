@@ -1807,6 +1807,32 @@ fn options_without_effect_on_a_picture_are_named_or_refused() {
 }
 
 #[test]
+fn an_output_of_another_type_than_its_name_is_refused() {
+    let scratch = Scratch::new("endings");
+    scratch.file("cube.iv", CUBE);
+    for (line, part) in [
+        ("lens biogon achromat --sheet DIR/a.svg", "a page of HTML"),
+        ("lens biogon achromat --sheet DIR/a.pdf", "a page of HTML"),
+        ("lens biogon --as-scene DIR/a.glb", "end the name in .iv"),
+        (
+            "converge --svg DIR/a.png DIR/cube.iv",
+            "end the name in .svg",
+        ),
+        ("render DIR -o -", "`-o -` is standard output"),
+        ("convert DIR --to glb -o -", "`-o -` is standard output"),
+        ("catalog DIR -o -", "`-o -` is standard output"),
+        ("gallery DIR/cube.iv -o -", "`-o -` is standard output"),
+        ("compare DIR DIR -o -", "`-o -` is standard output"),
+        ("lens biogon --curves", "--json"),
+        ("lens biogon --trials 9", "--tolerance"),
+        ("lens biogon --film-at best", "--batch"),
+    ] {
+        must_fail(&scratch, line, &[part]);
+    }
+    assert_eq!(scratch.names(), ["cube.iv"]);
+}
+
+#[test]
 fn a_movie_without_a_name_does_not_replace_a_movie() {
     let scratch = Scratch::new("movie-names");
     scratch.file("cube.iv", CUBE);

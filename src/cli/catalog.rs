@@ -10,7 +10,7 @@ use ivcam_base::work::Allowance;
 use ivcam_optics::film::Resolution;
 
 use super::flags::{FONTS, LIMIT, MEMORY, WORK, given_options};
-use super::folder_mode::FileProgress;
+use super::folder_mode::{FileProgress, refuse_standard_output};
 use super::{ERROR, parsed, print_diagnostic, print_warnings, render, switch};
 use crate::catalog::{Catalog, CatalogOptions};
 use crate::photo::options::all;
@@ -146,6 +146,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
             "a folder of scenes and `-o OUT` are needed",
         ));
     };
+    refuse_standard_output(out)?;
     if !folder.is_dir() {
         let text = format!("`{}` is not a folder", folder.display());
         return Err(Diagnostic::not_found(text)

@@ -71,6 +71,11 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
                 .with_help("a convergence run makes tables: give `--csv`, `--json` or `--svg`"),
         );
     }
+    let is_svg = |file: &&str| file.to_ascii_lowercase().ends_with(".svg");
+    if let Some(file) = text(m, "svg").filter(|file| !is_svg(file)) {
+        let error = format!("`--svg {file}` is not the name of an SVG file");
+        return Err(Diagnostic::unsupported(error).with_help("end the name in .svg"));
+    }
     let options = OutputOptions::of(m)?;
     let plan = plan(m, Era::Modern)?;
     refuse_region(&plan)?;

@@ -8,6 +8,7 @@ use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::picture::PictureFormat;
 
+use super::outputs::is_standard_stream;
 use crate::archive::{Job, Jobs, Record, RecordState};
 use crate::export::Target;
 
@@ -22,6 +23,7 @@ pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
         let error = format!("`{folder}` is a folder, and there is no output folder");
         return Err(Diagnostic::error(error).with_help("name one with `-o OUT/`"));
     };
+    refuse_standard_output(&out)?;
     if out.exists() && !out.is_dir() {
         let error = format!("`{}` is a file", out.display());
         return Err(Diagnostic::error(error).with_help(format!(
@@ -36,6 +38,20 @@ pub(crate) fn output_folder(m: &ArgMatches, folder: &Path) -> Result<PathBuf> {
         )));
     }
     Ok(out)
+}
+
+/// Refuses `-`, which stands for standard output, as the name of an output folder.
+///
+/// # Errors
+/// Returns an error if it is the name.
+pub(crate) fn refuse_standard_output(out: &Path) -> Result<()> {
+    match is_standard_stream(out) {
+        false => Ok(()),
+        true => Err(
+            Diagnostic::error("`-o -` is standard output, and several files are written")
+                .with_help("name a folder with `-o OUT/`"),
+        ),
+    }
 }
 
 /// Creates the output folder.

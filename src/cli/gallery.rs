@@ -12,7 +12,7 @@ use ivcam_optics::lens::{Lens, shipped_names};
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_optics::prescription::About;
 
-use super::folder_mode::{FileProgress, create_folder};
+use super::folder_mode::{FileProgress, create_folder, refuse_standard_output};
 use super::render::{on_threads, plan, refuse_region, set_arithmetic, threads};
 use super::{ERROR, flags, scene_argument, text, value};
 use crate::compare::sheet::{ComparisonSheet, ContactPicture, format_of};
@@ -66,6 +66,7 @@ pub(crate) fn run(m: &ArgMatches, words: &[std::ffi::OsString]) -> Result<i32> {
         let error = Diagnostic::error("a gallery has no folder to be in");
         return Err(error.with_help("name one with `-o FOLDER`"));
     };
+    refuse_standard_output(&folder)?;
     if let Some(option) = OF_ONE.into_iter().find(|option| text(m, option).is_some()) {
         let error =
             format!("`--{option}` is for one picture, and a gallery is made through all lenses");

@@ -84,7 +84,7 @@ static OUTPUTS: [Output; 11] = [
         flag: "as-scene",
         value: "FILE.iv",
         help: "write the lens as solids of a scene, with the film behind it (--focus), in meters",
-        place: Destination::File(&[]),
+        place: Destination::File(&[".iv"]),
         make: lens_files::scene,
     },
     Output {
@@ -124,22 +124,26 @@ static OUTPUTS: [Output; 11] = [
     },
 ];
 
-/// The options of `--batch` and `--tolerance`, each with the name of its value and its help.
-const BATCH: [(&str, &str, &str); 3] = [
+/// The options of `--batch` and `--tolerance`, each with the name of its value, its help, and the
+/// outputs that it goes with.
+const BATCH: [(&str, &str, &str, &[&str]); 3] = [
     (
         "film-at",
         "PLACE",
         "with --batch and --tolerance: where the film of each lens stands: best, paraxial, or fixed where the lens itself has it [best]",
+        &["batch", "tolerance"],
     ),
     (
         "trials",
         "N",
         "with --tolerance: the number of lenses [1000]",
+        &["tolerance"],
     ),
     (
         "seed",
         "N",
         "with --tolerance: the seed of the random numbers [0]",
+        &["tolerance"],
     ),
 ];
 
@@ -221,11 +225,14 @@ pub(crate) fn command() -> Command {
             arg.help("focus, in meters from the front vertex (or `inf`)")
         })
         .args(conditions.map(|arg| arg.allow_hyphen_values(true)))
-        .args(BATCH.map(|(name, of, help)| value(name, of, help)))
-        .arg(switch(
-            "curves",
-            "with --json: the data sheet's curves and aberrations too",
-        ))
+        .args(BATCH.map(|(name, of, help, _)| value(name, of, help)))
+        .arg(
+            switch(
+                "curves",
+                "with --json: the data sheet's curves and aberrations too",
+            )
+            .requires("json"),
+        )
 }
 
 /// What `ivcam lens` prints.
@@ -267,6 +274,7 @@ pub fn lens_output(words: &[String]) -> Result<LensOutput> {
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let is_asked_for = |output: &&Output| output.is_asked_for(matches);
     let outputs: Vec<&Output> = OUTPUTS.iter().filter(is_asked_for).collect();
+    check_batch(&outputs, matches)?;
     let names = matches.get_many::<String>("lens");
     let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
     let Some(&name) = names.first() else {
@@ -317,7 +325,7 @@ fn survey(
     let is_given =
         |name: &&str| matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine);
     let lens_options = options::lens_options().map(|option| option.name);
-    let conditions = CONDITIONS.iter().chain(&BATCH).map(|(name, ..)| *name);
+    let conditions = CONDITIONS.iter().map(|(name, ..)| *name);
     let others = lens_options.chain(conditions).filter(is_given);
     let asked = outputs.iter().map(|output| output.flag).chain(others);
     if let Some(other) = asked.into_iter().find(|name| !POSSIBLE.contains(name)) {
@@ -329,6 +337,11 @@ fn survey(
         return Err(Diagnostic::error(error).with_help(
             "a folder and several lenses take --json, --csv FILE and --sheet FILE.html",
         ));
+    }
+    let is_page = |file: &&str| ["html", "htm"].contains(&&*lens_files::ending(file));
+    if let Some(file) = text(matches, "sheet").filter(|file| !is_page(file)) {
+        let error = format!("`--sheet {file}`: the sheet of several lenses is a page of HTML");
+        return Err(Diagnostic::unsupported(error).with_help("end the name in .html or .htm"));
     }
     let (choice, _) =
         LensChoice::from_options("", &flags::given_options(matches), &mut Sink::new())?;
@@ -349,6 +362,21 @@ fn survey(
         save(content, output.file(matches), out)?;
     }
     Ok(0)
+}
+
+/// Refuses the options of `--batch` and `--tolerance` without these.
+fn check_batch(outputs: &[&Output], matches: &ArgMatches) -> Result<()> {
+    let is_idle = |with: &[&str]| !outputs.iter().any(|output| with.contains(&output.flag));
+    let mut given = BATCH.iter().filter(|(name, ..)| matches.contains_id(name));
+    match given.find(|(.., with)| is_idle(with)) {
+        None => Ok(()),
+        Some((name, .., with)) => {
+            let with = with.iter().map(|flag| format!("`--{flag}`"));
+            let with = with.collect::<Vec<_>>().join(" or ");
+            let error = format!("`--{name}` does nothing without {with}");
+            Err(Diagnostic::error(error).with_help("leave it out"))
+        }
+    }
 }
 
 /// Lists the shipped lenses, if no output is asked for that needs a lens.

@@ -298,7 +298,12 @@ mod tests {
             lines[1].contains("100.7") && lines[3].contains("not read"),
             "{text}"
         );
-        for option in ["--efl 50mm", "--fields 0,10", "--seed 1", "--psf a.png"] {
+        for option in [
+            "--efl 50mm",
+            "--fields 0,10",
+            "--tolerance a.csv",
+            "--psf a.png",
+        ] {
             let error = printed(&format!("double-gauss biotar {option}")).unwrap_err();
             assert!(
                 error.message.ends_with("needs one lens, and 2 are named"),
