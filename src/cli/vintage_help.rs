@@ -34,7 +34,7 @@ pub(super) fn text() -> String {
             `ivcam render --help` lists them, and `ivcam help` lists the commands.\n"
 }
 
-/// The width of the column of options; the longest, `-camread CAMERA`, fits.
+/// The width of the column of options. The help of a longer one begins on the next line.
 const COLUMN: usize = 24;
 
 fn line(vintage: &str, option: &Opt) -> String {
@@ -43,11 +43,11 @@ fn line(vintage: &str, option: &Opt) -> String {
         Takes::One(name) | Takes::Many(name) => format!(" {name}"),
         Takes::Maybe(name, _) => format!(" [{name}]"),
     };
-    format!(
-        "  {:<COLUMN$}{}\n",
-        format!("-{vintage}{value}"),
-        option.help
-    )
+    let spelling = format!("-{vintage}{value}");
+    match spelling.len() < COLUMN {
+        true => format!("  {spelling:<COLUMN$}{}\n", option.help),
+        false => format!("  {spelling}\n  {:COLUMN$}{}\n", "", option.help),
+    }
 }
 
 /// Replaces today's spelling of options in a message by the spelling that was typed, if that is
@@ -178,5 +178,7 @@ mod tests {
             assert!(text.contains(&format!("\n  -{vintage} ")), "-{vintage}");
         }
         assert!(!text.contains("  --"));
+        let shading = format!("recursive|path\n  {:COLUMN$}how surfaces look", "");
+        assert!(text.contains(&shading), "{text}");
     }
 }

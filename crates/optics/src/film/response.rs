@@ -326,6 +326,11 @@ impl Emulsion {
 /// Returns the error for a name that is not a response.
 fn unknown(word: &str) -> Box<Diagnostic> {
     let names = Response::names();
+    if CURVES.iter().any(|(known, _)| *known == word) {
+        let error = format!("`{word}` is not a film, so it can't be combined with others");
+        return Diagnostic::unsupported(error)
+            .with_help(format!("give `{word}` alone, or `mono,{word}`"));
+    }
     let mono = MONO_ELSEWHERE.contains(&word).then_some(MONO);
     let help = match mono.or_else(|| nearest(word, names.clone())) {
         Some(near) => format!("did you mean `{near}`?"),
@@ -366,6 +371,14 @@ mod tests {
 
     fn film(text: &str) -> Result<Emulsion> {
         Emulsion::read(&Arc::new(Source::new("a.txt", text.as_bytes().to_vec())))
+    }
+
+    #[test]
+    fn a_curve_among_films_is_named_as_no_film() {
+        for words in ["linear,srgb", "negative,filmic"] {
+            let error = Response::open(words).unwrap_err();
+            assert!(error.message.contains("can't be combined"), "{error}");
+        }
     }
 
     #[test]

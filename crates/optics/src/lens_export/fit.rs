@@ -188,7 +188,7 @@ impl Chosen {
             .collect();
         let help = match fitting.first() {
             Some(other) => other.clone(),
-            None => "an exact map is `--export stmap`; --tolerance PIXELS allows a larger residual"
+            None => "an exact map is `--export stmap`; --residual PIXELS allows a larger residual"
                 .to_owned(),
         };
         let name = view.lens.name();

@@ -46,7 +46,7 @@ pub fn lensfun(view: &View<'_>, tolerance: f64) -> Result<String> {
              most, more than {tolerance}",
             lens.name()
         ))
-        .with_help("--tolerance PIXELS allows a larger residual"));
+        .with_help("--residual PIXELS allows a larger residual"));
     };
     let focal = format!("{:.4}", lens.first_order().efl());
     let title = About::of(lens.prescription())

@@ -90,7 +90,7 @@ fn distortion(view: &View<'_>, tolerance: f64) -> Result<OpenTrackIoDistortion> 
         Diagnostic::error(format!(
             "`{name}` does not fit OpenLensIO's distortion: {why}"
         ))
-        .with_help("an exact map is `--export stmap`; --tolerance PIXELS allows a larger residual")
+        .with_help("an exact map is `--export stmap`; --residual PIXELS allows a larger residual")
     };
     if view.half_field() > STEEPEST {
         let half = view.half_field().to_degrees();
