@@ -9,8 +9,8 @@ use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
     appearance, class, color, color_rgba, coordinate, indexed_triangle_set, metadata_boolean,
     physical_material, texture_coordinate, time_sensor, vrml_light,
-    vrml97_indexed_face_set as faces97, vrml97_material, vrml97_shape, vrml97_spot_light as spot97,
-    vrml97_transform,
+    vrml97_indexed_face_set as faces97, vrml97_material, vrml97_normal, vrml97_shape,
+    vrml97_spot_light as spot97, vrml97_transform,
 };
 use ivcam_inventor::iv::{Document, Format, LINEAR_LIGHT, Limits, Loader, NoFiles, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
@@ -670,6 +670,12 @@ fn a_mirrored_mesh_of_gltf_keeps_its_front() {
     let mut fronts: Vec<bool> = sets.iter().map(|set| set.get(faces97::CCW)).collect();
     fronts.sort();
     assert_eq!(fronts, [false, true]);
+    // A normal that a program computes for `ccw FALSE` points to the back.
+    let normals = sets.iter().filter_map(|set| set.get_node(faces97::NORMAL));
+    let normals: Vec<&[Vec3]> = normals
+        .map(|node| node.get(vrml97_normal::VECTOR))
+        .collect();
+    assert_eq!(normals, [[Vec3::NEG_Z]]);
     let points = |set: &NodeRef<'_>| set.get_node(faces97::COORD).map(|node| node.id);
     assert_eq!(points(&sets[0]), points(&sets[1]));
 }

@@ -6,7 +6,6 @@ use ivcam_inventor::snapshot::Corners;
 use ivcam_inventor::traversal::state::State;
 
 use super::mistake::Mistake;
-use super::one_by_one::draw_mesh;
 use super::picture_view::PictureView;
 use super::reports::Reports;
 use super::runs::Runs;
@@ -84,6 +83,28 @@ pub(crate) fn draw_triangles(
             }
         }
     });
+}
+
+/// Draws the triangles of a mesh.
+pub(crate) fn draw_mesh(
+    out: &mut (impl Canvas + ?Sized),
+    mesh: &TriangleMesh,
+    materials: MaterialsBy,
+) {
+    let by_part = materials == MaterialsBy::Part && mesh.colors.is_empty();
+    for (i, triangle) in mesh.triangles.iter().enumerate() {
+        let materials = mesh.materials(i, by_part);
+        out.triangle([0, 1, 2].map(|k| {
+            let v = triangle[k] as usize;
+            Corner {
+                position: mesh.positions[v],
+                normal: mesh.normals[v],
+                material: materials[k],
+                coordinates: mesh.texcoords[v],
+                third: 0.0,
+            }
+        }));
+    }
 }
 
 /// Receives the geometry of shapes, in object space.

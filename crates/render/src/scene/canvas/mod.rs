@@ -18,10 +18,10 @@ mod triangle_list;
 mod vertices;
 
 pub(crate) use bounds::{BoundsCanvas, grow};
-pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants, draw_triangles};
+pub(crate) use drawing::{Canvas, MaterialsBy, Sides, Wants, draw_mesh, draw_triangles};
 pub(crate) use list_lengths::check_lists;
 pub(crate) use mistake::Mistake;
-pub(crate) use one_by_one::{draw_facets, draw_mesh};
+pub(crate) use one_by_one::draw_facets;
 pub(crate) use picture_view::PictureView;
 pub(crate) use points::{Points, SPARSE_RATIO};
 pub(crate) use reports::Reports;

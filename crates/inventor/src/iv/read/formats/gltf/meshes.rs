@@ -135,18 +135,27 @@ impl GltfReader<'_, '_, '_> {
         }
         let integers = |index| self.buffers.integers(self.root, index, 1);
         let index = primitive.indices.map(integers).transpose()?;
-        let index = index.map(|list| list.into_iter().map(index_of).collect());
+        let index: Option<Vec<i32>> = index.map(|list| list.into_iter().map(index_of).collect());
         let mode = primitive.mode.unwrap_or(4);
         let is_face = (4..=6).contains(&mode);
         let position = primitive.attributes.get("POSITION").copied();
         let position = position.ok_or_else(|| "it has no positions".to_owned())?;
         let (coord, count) = self.points(position, primitive, posing)?;
+        let is_flat = is_face && !primitive.attributes.contains_key("NORMAL");
+        let flat = match posing.is_mirrored && is_flat {
+            true => Some(self.flat_normals(coord, mode, index.as_deref())?),
+            false => None,
+        };
         let geometry = self.geometry(mode, index, count)?;
         let geometry = geometry.ok_or_else(|| format!("the mode {mode} is none of glTF's"))?;
         self.builder
             .set(geometry, faces97::COORD, Value::Node(Some(coord)));
         if is_face {
             self.face_attributes(geometry, primitive, posing)?;
+        }
+        if flat.is_some() {
+            self.builder
+                .set(geometry, faces97::NORMAL, Value::Node(flat));
         }
         if let Some(&color) = primitive.attributes.get("COLOR_0") {
             let factor = self.color_factor(primitive.material);
@@ -158,6 +167,38 @@ impl GltfReader<'_, '_, '_> {
         }
         let appearance = self.appearance(primitive.material, is_face)?;
         Ok(self.builder.shape(appearance, geometry, Span::default())?)
+    }
+
+    /// Adds a normal for each triangle of a mirrored mesh that states none. Those that a program
+    /// computes for `ccw FALSE` point to the back.
+    fn flat_normals(&mut self, coord: NodeId, mode: u32, index: Option<&[i32]>) -> Result<NodeId> {
+        let points = self.builder.asm.document.node(coord).get(coordinate::POINT);
+        let point = |number: i32| points.get(number as usize).copied().unwrap_or_default();
+        let corners: Vec<Vec3> = match index {
+            Some(index) => index.iter().map(|&number| point(number)).collect(),
+            None => points.to_vec(),
+        };
+        let normal = |a: Vec3, b: Vec3, c: Vec3| (b - a).cross(c - a).normalize_or_zero();
+        let normals: Vec<Vec3> = match (mode, &corners[..]) {
+            (5, strip) => {
+                let turned = [1.0, -1.0].into_iter().cycle();
+                let triangles = strip.windows(3).zip(turned);
+                triangles
+                    .map(|(t, sign)| sign * normal(t[0], t[1], t[2]))
+                    .collect()
+            }
+            (6, [first, rim @ ..]) => rim
+                .windows(2)
+                .map(|edge| normal(*first, edge[0], edge[1]))
+                .collect(),
+            (_, list) => list
+                .chunks_exact(3)
+                .map(|t| normal(t[0], t[1], t[2]))
+                .collect(),
+        };
+        let (class, field) = (class::VRML97_NORMAL, vrml97_normal::VECTOR);
+        let normals = Value::Vec3s(normals);
+        self.builder.with(class, field, normals, Span::default())
     }
 
     /// Returns an attribute, or reports why a mesh is drawn without it.
