@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_optics::film::Response;
-use ivcam_optics::picture::{Depth, Picture, PictureFormat, Raster};
+use ivcam_optics::picture::{Depth, Picture, PictureFormat, Raster, exr_text};
 
 use super::outputs::{is_standard_stream, picture_format, save_picture};
 use super::{exit_code, parsed, switch, text, value};
@@ -57,7 +57,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     for (name, weight) in names.iter().zip(&weights) {
         let bytes = read_file(Path::new(name), MAX_PICTURE)?;
         let raster = Raster::decode(&bytes, name)?;
-        stated.extend(stated_response(&bytes).map(|response| (*name, response.to_owned())));
+        stated.extend(exr_text(&bytes, "ivcam:response").map(|response| (*name, response)));
         let film = film.get_or_insert_with(|| blank(&raster));
         add(film, &raster, *weight).map_err(|e| {
             e.in_file(name.as_str())
@@ -120,23 +120,6 @@ fn response<'s>(
     }
 }
 
-/// Returns the response that the header of an EXR file states.
-fn stated_response(bytes: &[u8]) -> Option<&str> {
-    const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
-    const HEADER: usize = 1 << 16;
-    // An attribute is its name, its type and the size of its value, then the value.
-    const START: &[u8] = b"ivcam:response\0string\0";
-    let header = bytes.get(..HEADER).unwrap_or(bytes);
-    if !header.starts_with(&MAGIC) {
-        return None;
-    }
-    let mut windows = header.windows(START.len());
-    let at = windows.position(|part| part == START)? + START.len();
-    let (size, value) = header[at..].split_first_chunk()?;
-    let value = value.get(..u32::from_le_bytes(*size) as usize)?;
-    std::str::from_utf8(value).ok()
-}
-
 /// Returns the weight of each exposure.
 fn weights(matches: &ArgMatches, count: usize) -> Result<Vec<f32>> {
     if matches.get_flag("average") {
@@ -189,6 +172,7 @@ fn add(film: &mut Picture, raster: &Raster, weight: f32) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::folder::Folder;
 
     /// Writes exposures of two pixels, each of which states a response.
     fn write_pair(path: impl Fn(&str) -> String, responses: [&str; 2]) {
@@ -209,10 +193,8 @@ mod tests {
 
     #[test]
     fn levels_are_those_of_the_response_that_the_exposures_state() {
-        let name = format!("ivcam-expose-response-{}", std::process::id());
-        let folder = std::env::temp_dir().join(name);
-        std::fs::create_dir_all(&folder).unwrap();
-        let path = |name: &str| folder.join(name).display().to_string();
+        let folder = Folder::new("expose-response");
+        let path = |name: &str| folder.path(name);
         write_pair(path, ["3200K,srgb"; 2]);
         let (a, b, out) = (path("a.exr"), path("b.exr"), path("out.png"));
         let red = || Raster::open(Path::new(&out)).unwrap().color(0)[0];
@@ -233,7 +215,6 @@ mod tests {
         let error = run_words(&[&a, &b, "-o", &out]).unwrap_err();
         assert!(error.message.contains("`filmic`"), "{error}");
         run_words(&[&a, &b, "-o", &sum]).unwrap();
-        std::fs::remove_dir_all(folder).unwrap();
     }
 
     fn run_words(words: &[&str]) -> Result<i32> {

@@ -43,8 +43,9 @@ pub(crate) fn run(arguments: Vec<String>) -> ExitCode {
     let [folder, program, ..] = arguments.as_slice() else {
         return crate::usage("against");
     };
-    let least = value("--least").and_then(|v| v.parse().ok());
-    let least: u64 = least.unwrap_or(100_000);
+    let least = value("--least")
+        .and_then(|v| v.parse::<u64>().ok())
+        .unwrap_or(100_000);
     let rows = arguments.iter().any(|a| a == "--rows");
     let mut files = scenes::below(Path::new(folder));
     files.retain(|file| file.metadata().is_ok_and(|m| m.len() >= least));

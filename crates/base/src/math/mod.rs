@@ -1,6 +1,5 @@
 //! Numerical tools that know nothing of lenses and scenes: lengths with units, SIMD lanes, Fourier
-//! transforms, interpolation, systems of equations and numbers of 32
-//! digits.
+//! transforms, interpolation, systems of equations and numbers of 32 digits.
 //!
 //! Inside the crate a length is an `f64` in the unit that its module states: millimeters in `lens`,
 //! meters in scenes. Interfaces between the two use [`Mm`] and [`Meters`].

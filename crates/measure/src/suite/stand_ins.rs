@@ -99,8 +99,8 @@ pub(super) fn write(folder: &Folder) -> Result<(), String> {
             None => shape(text, "Box { size 8 8 2 }"),
             Some(_) => balls(text, |color| shape(color, "Sphere { }")),
         };
+        let text = format!("#VRML V2.0 utf8\n{body}\n");
         for ending in ["x3d", "wrl"] {
-            let text = format!("#VRML V2.0 utf8\n{body}\n");
             folder.write(&format!("{name}.{ending}"), text.as_bytes())?;
         }
     }

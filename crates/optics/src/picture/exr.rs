@@ -18,6 +18,17 @@ use super::channels::ChannelImage;
 use super::raster::{Raster, Samples, check_size};
 use super::rows::{Heading, ROWS, RowSource, fill_placeholder};
 
+/// Returns a text that the header of an EXR file states, such as `ivcam:response`; none if it does
+/// not, or if the file is of another format.
+pub fn exr_text(bytes: &[u8], name: &str) -> Option<String> {
+    let meta = MetaData::read_from_buffered(Cursor::new(bytes), false).ok()?;
+    let stated = &meta.headers.first()?.own_attributes.other;
+    match stated.get(&exr::Text::new_or_none(name)?)? {
+        exr::AttributeValue::Text(text) => String::from_utf8(text.as_slice().to_vec()).ok(),
+        _ => None,
+    }
+}
+
 /// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray. `ask`
 /// gets the bytes of memory that this needs.
 pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Result<Raster> {

@@ -19,6 +19,7 @@ mod write;
 pub use channels::ChannelImage;
 pub use cryptomatte::matte_id;
 pub use developed::{Depth, Picture, PictureFormat};
+pub use exr::exr_text;
 pub use raster::{Raster, Samples};
 pub use rows::{Heading, ROWS, RowSource};
 pub use save_rows::{save_rows, write_png_rows};

@@ -225,10 +225,7 @@ pub(super) fn text97<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Can
     let lengths = node.get(text::LENGTH);
     let most = node.get(text::MAX_EXTENT);
     let strings = node.get(text::STRING);
-    out.set_sides(match node.get(text::SOLID) {
-        true => Sides::of_solid(true, true),
-        false => Sides::BOTH,
-    });
+    out.set_sides(Sides::of_solid(node.get(text::SOLID), true));
     let laid = draw_glyphs(out, MaterialsBy::Vertex, |output| {
         typeset::vrml97_text(strings, &style, lengths, most, output)
     });
