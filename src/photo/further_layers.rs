@@ -133,7 +133,6 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-
     use ivcam_base::math::Meters;
     use ivcam_inventor::events::SnapshotOptions;
     use ivcam_optics::film::Resolution;

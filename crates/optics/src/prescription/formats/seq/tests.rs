@@ -49,15 +49,10 @@ fn surfaces_are_read_in_either_mode_and_any_unit() {
 #[test]
 fn a_file_that_does_not_state_radii_or_curvatures_is_warned_of() {
     let text = "SO 0 1e9\nS .2 3 NBK7\n STO\n CIR 1\nS -.2 5\nSI 0 0\n";
-    for (mode, warnings) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
-        let source = Arc::new(Source::new("a.seq", format!("{mode}{text}").into_bytes()));
-        let mut sink = Sink::new();
-        read(&source, &mut sink).unwrap();
-        let found = sink
-            .items()
-            .iter()
-            .filter(|d| d.message.contains("radii or curvatures"));
-        assert_eq!(found.count(), warnings, "{mode}");
+    for (mode, count) in [("", 1), ("RDM\n", 0), ("RDM N\n", 0)] {
+        let found = warnings(&format!("{mode}{text}"));
+        let found = found.iter().filter(|m| m.contains("radii or curvatures"));
+        assert_eq!(found.count(), count, "{mode}");
     }
 }
 
