@@ -33,20 +33,29 @@ pub struct Plate {
 impl Plane {
     /// Returns a plane with the value `f(x, y)` at each pixel.
     pub fn from_fn(width: usize, height: usize, f: impl Fn(usize, usize) -> f32 + Sync) -> Self {
+        Self::from_rows(width, height, &|y, row| {
+            for (x, v) in row.iter_mut().enumerate() {
+                *v = f(x, y);
+            }
+        })
+    }
+
+    /// Returns a plane whose rows the function fills. It is no generic one, so that what the threads
+    /// do is compiled once.
+    fn from_rows(width: usize, height: usize, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) -> Self {
         let mut values = vec![0.0; width * height];
-        values
-            .par_chunks_mut(width.max(1))
-            .enumerate()
-            .for_each(|(y, row)| {
-                for (x, v) in row.iter_mut().enumerate() {
-                    *v = f(x, y);
-                }
-            });
+        let rows = values.par_chunks_mut(width.max(1)).enumerate();
+        rows.for_each(|(y, row)| fill(y, row));
         Self {
             width,
             height,
             values,
         }
+    }
+
+    /// Returns the values of a row.
+    fn row(&self, y: usize) -> &[f32] {
+        &self.values[y * self.width..][..self.width]
     }
 
     /// Returns the longer side, in pixels.
@@ -67,19 +76,21 @@ impl Plane {
 
     /// Applies a function to each value.
     pub fn map(&self, f: impl Fn(f32) -> f32 + Sync) -> Self {
-        Self {
-            values: self.values.par_iter().map(|&v| f(v)).collect(),
-            ..*self
-        }
+        Self::from_rows(self.width, self.height, &|y, row| {
+            for (v, &a) in row.iter_mut().zip(self.row(y)) {
+                *v = f(a);
+            }
+        })
     }
 
     /// Applies a function to the values of two planes of the same size.
     pub fn zip(&self, other: &Self, f: impl Fn(f32, f32) -> f32 + Sync) -> Self {
-        let pairs = self.values.par_iter().zip(&other.values);
-        Self {
-            values: pairs.map(|(&a, &b)| f(a, b)).collect(),
-            ..*self
-        }
+        Self::from_rows(self.width, self.height, &|y, row| {
+            let pairs = self.row(y).iter().zip(other.row(y));
+            for (v, (&a, &b)) in row.iter_mut().zip(pairs) {
+                *v = f(a, b);
+            }
+        })
     }
 
     /// Filters rows with one kernel and columns with another; the border is repeated outward.

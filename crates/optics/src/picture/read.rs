@@ -87,10 +87,10 @@ fn decode_other(
             ),
         );
     };
-    let sized = image::ImageReader::with_format(Cursor::new(bytes), format);
-    let (width, height) = sized.into_dimensions().map_err(unreadable)?;
+    let reader = || image::ImageReader::with_format(Stoppable::new(bytes), format);
+    let (width, height) = reader().into_dimensions().map_err(unreadable)?;
     check_size(width as usize, height as usize)?;
-    let mut reader = image::ImageReader::with_format(Stoppable::new(bytes), format);
+    let mut reader = reader();
     let mut limits = image::Limits::default();
     limits.max_image_width = Some(1 << 16);
     limits.max_image_height = Some(1 << 16);

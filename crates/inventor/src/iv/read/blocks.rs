@@ -85,13 +85,13 @@ fn read_blocks_of<'a, T: Send>(
         let Some(blocks) = split(rest, count, share.min(*sizes.end())) else {
             break;
         };
-        let read = || -> Vec<&[u8]> {
-            let work = blocks.par_iter().zip(&mut found);
-            work.map(|(block, list)| read_block(block, one, list))
-                .collect()
-        };
-        let append = || before.iter_mut().for_each(|list| values.append(list));
-        let (ends, ()) = rayon::join(read, append);
+        let mut ends = vec![&rest[..0]; count];
+        let reads = blocks.iter().zip(&mut found).zip(&mut ends);
+        let reads = reads.map(|((block, list), end)| -> Job<'_> {
+            Box::new(move || *end = read_block(block, one, list))
+        });
+        let append: Job<'_> = Box::new(|| before.iter_mut().for_each(|list| values.append(list)));
+        run_all(std::iter::once(append).chain(reads).collect());
         let whole = ends.iter().take_while(|end| end.is_empty()).count();
         let counting = blocks.iter().zip(&ends).take(whole + 1);
         let bytes = counting.map(|(block, end)| block.len() - end.len());
@@ -105,6 +105,13 @@ fn read_blocks_of<'a, T: Send>(
     }
     before.iter_mut().for_each(|list| values.append(list));
     rest
+}
+
+type Job<'a> = Box<dyn FnOnce() + Send + 'a>;
+
+/// Runs jobs on all threads. The jobs have one type, so that this is compiled once for all lists.
+fn run_all(jobs: Vec<Job<'_>>) {
+    jobs.into_par_iter().for_each(|job| job());
 }
 
 /// Returns blocks at the start of a text, or `None` if it is too short or its lines are too long.
