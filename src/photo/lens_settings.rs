@@ -25,6 +25,10 @@ pub(super) fn camera(
     pose: &CameraPose,
     sink: &mut Sink,
 ) -> Result<(Camera, LensSettings)> {
+    let is_pinhole = pose.film.is_none() && matches!(plan.optics, Optics::Pinhole);
+    if !is_pinhole {
+        warn_about_pixels(plan, sink);
+    }
     if let Some(plane) = pose.film {
         return Ok(film_behind_solids(plan, plane, pose));
     }
@@ -98,7 +102,7 @@ fn through_lens(
     // The lens has an account of its own: it is the same for all scenes.
     let budget = Budget::current().renewed();
     let (lens, focus) = budget.during(|| choice.open_focused(distance, sink))?;
-    warn_about_plan(plan, &lens, sink);
+    warn_about_ghosts(plan, &lens, sink);
     if let Some(warning) = other_field(choice, plan, pose, &lens) {
         sink.add(*warning);
     }
@@ -138,14 +142,18 @@ fn cut_search(camera: &LensCamera, budget: &Budget, cut: Cut) -> Box<Diagnostic>
     Diagnostic::beyond_limit(text).with_help(help)
 }
 
-/// Warns about pixels that are not square, and about ghosts of a lens that does not reflect.
-fn warn_about_plan(plan: &Plan, lens: &Lens, sink: &mut Sink) {
+/// Warns about pixels that are not square.
+fn warn_about_pixels(plan: &Plan, sink: &mut Sink) {
     if (pixel_aspect(plan.film, plan.resolution) - 1.0).abs() > 1e-2 {
         sink.add(*Diagnostic::warning(format!(
             "pixels are not square: {}x{} mm of film on {}x{} pixels",
             plan.film.width, plan.film.height, plan.resolution.width, plan.resolution.height
         )));
     }
+}
+
+/// Warns about ghosts of a lens that does not reflect.
+fn warn_about_ghosts(plan: &Plan, lens: &Lens, sink: &mut Sink) {
     if plan.ghosts && !lens.reflects() {
         let none = "there are no ghosts, because the lens's coating is ideal and reflects nothing";
         sink.add(*Diagnostic::warning(none).with_help("give `--coating mgf2` or none"));

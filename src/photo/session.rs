@@ -784,10 +784,11 @@ impl Session {
         });
     }
 
-    /// Returns whether the scene has no primitive and a black background, so that no ray can bring
-    /// light.
+    /// Returns whether the scene has no primitive, and neither a background nor surroundings, so
+    /// that no ray can bring light.
     pub(super) fn shows_nothing(&self) -> bool {
-        self.scene.primitives() == (0, 0, 0) && self.scene.background().is_black()
+        let is_empty = self.scene.primitives() == (0, 0, 0);
+        is_empty && self.scene.background().is_black() && self.surroundings.is_none()
     }
 
     /// Returns what the first samples of each pixel meet. Uses rayon's current pool.

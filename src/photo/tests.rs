@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use ivcam_base::math::Meters;
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::pose::Projection;
@@ -11,9 +11,12 @@ use ivcam_optics::film::{Region, Resolution};
 use ivcam_render::camera::Camera;
 use ivcam_render::render::{Exposure, Stop, crew};
 use ivcam_render::scene::Unneeded;
+use ivcam_render::shade::{ClearSky, Shading};
 use ivcam_render::team::threads;
 
-use super::{Era, Headlight, Plan, Session};
+use super::light_plan::Surroundings;
+use super::plan::IdealChoice;
+use super::{Era, Headlight, Optics, Override, Plan, Session};
 use crate::folder::Folder;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
@@ -160,8 +163,9 @@ fn the_report_names_what_the_scene_did_not_need() {
 #[test]
 fn a_scene_with_nothing_to_see_needs_no_rays() {
     let folder = Folder::new("nothing");
-    let plan = plan(&folder);
-    let write = |text: &str| std::fs::write(&plan.scene, text).expect("the scene can be written");
+    let mut plan = plan(&folder);
+    let scene = plan.scene.clone();
+    let write = |text: &str| std::fs::write(&scene, text).expect("the scene can be written");
     write("#Inventor V2.1 ascii\nPointLight { }\n");
     let session = Session::open(plan.clone()).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
@@ -181,11 +185,46 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
             .message
             .contains("nothing to see")
     );
-    // A background is something to see.
+    // A background is something to see, and so are surroundings.
     write("#VRML V2.0 utf8\nBackground { skyColor 0 0 1 }\n");
     let session = Session::open(plan.clone()).expect("the scene is whole");
     let exposure = session.expose(&|_| ());
     assert!(exposure.counts.film_rays > 0 && exposure.film.mean() > 0.1);
+    plan.shading = Shading::Path;
+    let sky = ClearSky {
+        elevation: 0.5,
+        azimuth: 0.0,
+        turbidity: 3.0,
+    };
+    plan.light.surroundings = Some(Surroundings::Sky(sky));
+    write("#VRML V2.0 utf8\n");
+    let mean = |plan: &Plan| {
+        let session = Session::open(plan.clone()).expect("the scene is whole");
+        session.expose(&|_| ()).film.mean()
+    };
+    assert!(mean(&plan) > 0.1);
+    // A black background that is stated hides them.
+    write("#VRML V2.0 utf8\nBackground { }\n");
+    assert_eq!(mean(&plan), 0.0);
+    write("#VRML V2.0 utf8\n");
+    plan.background = Some(Override::Always(Vec3::ZERO));
+    assert_eq!(mean(&plan), 0.0);
+}
+
+#[test]
+fn pixels_that_are_not_square_are_named_wherever_there_is_a_film() {
+    let folder = Folder::new("not-square");
+    let mut plan = plan(&folder);
+    std::fs::write(&plan.scene, "#Inventor V2.1 ascii\nSphere { }\n").expect("written");
+    plan.resolution = Resolution::of(50, 50);
+    let ideal = Optics::Ideal(IdealChoice::default());
+    for (optics, warns) in [(Optics::Pinhole, false), (ideal, true)] {
+        plan.optics = optics;
+        let session = Session::open(plan.clone()).expect("the scene is whole");
+        let mut messages = session.sink.items().iter().map(|d| &d.message);
+        let is_named = messages.any(|m| m.starts_with("pixels are not square"));
+        assert_eq!(is_named, warns);
+    }
 }
 
 /// Processes that share the work make the bits of one process, at any number of threads.

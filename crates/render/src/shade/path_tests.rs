@@ -251,6 +251,26 @@ fn an_even_sky_shows_a_matte_floor_in_its_color() {
     }
 }
 
+#[test]
+fn a_background_that_lights_takes_the_place_of_the_ambient_light() {
+    let text =
+        format!("#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity .5 }}\n{FLOOR_BELOW}");
+    let document = Document::read_headerless("sky.iv", text.into_bytes()).unwrap();
+    let options = CompileOptions {
+        background: Some((Vec3::ONE, true)),
+        ..CompileOptions::default()
+    };
+    let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap();
+    assert!(scene.ambient_radiance() != Vec3::ZERO);
+    let ray = Ray::new(Vec3::new(3.0, 4.0, 3.0), Vec3::NEG_Y);
+    let lit = with(PathOptions {
+        max_depth: Some(1),
+        background_lights: true,
+        ..PathOptions::default()
+    });
+    expect("background", mean(&scene, &lit, &ray, 20_000), 0.8);
+}
+
 /// The corners of the box have normals of a sphere, which are seen by rays from inside its walls.
 #[test]
 fn no_light_leaks_into_a_closed_box() {

@@ -97,6 +97,12 @@ impl Background {
         self
     }
 
+    /// Returns whether the scene or the options have a background, be it black.
+    pub(crate) fn is_stated(&self) -> bool {
+        let is_plain = self.sky.is_empty() && self.ground.is_empty();
+        !is_plain || self.pictures.iter().any(Option::is_some)
+    }
+
     /// Returns whether the color is black in every direction.
     pub fn is_black(&self) -> bool {
         let mut colors = self.sky.iter().chain(&self.ground);

@@ -28,7 +28,8 @@ pub struct PathOptions {
     pub sun: Option<Light>,
     /// Where the headlight shines from. Default: from the camera, in parallel.
     pub flash: Option<Flash>,
-    /// Whether the background lights the scene. Default: only if nothing else does.
+    /// Whether the background lights the scene, in place of the ambient light. Default: only if
+    /// nothing else does.
     pub background_lights: bool,
 }
 

@@ -56,8 +56,8 @@ impl PathLights {
     pub(in crate::shade) fn of(scene: &RenderScene, settings: &PathSettings<'_>) -> Self {
         let environment = settings.own.environment.as_ref();
         let sky = match environment {
-            Some(_) => Vec3::ZERO,
-            None => scene.ambient_radiance(),
+            None if !settings.own.background_lights => scene.ambient_radiance(),
+            _ => Vec3::ZERO,
         };
         let emitters = scene.has_emitters();
         let file = scene.has_lights() || settings.headlight.is_some() || settings.own.sun.is_some();
@@ -394,7 +394,7 @@ impl PathTracer<'_> {
         let environment = own.environment.as_ref().filter(|e| !e.is_black());
         let light = if walk.is_straight {
             match environment {
-                Some(light) if background.is_black() => light.radiance(direction).0,
+                Some(light) if !background.is_stated() => light.radiance(direction).0,
                 _ => background.color(direction),
             }
         } else {
