@@ -167,10 +167,11 @@ impl LampImage {
             let at = place / size;
             let ray = camera.at(at.x, at.y).ray(pupil)?;
             let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
-            let scene = render.shader.scene();
-            scene
-                .hit(&ray)
-                .map(|hit| scene.shape_of(&hit) == light.shape)
+            let share = render
+                .shader
+                .scene()
+                .share_of_shape(&ray, light.shape, f32::INFINITY);
+            Some(share > 0.0)
         };
         let (mut window, mut seen, mut ray) = (window, Vec::new(), 0.0);
         // The second time the window is hardly larger than what is seen of the light.

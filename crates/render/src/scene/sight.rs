@@ -11,7 +11,7 @@ use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
 
 /// The largest number of transparent primitives that light passes between two points.
-const MAX_PASSED: usize = 10_000;
+pub(super) const MAX_PASSED: usize = 10_000;
 
 impl Point<'_> {
     /// The distance from the surface at which `MetPoint::leave` starts a ray, in meters.

@@ -1,14 +1,16 @@
 //! Finds luminous shapes that are so small in the picture that its samples may miss them.
 //!
 //! A shape is luminous if it has an emissive color or is not lit. Lights themselves (`PointLight`)
-//! are invisible. Only what the camera sees directly is found; images in mirrors are not, nor are
-//! glyphs that are prototypes.
+//! are invisible. Only what the camera sees in a straight line is found, be it through transparent
+//! shapes; images in mirrors and behind glass that bends light are not, nor are glyphs that are
+//! prototypes.
 
 use glam::{DVec3, Vec3};
 use ivcam_optics::sampling::{mix, unit};
 
 use super::RenderScene;
 use super::placed::Primitive;
+use super::sight::MAX_PASSED;
 use crate::bvh::{Hit, Ray};
 
 /// The largest number of luminous shapes of prototypes that are examined, each as often as it is
@@ -21,7 +23,7 @@ const LOOKS: u64 = 64;
 /// A luminous shape that is small in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct SmallLight {
-    /// The radiance of the shape, as a level.
+    /// The radiance that comes from the shape to the camera, as a level.
     pub radiance: DVec3,
     /// The area in pixels.
     pub pixels: f64,
@@ -65,8 +67,9 @@ impl RenderScene {
         }
         let small = |(radiance, seen): (Vec3, Seen)| {
             let (primitive, place, _) = seen.points[0]?;
-            Some(SmallLight {
-                radiance: radiance.as_dvec3(),
+            let share = self.share_in_sight(&seen);
+            (share > 0.0).then_some(SmallLight {
+                radiance: (share * radiance).as_dvec3(),
                 pixels: seen.pixels,
                 place: [
                     0.5 * size[0] + seen.place[0] / seen.pixels,
@@ -76,9 +79,7 @@ impl RenderScene {
                 shape: (self.owner(primitive), place),
             })
         };
-        let is_small = |(_, seen): &(Vec3, Seen)| {
-            seen.pixels > 0.0 && seen.pixels < smaller_than && self.is_in_sight(seen)
-        };
+        let is_small = |(_, seen): &(Vec3, Seen)| seen.pixels > 0.0 && seen.pixels < smaller_than;
         let instanced = self.instanced_lights(&luminous, size, smaller_than);
         let all = luminous.into_iter().zip(seen).chain(instanced);
         all.filter(is_small).filter_map(small).collect()
@@ -167,27 +168,49 @@ impl RenderScene {
         Some((center, std::f64::consts::FRAC_PI_4 * area, bounds))
     }
 
-    /// Returns whether a ray from the camera meets one of the points, or the shape at another point
-    /// of its box.
-    fn is_in_sight(&self, seen: &Seen) -> bool {
-        let meets = |&(primitive, place, point): &(u32, u64, Vec3)| {
-            let hit = self.hit(&Ray::new(Vec3::ZERO, point));
-            let shape = (self.owner(primitive), place);
-            hit.is_none_or(|h| h.t >= 1.0 || self.shape_of(&h) == shape)
-        };
-        let mut points = seen.points.iter().flatten();
+    /// Returns the share of the light that comes along a ray from the camera to one of the points,
+    /// or to another point of the shape's box; 0 if none meets the shape.
+    fn share_in_sight(&self, seen: &Seen) -> f32 {
         let (Some(&(primitive, place, _)), Some([min, max])) =
             (seen.points[0].as_ref(), seen.bounds)
         else {
-            return false;
+            return 0.0;
         };
-        let shows = |number: u64| {
+        let shape = (self.owner(primitive), place);
+        let toward =
+            |point, distance| self.share_of_shape(&Ray::new(Vec3::ZERO, point), shape, distance);
+        let shown = |number: u64| {
             let part = [0, 1, 2].map(|axis| unit(mix(3 * number + axis)) as f32);
-            let toward = min + Vec3::from_array(part) * (max - min);
-            let hit = self.hit(&Ray::new(Vec3::ZERO, toward));
-            hit.is_some_and(|h| self.shape_of(&h) == (self.owner(primitive), place))
+            toward(min + Vec3::from_array(part) * (max - min), f32::INFINITY)
         };
-        points.any(meets) || (0..LOOKS).any(shows)
+        let points = seen.points.iter().flatten();
+        let points = points.map(|(_, _, point)| toward(*point, 1.0));
+        match points.fold(0.0, f32::max) {
+            0.0 => (0..LOOKS).map(shown).fold(0.0, f32::max),
+            share => share,
+        }
+    }
+
+    /// Returns the share of the light of a shape that comes along a ray, through other shapes that
+    /// light passes in a straight line. It is 0 if the ray does not meet the shape, or what is
+    /// farther away than a distance.
+    pub(crate) fn share_of_shape(&self, ray: &Ray, shape: (u32, u64), distance: f32) -> f32 {
+        let (mut ahead, mut share) = (*ray, 1.0);
+        for _ in 0..MAX_PASSED {
+            let Some(hit) = self.hit(&ahead).filter(|hit| hit.t < distance) else {
+                return if distance.is_finite() { share } else { 0.0 };
+            };
+            if self.shape_of(&hit) == shape {
+                return share;
+            }
+            let point = self.point(&ahead, &hit);
+            share *= point.transparency;
+            if point.surface.refraction != 1.0 || !(share > 0.0) {
+                return 0.0;
+            }
+            ahead = self.continue_behind(&ahead, &hit);
+        }
+        0.0
     }
 
     /// The number of the surface of a hit, and the place where it is drawn.
@@ -246,6 +269,18 @@ mod tests {
         let behind = BALL.replace("0 0 -10", "0 0 10");
         assert!(lights(&behind, 1.0).is_empty());
         assert!(lights(&BALL.replace("emissiveColor 9 6 3", ""), 1.0).is_empty());
+    }
+
+    /// Light passes a transparent shape, unless its glass bends it.
+    #[test]
+    fn a_light_behind_a_pane_has_the_share_that_passes() {
+        let pane = "Translation { translation 0 0 -5 } Material { transparency .5 } Cube { }\n";
+        let found = lights(&format!("{BALL}{pane}"), 1.0);
+        assert_eq!(found.len(), 1);
+        assert!((found[0].radiance - DVec3::new(2.25, 1.5, 0.75)).length() < 1e-6);
+        let bent = "fields [ SFFloat refractionIndex, MFFloat transparency ] refractionIndex 1.5";
+        let bent = pane.replace("transparency", &format!("{bent} transparency"));
+        assert!(lights(&format!("{BALL}{bent}"), 1.0).is_empty());
     }
 
     /// A bar hides the middle of a ball and leaves a tenth of it in sight.
