@@ -154,6 +154,30 @@ fn a_clip_plane_of_x3d_leaves_where_its_equation_is_positive() {
     assert!(hit(&of("enabled FALSE"), 0.0, -0.1).is_some());
 }
 
+/// A cutoff is compared with the product of the opacities of material, vertex and texture at a point.
+#[test]
+fn a_masked_place_is_there_or_not() {
+    let transparency = |material: &str, cutoff: f32, color: &str, x: f32| {
+        let scene = compile_file(&format!(
+            "#X3D V4.0 utf8\nPROFILE Full\nShape {{ appearance Appearance {{ alphaMode \"MASK\" \
+             alphaCutoff {cutoff} material PhysicalMaterial {{ {material} }} }} geometry \
+             IndexedFaceSet {{ solid FALSE coordIndex [ 0 1 2 3 -1 ] {color} \
+             coord Coordinate {{ point [ -10 -10 0, 10 -10 0, 10 10 0, -10 10 0 ] }} }} }}"
+        ));
+        let ray = ray(x, 1.0);
+        let hit = scene.hit(&ray).expect("something is there");
+        scene.point(&ray, &hit).transparency
+    };
+    let fade = "color ColorRGBA { color [ 1 1 1 0, 1 1 1 1, 1 1 1 1, 1 1 1 0 ] }";
+    for (x, expected) in [(-9.0, 1.0), (-0.1, 1.0), (0.1, 0.0), (9.0, 0.0)] {
+        assert_eq!(transparency("", 0.5, fade, x), expected, "{x}");
+    }
+    let both = "transparency .5 baseTexture PixelTexture { image 1 1 2 0xFFC8 }";
+    assert_eq!(transparency(both, 0.38, "", 0.0), 0.0);
+    assert_eq!(transparency(both, 0.4, "", 0.0), 1.0);
+    assert_eq!(transparency("transparency .5", 0.49, "", 0.0), 0.0);
+}
+
 #[test]
 fn a_solid_text_of_x3d_has_no_back() {
     let of = |solid: &str, turn: &str| {

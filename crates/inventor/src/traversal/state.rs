@@ -158,16 +158,6 @@ impl MaterialElement<'_> {
         }
     }
 
-    /// Returns the transparency of a part as the meaning of the opacity has it.
-    pub fn seen_transparency(&self, transparency: f32) -> f32 {
-        match self.alpha {
-            AlphaMode::Blend => transparency,
-            AlphaMode::Opaque => 0.0,
-            AlphaMode::Mask(cutoff) if 1.0 - transparency < cutoff => 1.0,
-            AlphaMode::Mask(_) => 0.0,
-        }
-    }
-
     /// Returns a physical material whose roughness and metal have factors, with Phong's values of
     /// its highlight.
     #[must_use]
@@ -562,6 +552,25 @@ pub enum AlphaMode {
 }
 
 impl AlphaMode {
+    /// Returns the transparency of a place as the meaning of the opacity has it.
+    pub fn seen_transparency(self, transparency: f32) -> f32 {
+        match self {
+            Self::Blend => transparency,
+            Self::Opaque => 0.0,
+            Self::Mask(cutoff) if 1.0 - transparency < cutoff => 1.0,
+            Self::Mask(_) => 0.0,
+        }
+    }
+
+    /// Returns the meaning of an opacity that is multiplied by another one before it is compared.
+    #[must_use]
+    pub fn under(self, opacity: f32) -> Self {
+        match self {
+            Self::Mask(cutoff) => Self::Mask(cutoff / opacity),
+            other => other,
+        }
+    }
+
     /// The opacity below which a surface is not there: infinite for one that is opaque.
     pub fn least_opacity(self) -> f32 {
         match self {

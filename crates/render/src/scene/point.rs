@@ -245,6 +245,7 @@ impl RenderScene {
             let stored = surface.coordinates_between(local, hit.u, hit.v);
             out.add_further_textures(self, ray, hit, stored);
         }
+        out.transparency = surface.alpha.seen_transparency(out.transparency);
         out
     }
 
@@ -286,6 +287,7 @@ fn point<'a>(scene: &'a RenderScene, ray: &Ray, hit: &Hit) -> Point<'a> {
     if !out.surface.further_textures.is_empty() {
         out.add_further_textures(scene, ray, hit, coordinates);
     }
+    out.transparency = out.surface.alpha.seen_transparency(out.transparency);
     out
 }
 

@@ -34,11 +34,6 @@ impl SceneBuilder {
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
         let state = &state.with_factors(self.factors(node, state));
         let m = &state.material;
-        let MaterialColors {
-            diffuse,
-            transparency,
-            emissive,
-        } = MaterialColors::of(state);
         let colors = self.options.colors;
         let mut environment = state.environment;
         environment.fog_color = colors.light(environment.fog_color);
@@ -54,6 +49,16 @@ impl SceneBuilder {
             self.texture_use(element, state.texture_matrix, state.texture_coordinates)
         });
         let further_textures = self.further_textures(state);
+        let mut material = MaterialColors::of(state);
+        let further = further_textures.iter().map(|further| &further.texture);
+        let has_alpha = texture.iter().chain(further).any(TextureUse::has_alpha);
+        let alpha = match m.alpha {
+            AlphaMode::Mask(_) if has_alpha || material.has_opacities() => m.alpha,
+            _ => {
+                material = material.as_seen(m.alpha);
+                AlphaMode::Blend
+            }
+        };
         let origin = self.scene.origin;
         let compile = |light: &LightElement| {
             let color = colors.light(light.color);
@@ -66,11 +71,16 @@ impl SceneBuilder {
             class: node.known_class().map_or("", |c| c.name),
             ambient: colors.light(m.ambient),
             ambient_intensity: m.ambient_intensity,
-            diffuse: diffuse.into_iter().map(|c| colors.light(c)).collect(),
+            diffuse: material
+                .diffuse
+                .into_iter()
+                .map(|c| colors.light(c))
+                .collect(),
             specular: colors.light(m.specular),
-            emissive: colors.light(emissive),
+            emissive: colors.light(material.emissive),
             shininess: m.shininess,
-            transparency,
+            transparency: material.transparency,
+            alpha,
             refraction: m.refraction,
             physical: PhysicalSurface::of(m),
             base_color: state.is_unlit(),
@@ -97,8 +107,7 @@ impl SceneBuilder {
             thirds: Vec::new(),
             center: Vec3::ZERO,
         };
-        self.scene.census.transparent |= surface.transparency.iter().any(|&t| t > 0.0)
-            || surface.textures().any(|t| t.texture.has_alpha());
+        self.scene.census.transparent |= !surface.is_opaque();
         surface
     }
 
@@ -131,7 +140,11 @@ impl SceneBuilder {
         if element.quality <= 0.0 {
             return None; // quality 0 turns textures off in Inventor
         }
-        let texture = self.decoded(element.node, element.alpha)?;
+        let alpha = match element.alpha {
+            AlphaMode::Mask(_) => AlphaMode::Blend, // the surface compares the product of all opacities
+            other => other,
+        };
+        let texture = self.decoded(element.node, alpha)?;
         Some(TextureUse {
             model: element.model,
             blend_color: self.options.colors.light(element.blend_color),

@@ -1,7 +1,7 @@
 //! Adds a studio to a scene that is being compiled.
 
 use glam::{DVec3, Vec3};
-use ivcam_inventor::traversal::state::{EnvironmentElement, FogKind};
+use ivcam_inventor::traversal::state::{AlphaMode, EnvironmentElement, FogKind};
 
 use super::walk::Compiler;
 use crate::scene::looks::{CornerNormals, Surface};
@@ -60,6 +60,7 @@ impl Compiler<'_> {
             emissive: Vec3::ZERO,
             shininess: 0.0,
             transparency: vec![0.0],
+            alpha: AlphaMode::Blend,
             refraction: 1.0,
             physical: None,
             local_viewer: false,

@@ -1,7 +1,7 @@
 //! The colors of a shape's materials, from the traversal state.
 
 use glam::Vec3;
-use ivcam_inventor::traversal::state::{Binding, Diffuse, State};
+use ivcam_inventor::traversal::state::{AlphaMode, Binding, Diffuse, State};
 
 /// The colors of a shape that may vary between its parts, and those that a highlight changes.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl MaterialColors {
         }
         for t in &mut transparency {
             *t = if t.is_finite() {
-                m.seen_transparency(t.clamp(0.0, 1.0))
+                t.clamp(0.0, 1.0)
             } else {
                 0.0
             };
@@ -59,5 +59,18 @@ impl MaterialColors {
             transparency,
             emissive,
         }
+    }
+
+    /// Whether parts have different opacities.
+    pub(crate) fn has_opacities(&self) -> bool {
+        self.transparency.iter().any(|t| *t != self.transparency[0])
+    }
+
+    /// Returns the colors with transparencies as the meaning of the opacity has them.
+    pub(crate) fn as_seen(mut self, alpha: AlphaMode) -> Self {
+        for t in &mut self.transparency {
+            *t = alpha.seen_transparency(*t);
+        }
+        self
     }
 }

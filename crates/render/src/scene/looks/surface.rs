@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::{
-    EnvironmentElement, MaterialElement, PhysicalElement, TextureModel,
+    AlphaMode, EnvironmentElement, MaterialElement, PhysicalElement, TextureModel,
 };
 
 use super::texture::{Repeat, Texture};
@@ -198,6 +198,8 @@ pub struct Surface {
     pub shininess: f32,
     /// The transparencies from 0 to 1, at least one.
     pub transparency: Vec<f32>,
+    /// What the opacity of a place means, which is that of the material and of the textures.
+    pub alpha: AlphaMode,
     /// The index of refraction of the inside relative to the outside.
     pub refraction: f32,
     /// The physical material, if it is one.
@@ -250,10 +252,10 @@ impl Surface {
     pub(in crate::scene) fn has_look_of(&self, other: &Self) -> bool {
         let colors = |s: &Self| (s.ambient, s.ambient_intensity, s.specular, s.emissive);
         let numbers = |s: &Self| (s.shininess, s.refraction, s.environment, s.lights, s.layer);
+        let opacity = |s: &Self| (s.transparency.clone(), s.alpha);
         let sides = |s: &Self| (s.two_sided, s.culls, s.counterclockwise);
         let kinds = |s: &Self| (s.class, s.base_color, s.casts_shadow, s.on_top);
         let is_plain = |s: &Self| s.textures().next().is_none() && s.clip.is_empty();
-        let lists = |s: &Self| (s.diffuse.clone(), s.transparency.clone());
         is_plain(self)
             && is_plain(other)
             && colors(self) == colors(other)
@@ -261,7 +263,8 @@ impl Surface {
             && sides(self) == sides(other)
             && kinds(self) == kinds(other)
             && self.physical == other.physical
-            && lists(self) == lists(other)
+            && self.diffuse == other.diffuse
+            && opacity(self) == opacity(other)
     }
 
     /// The textures, in the order of their units.

@@ -134,10 +134,15 @@ impl ModelSurface {
     ) -> (Self, Vec<Feature>) {
         let mut features = Vec::new();
         let state = &state.with_factors(images.factors(node, state, report));
-        let colors = MaterialColors::of(state);
         let m = &state.material;
-        let found = state
-            .texture
+        let own = MaterialColors::of(state);
+        let opacity = 1.0 - own.transparency[0];
+        let colors = own.as_seen(m.alpha);
+        let element = state.texture.map(|element| TextureElement {
+            alpha: element.alpha.under(opacity),
+            ..element
+        });
+        let found = element
             .as_ref()
             .filter(|element| element.quality > 0.0)
             .and_then(|e| Some((e, images.of_node(e, report)?)));

@@ -312,13 +312,11 @@ impl GltfReader<'_, '_, '_> {
     }
 }
 
-/// Returns the transparency of the factor of a material's color. It counts if the material is
-/// blended, and decides whether a masked one is there.
+/// Returns the transparency of the factor of a material's color.
 fn transparency(material: &Material) -> f32 {
     let alpha = material.pbr_metallic_roughness.base_color_factor[3];
     match &*material.alpha_mode {
-        "BLEND" => 1.0 - alpha.clamp(0.0, 1.0),
-        "MASK" if alpha < material.alpha_cutoff.unwrap_or(0.5) => 1.0,
+        "BLEND" | "MASK" => 1.0 - alpha.clamp(0.0, 1.0),
         _ => 0.0,
     }
 }
