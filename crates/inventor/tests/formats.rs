@@ -184,6 +184,34 @@ fn a_mistake_in_xml_is_reported_with_its_line() {
     }
 }
 
+/// The version decides whether a texture multiplies the color, and the limits of many fields.
+#[test]
+fn the_version_of_x3d_is_that_of_the_root_element() {
+    let scene = "<Scene><Shape/></Scene></X3D>";
+    let schema = "noNamespaceSchemaLocation='http://x/version-4/a.xsd'";
+    let long = format!("<!-- {} -->", "license ".repeat(2000));
+    let straddling = format!("<X3D version='4.0'><!-- {} -->", "\u{e4}".repeat(9000));
+    let texts = [
+        format!("<X3D version='4.0'>{scene}").into_bytes(),
+        format!("\u{feff}<?xml version='1.0'?>{long}\n{long}<X3D version='4.0'>{scene}").into(),
+        format!("<!-- was <X3D version='3.3'> --><X3D version='4.0'>{scene}").into(),
+        format!("<X3D {schema} profile='a>b' version = '4.0'>{scene}").into(),
+        format!("{straddling}{scene}").into(),
+        format!("{straddling} {scene}")
+            .replacen("<!-- ", "<!--", 1)
+            .into(),
+        [b"<X3D title='\xe4' version='4.0'>", scene.as_bytes()].concat(),
+    ];
+    for text in texts {
+        let format = read(text.clone()).format;
+        assert_eq!(format, "X3D V4.0 XML", "{}", text.escape_ascii());
+    }
+    let of_comments = "# a line\n".repeat(2000) + "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    assert_eq!(read(of_comments).format, "OBJ");
+    let other = b"<!-- <X3D> --><svg></svg>".to_vec();
+    Document::read("a", other, Arc::new(NoFiles), &Limits::default()).expect_err("no scene");
+}
+
 #[test]
 fn attributes_cannot_state_nodes_and_entities_are_not_expanded_again() {
     let text = "<X3D version='3.3'><Scene><Transform translation='0 0 0 } Sphere {'/>\

@@ -11,9 +11,12 @@ use nom::branch::alt;
 use nom::bytes::complete::{tag, take_till, take_till1, take_while, take_while_m_n, take_while1};
 use nom::combinator::{consumed, opt, value, verify};
 use nom::sequence::{pair, preceded};
+use quick_xml::events::Event;
+use quick_xml::reader::Reader;
 
 use super::syntax_error::{Parsed, SyntaxError};
 use crate::grammar::Dialect;
+use crate::iv::encoding::text;
 use crate::iv::limits::Limits;
 
 /// The form in which a file states a scene.
@@ -182,7 +185,7 @@ fn x3d_version(text: &str) -> (u8, u8) {
     parsed.unwrap_or((3, 0))
 }
 
-/// The number of bytes at the beginning of a file among which its format is searched.
+/// The number of bytes among which the format of a file is searched, after leading comments.
 const HEAD: usize = 8192;
 
 /// The names of lists of glTF, of which the beginning of a file has one.
@@ -208,10 +211,7 @@ fn other_format(bytes: &[u8]) -> Option<Header> {
     if start.starts_with(b"ply") && start.get(3).is_some_and(u8::is_ascii_whitespace) {
         return Some(new(Encoding::Ply, (4, 0), "PLY 1.0".into()));
     }
-    if start.starts_with(b"<") && (has(b"<X3D") || has(b"<Scene")) {
-        let version = attribute(head, b"<X3D", b"version")
-            .map(x3d_version)
-            .unwrap_or((3, 0));
+    if let Some(version) = version_in_xml(bytes) {
         let words = format!("X3D V{}.{} XML", version.0, version.1);
         return Some(new(Encoding::Xml, version, words));
     }
@@ -221,20 +221,48 @@ fn other_format(bytes: &[u8]) -> Option<Header> {
     if stl_is_text(bytes) || stl_is_binary(bytes) {
         return Some(new(Encoding::Stl, (4, 0), "STL".into()));
     }
-    is_obj(head).then(|| new(Encoding::Obj, (4, 0), "OBJ".into()))
+    is_obj(bytes).then(|| new(Encoding::Obj, (4, 0), "OBJ".into()))
 }
 
-/// Returns the value of an attribute of the first element that begins with `tag`.
-fn attribute<'a>(head: &'a [u8], tag: &[u8], name: &[u8]) -> Option<&'a str> {
-    let text = std::str::from_utf8(&head[find(head, tag)?..]).ok()?;
-    let element = text.split('>').next()?;
-    let at = find(element.as_bytes(), name)?;
-    let value = element[at + name.len()..]
-        .trim_start()
-        .strip_prefix('=')?
-        .trim_start();
-    let quote = value.chars().next()?;
-    value[1..].split(quote).next()
+/// Returns the version that an X3D file in XML states, or 3.0 if it states none; `None` for other
+/// files. Comments at the beginning may be of any length.
+fn version_in_xml(bytes: &[u8]) -> Option<(u8, u8)> {
+    let start = without_prolog(bytes);
+    if !start.starts_with(b"<") {
+        return None;
+    }
+    let head = text(&start[..start.len().min(HEAD)]);
+    let mut reader = Reader::from_str(&head);
+    reader.config_mut().check_end_names = false;
+    loop {
+        let element = match reader.read_event() {
+            Ok(Event::Start(element) | Event::Empty(element)) => element,
+            Ok(Event::Eof) => return None,
+            Ok(_) => continue,
+            // The reader of the whole file says where it is not well-formed.
+            Err(_) => return head.contains("<X3D").then_some((3, 0)),
+        };
+        if matches!(element.name().into_inner(), "X3D" | "Scene") {
+            let mut attributes = element.attributes();
+            let mut attributes = attributes.with_checks(false).flatten();
+            let version = attributes.find(|attribute| attribute.key.into_inner() == "version");
+            return Some(x3d_version(version.as_ref().map_or("", |a| &a.value)));
+        }
+    }
+}
+
+/// Skips a byte-order mark, the declaration of XML, and comments.
+fn without_prolog(bytes: &[u8]) -> &[u8] {
+    let mut rest = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    loop {
+        rest = rest.trim_ascii_start();
+        let marks: [(&[u8], &[u8]); 2] = [(b"<?", b"?>"), (b"<!--", b"-->")];
+        let end = marks.iter().find(|(begin, _)| rest.starts_with(begin));
+        match end.and_then(|(_, end)| Some(find(rest, end)? + end.len())) {
+            Some(length) => rest = &rest[length..],
+            None => return rest,
+        }
+    }
 }
 
 fn find(text: &[u8], word: &[u8]) -> Option<usize> {
@@ -265,12 +293,11 @@ fn stl_is_binary(bytes: &[u8]) -> bool {
 
 /// Returns whether the first lines are those of an OBJ file: comments and statements, of which one
 /// has a material library, a material, a name, or a point.
-fn is_obj(head: &[u8]) -> bool {
+fn is_obj(bytes: &[u8]) -> bool {
     const NAMES: [&[u8]; 5] = [b"mtllib", b"usemtl", b"o", b"g", b"s"];
-    let mut lines = head.split(|&b| is_line_end(b)).map(<[u8]>::trim_ascii);
-    let mut first = lines
-        .by_ref()
-        .filter(|line| !line.is_empty() && line[0] != b'#');
+    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let lines = bytes.split(|&b| is_line_end(b)).map(<[u8]>::trim_ascii);
+    let mut first = lines.filter(|line| !line.is_empty() && line[0] != b'#');
     let Some(line) = first.next() else {
         return false;
     };
