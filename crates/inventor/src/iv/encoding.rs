@@ -1,12 +1,33 @@
 //! The encoding of text in scene files.
 
-/// Decodes bytes as UTF-8, or as Latin-1 if they are not valid UTF-8.
+/// The characters of the bytes 0x80 to 0x9F in Windows-1252. The five that it leaves undefined are
+/// the control characters of Latin-1, as in the WHATWG's Encoding Standard.
+const WINDOWS_1252: [char; 32] = [
+    '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž', '\u{8f}',
+    '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
+];
+
+/// Decodes bytes as UTF-8, or as Windows-1252, which contains Latin-1, if they are not valid UTF-8.
 pub(super) fn text(bytes: &[u8]) -> String {
     text_of(bytes.to_vec())
 }
 
 /// Decodes bytes as [`text`] does. Valid UTF-8 is not copied.
 pub(super) fn text_of(bytes: Vec<u8>) -> String {
-    String::from_utf8(bytes)
-        .unwrap_or_else(|e| e.as_bytes().iter().map(|&b| char::from(b)).collect())
+    let character = |&byte: &u8| match byte {
+        0x80..=0x9f => WINDOWS_1252[usize::from(byte - 0x80)],
+        _ => char::from(byte),
+    };
+    String::from_utf8(bytes).unwrap_or_else(|e| e.as_bytes().iter().map(character).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_that_are_not_utf_8_are_windows_1252() {
+        assert_eq!(text("Größe €".as_bytes()), "Größe €");
+        assert_eq!(text(b"\x93Gr\xf6\xdfe\x94 \x80\x9d"), "“Größe” €\u{9d}");
+    }
 }
