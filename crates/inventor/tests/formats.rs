@@ -212,6 +212,19 @@ fn the_version_of_x3d_is_that_of_the_root_element() {
     Document::read("a", other, Arc::new(NoFiles), &Limits::default()).expect_err("no scene");
 }
 
+/// Every reader of XML has to accept it: Extensible Markup Language 1.0, section 4.3.3.
+#[test]
+fn x3d_in_utf_16_is_read() {
+    let text = "\u{feff}<X3D version='4.0'><Scene><WorldInfo title='\u{1f600}'/></Scene></X3D>";
+    let units = || text.encode_utf16();
+    for bytes in [
+        units().flat_map(u16::to_le_bytes).collect::<Vec<u8>>(),
+        units().flat_map(u16::to_be_bytes).collect(),
+    ] {
+        assert!(classic(&read_clean(bytes)).contains("\u{1f600}"));
+    }
+}
+
 #[test]
 fn attributes_cannot_state_nodes_and_entities_are_not_expanded_again() {
     let text = "<X3D version='3.3'><Scene><Transform translation='0 0 0 } Sphere {'/>\

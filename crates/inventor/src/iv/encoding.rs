@@ -21,6 +21,18 @@ pub(super) fn text_of(bytes: Vec<u8>) -> String {
     String::from_utf8(bytes).unwrap_or_else(|e| e.as_bytes().iter().map(character).collect())
 }
 
+/// Decodes XML in UTF-16, which begins with a byte-order mark; `None` for other bytes.
+pub(super) fn from_utf16(bytes: &[u8]) -> Option<String> {
+    let number = match bytes.first_chunk()? {
+        [0xff, 0xfe, b'<', 0] => u16::from_le_bytes,
+        [0xfe, 0xff, 0, b'<'] => u16::from_be_bytes,
+        _ => return None,
+    };
+    let units = bytes[2..].as_chunks().0.iter().map(|&unit| number(unit));
+    let text = char::decode_utf16(units).map(|c| c.unwrap_or(char::REPLACEMENT_CHARACTER));
+    Some(text.collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -9,6 +9,7 @@ use super::assemble::{Assembler, FileRead};
 use super::header::{self, Encoding, Header};
 use super::{ascii, binary, formats, upgrade};
 use crate::iv::document::Document;
+use crate::iv::encoding;
 use crate::iv::limits::Limits;
 
 /// Reads one file into a document, which may already contain others. `otherwise` is used if the
@@ -26,6 +27,10 @@ pub(super) fn read_into(
 ) -> Result<FileRead> {
     let is_gzipped = bytes.starts_with(&header::GZIP);
     let (bytes, damage) = header::unpack(bytes, name, limits)?;
+    let bytes = match encoding::from_utf16(&bytes) {
+        Some(text) => FileBytes::Read(text.into_bytes()),
+        None => bytes,
+    };
     let header = match (Header::parse(&bytes, name), otherwise) {
         (Ok(header), _) => header,
         (Err(_), Some(header)) => header,
