@@ -1,6 +1,7 @@
 //! Opens the files that a scene refers to.
 
 use std::collections::{BTreeSet, HashMap};
+use std::ffi::OsStr;
 use std::fmt::Debug;
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -9,6 +10,9 @@ use ivcam_base::diag::{Diagnostic, ErrorKind, Result, excerpt_path};
 use ivcam_base::files::read_file_named;
 use ivcam_base::files::{folder_of, project_of};
 use ivcam_base::platform::real_path;
+
+use super::data_uri::percent;
+use super::encoding::{text, text_of};
 
 /// Opens the files that a scene refers to. A program that reads scenes from somewhere else than the
 /// file system implements this trait.
@@ -101,34 +105,32 @@ impl FolderLoader {
         })
     }
 
-    /// Returns the canonical path of a file below a folder. If the path has no symbolic links below
-    /// the folder, this is the canonical folder followed by the rest of the path.
+    /// Returns the canonical path of a file that is named by its path from a folder. Names that
+    /// are not there as they are written are taken without regard to case.
     fn real_file(&self, base: &Path, tail: &Path) -> Option<PathBuf> {
         let mut path = self.real_folder(base)?;
         for part in tail.components() {
-            let Component::Normal(part) = part else {
-                return real_path(&base.join(tail)).ok();
-            };
-            path.push(part);
-            if path.symlink_metadata().ok()?.is_symlink() {
-                return real_path(&base.join(tail)).ok();
+            match part {
+                Component::Normal(name) => path = entry(&path, name)?,
+                Component::ParentDir => {
+                    path.pop();
+                }
+                Component::CurDir => {}
+                Component::RootDir | Component::Prefix(_) => return None,
             }
         }
         Some(path)
     }
 
-    /// Returns the canonical path of a file below a folder, or `None` if there is no such file.
+    /// Returns the canonical path of a file that is named by its path from a folder, or `None` if
+    /// there is no such file.
     ///
     /// # Errors
     /// Returns the path of a file outside the folders that may be read.
     fn permitted(&self, base: &Path, tail: &Path) -> std::result::Result<Option<PathBuf>, PathBuf> {
-        let real = self.real_file(base, tail);
-        let Some(real) = real.or_else(|| other_case(&base.join(tail))) else {
+        let Some(real) = self.real_file(base, tail).filter(|real| real.is_file()) else {
             return Ok(None);
         };
-        if !real.is_file() {
-            return Ok(None);
-        }
         let mut allowed = self.root.iter().chain(&self.search);
         if allowed.any(|folder| real.starts_with(folder)) {
             Ok(Some(real))
@@ -160,19 +162,25 @@ impl FolderLoader {
     }
 }
 
-/// Finds a file whose name differs only in case. Scenes from file systems that ignore case need
-/// this.
-fn other_case(path: &Path) -> Option<PathBuf> {
-    let name = path.file_name()?.to_str()?;
-    let entries = std::fs::read_dir(path.parent()?).ok()?;
-    let mut names: Vec<PathBuf> = entries.filter_map(|e| e.ok().map(|e| e.path())).collect();
-    names.sort();
-    let same = |p: &PathBuf| {
-        p.file_name()
-            .and_then(|n| n.to_str())
-            .is_some_and(|n| n.eq_ignore_ascii_case(name))
+/// Returns the canonical path of a file or folder of a canonical folder. One whose name differs
+/// only in case is found too, for scenes from file systems that ignore case, and one whose name is
+/// not UTF-8 by the text that a scene of its encoding states.
+fn entry(folder: &Path, name: &OsStr) -> Option<PathBuf> {
+    let path = folder.join(name);
+    let found = match path.symlink_metadata() {
+        Ok(_) => path,
+        Err(_) => {
+            let entries = std::fs::read_dir(folder).ok()?.filter_map(|e| e.ok());
+            let lower = |name: &OsStr| text(name.as_encoded_bytes()).to_lowercase();
+            let name = lower(name);
+            let same = entries.filter(|e| lower(&e.file_name()) == name);
+            same.map(|e| e.path()).min()?
+        }
     };
-    real_path(&names.into_iter().find(same)?).ok()
+    match found.is_symlink() {
+        true => real_path(&found).ok(),
+        false => Some(found),
+    }
 }
 
 /// Returns whether a reference is an absolute path on Unix or Windows.
@@ -184,7 +192,10 @@ pub(super) fn is_absolute(reference: &str) -> bool {
 
 impl Loader for FolderLoader {
     fn load(&self, from: &str, reference: &str) -> Result<(String, Vec<u8>)> {
-        let plain = reference.strip_prefix("file:").unwrap_or(reference);
+        let plain = match reference.split_at_checked(5) {
+            Some((scheme, path)) if scheme.eq_ignore_ascii_case("file:") => path,
+            _ => reference,
+        };
         let plain = plain.strip_prefix("//").unwrap_or(plain);
         if plain.contains("://") || plain.starts_with("urn:") {
             let name = excerpt_path(reference);
@@ -192,11 +203,16 @@ impl Loader for FolderLoader {
             return Err(Diagnostic::error(message));
         }
         let plain = plain.replace('\\', "/");
+        let decoded = text_of(percent(plain.as_bytes()));
+        let mut tails = tails(&plain);
+        if decoded != plain {
+            tails.extend(self::tails(&decoded));
+        }
         let beside = folder_of(Path::new(from));
         let mut bases = vec![beside];
         bases.extend(self.own.iter().chain(&self.search).cloned());
         let mut refused = None;
-        for tail in tails(&plain) {
+        for tail in tails {
             for base in &bases {
                 match self.permitted(base, &tail) {
                     Ok(Some(path)) => return self.read(from, &path),
@@ -281,4 +297,89 @@ fn tails(path: &str) -> Vec<PathBuf> {
         }
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Returns what the references of a scene in a folder of some files open: the names of the
+    /// files, which contain them, or nothing.
+    fn opened<'a>(
+        name: &str,
+        files: &[(&OsStr, &str)],
+        references: &[&'a str],
+    ) -> Vec<(&'a str, String)> {
+        let folder = std::env::temp_dir().join(format!("ivcam-{name}-{}", std::process::id()));
+        for (file, content) in files {
+            let path = folder.join(file);
+            std::fs::create_dir_all(folder_of(&path)).unwrap();
+            std::fs::write(path, content).unwrap();
+        }
+        let scene = folder.join("scenes/a.iv");
+        let loader = FolderLoader::within(&scene, &[], Some(&folder), 1000);
+        let from = scene.to_str().unwrap();
+        let load = |&reference: &&'a str| {
+            let bytes = loader.load(from, reference).map(|(_, bytes)| bytes);
+            (
+                reference,
+                String::from_utf8(bytes.unwrap_or_default()).unwrap(),
+            )
+        };
+        let opened = references.iter().map(load).collect();
+        std::fs::remove_dir_all(folder).unwrap();
+        opened
+    }
+
+    #[test]
+    fn the_whole_path_is_tried_in_any_case_before_its_last_parts() {
+        let files = [
+            (OsStr::new("scenes/parts2/wheel.iv"), "of parts2"),
+            (OsStr::new("scenes/WHEEL.IV"), "another"),
+            (OsStr::new("Common/Ähre.iv"), "of common"),
+        ];
+        let references = [
+            ("PARTS2/WHEEL.IV", "of parts2"),
+            ("../scenes/Parts2/wheel.iv", "of parts2"),
+            ("..\\COMMON\\ähre.IV", "of common"),
+            ("elsewhere/Wheel.iv", "another"),
+            ("parts2/none.iv", ""),
+        ];
+        let names = references.map(|(reference, _)| reference);
+        assert_eq!(
+            opened("cases", &files, &names),
+            references.map(|(name, content)| (name, content.to_owned()))
+        );
+    }
+
+    /// RFC 3986, section 2.1, for the URLs of VRML97 and X3D.
+    #[test]
+    fn urls_are_tried_as_they_are_written_and_then_decoded() {
+        let files = [
+            (OsStr::new("scenes/a b.png"), "decoded"),
+            (OsStr::new("scenes/50%25.png"), "written"),
+            (OsStr::new("scenes/50%.png"), "decoded"),
+        ];
+        let references = [
+            ("a%20b.png", "decoded"),
+            ("FILE:a%20b.png", "decoded"),
+            ("50%25.png", "written"),
+            ("50%.png", "decoded"),
+        ];
+        let names = references.map(|(reference, _)| reference);
+        assert_eq!(
+            opened("urls", &files, &names),
+            references.map(|(name, content)| (name, content.to_owned()))
+        );
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_file_whose_name_is_latin_1_is_found_by_a_scene_in_latin_1() {
+        use std::os::unix::ffi::OsStrExt;
+        let files = [(OsStr::from_bytes(b"scenes/gr\xf6\xdfe.png"), "found")];
+        let reference = text(b"gr\xf6\xdfe.png");
+        let found = opened("latin", &files, &[&reference]);
+        assert_eq!(found[0].1, "found");
+    }
 }
