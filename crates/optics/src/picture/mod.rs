@@ -8,6 +8,7 @@ mod channels;
 mod cryptomatte;
 mod developed;
 mod exr;
+mod jpeg;
 mod raster;
 mod read;
 mod rows;

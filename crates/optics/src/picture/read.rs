@@ -12,7 +12,7 @@ use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_base::work::{Budget, Cut, StopSignal};
 
 use super::raster::{Raster, Samples, check_size};
-use super::{exr, sgi};
+use super::{exr, jpeg, sgi};
 
 impl Raster {
     /// Reads a file of any known format. The content determines the format; only for TGA, which has
@@ -69,13 +69,6 @@ fn decode_other(
     name: &str,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
-    let unreadable = |e: image::ImageError| {
-        let account = Budget::current();
-        match account.stop().cause() {
-            Some(cause) => account.refusal(Cut::Stopped(cause)),
-            None => Diagnostic::error(e.to_string()),
-        }
-    };
     let by_content = image::guess_format(bytes).ok();
     let by_name = || ImageFormat::from_path(name).ok();
     // Only TGA has no signature; a file of any other format is recognized by its content.
@@ -86,6 +79,33 @@ fn decode_other(
                 "known are png, jpeg, tiff, gif, bmp, pnm, tga, sgi (rgb, rgba, bw), exr and hdr",
             ),
         );
+    };
+    let picture = match format == ImageFormat::Jpeg && !jpeg::has_end(bytes) {
+        true => decode_without_end(bytes, ask)?,
+        false => decode_format(bytes, format, ask)?,
+    };
+    // The decoder adds alpha to every GIF, but only one with a transparent color has any.
+    if format == ImageFormat::Gif
+        && let DynamicImage::ImageRgba8(frame) = &picture
+        && frame.pixels().all(|p| p.0[3] == u8::MAX)
+    {
+        return Ok(from_image(DynamicImage::ImageRgb8(picture.to_rgb8())));
+    }
+    Ok(from_image(picture))
+}
+
+/// Decodes a file of a known format.
+fn decode_format(
+    bytes: &[u8],
+    format: ImageFormat,
+    ask: &mut dyn FnMut(u64) -> Result<()>,
+) -> Result<DynamicImage> {
+    let unreadable = |e: image::ImageError| {
+        let account = Budget::current();
+        match account.stop().cause() {
+            Some(cause) => account.refusal(Cut::Stopped(cause)),
+            None => Diagnostic::error(e.to_string()),
+        }
     };
     let reader = || image::ImageReader::with_format(Stoppable::new(bytes), format);
     let (width, height) = reader().into_dimensions().map_err(unreadable)?;
@@ -101,14 +121,26 @@ fn decode_other(
     ask(decoder.total_bytes())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     check_size(picture.width() as usize, picture.height() as usize)?;
-    // The decoder adds alpha to every GIF, but only one with a transparent color has any.
-    if format == ImageFormat::Gif
-        && let DynamicImage::ImageRgba8(frame) = &picture
-        && frame.pixels().all(|p| p.0[3] == u8::MAX)
-    {
-        return Ok(from_image(DynamicImage::ImageRgb8(picture.to_rgb8())));
+    Ok(picture)
+}
+
+/// Decodes a JPEG file without an end marker. Its decoder completes what is missing without an
+/// error, so other bytes are appended: if they change the picture, the file is cut.
+fn decode_without_end(
+    bytes: &[u8],
+    ask: &mut dyn FnMut(u64) -> Result<()>,
+) -> Result<DynamicImage> {
+    let mut followed_by = |more: &[u8]| {
+        let bytes = [bytes, more, &jpeg::END].concat();
+        decode_format(&bytes, ImageFormat::Jpeg, ask)
+    };
+    let picture = followed_by(&[])?;
+    if followed_by(&[0xaa; 64])? == picture {
+        return Ok(picture);
     }
-    Ok(from_image(picture))
+    let error = Diagnostic::error("this JPEG is cut: rows or scans at its end are missing");
+    let error = error.of_kind(ErrorKind::Damaged);
+    Err(error.with_help("its transfer may have been interrupted: get the file again"))
 }
 
 /// The bytes of a picture for a decoder. Reading fails once the work of this thread has to end,
@@ -296,6 +328,26 @@ mod tests {
                 assert!(Raster::decode(&whole[..cut], "x").is_err(), "{format:?}");
             }
         }
+    }
+
+    /// As of a file whose transfer was interrupted.
+    #[test]
+    fn a_jpeg_that_is_cut_is_refused_and_one_without_its_end_marker_is_not() {
+        let picture = image::RgbImage::from_fn(64, 64, |x, y| {
+            image::Rgb([(x * y) as u8, (7 * x) as u8, (9 * y) as u8])
+        });
+        let mut bytes = Cursor::new(Vec::new());
+        picture.write_to(&mut bytes, ImageFormat::Jpeg).unwrap();
+        let bytes = bytes.into_inner();
+        let whole = Raster::decode(&bytes, "a.jpg").unwrap();
+        let without_end = Raster::decode(&bytes[..bytes.len() - 2], "a.jpg").unwrap();
+        assert_eq!(without_end, whole);
+        for cut in [bytes.len() / 2, bytes.len() - 20] {
+            let error = Raster::decode(&bytes[..cut], "a.jpg").unwrap_err();
+            assert!(error.message.contains("is cut"), "{}", error.message);
+        }
+        let more = [&bytes[..], b"what a camera appends"].concat();
+        assert_eq!(Raster::decode(&more, "a.jpg").unwrap(), whole);
     }
 
     #[test]
