@@ -73,6 +73,14 @@ impl EdgeMap {
         }
     }
 
+    /// Returns the map without the pixels that do not count.
+    pub(crate) fn within(mut self, mask: &Mask) -> Self {
+        for (on, counts) in self.on.iter_mut().zip(&mask.counts) {
+            *on &= counts;
+        }
+        self
+    }
+
     /// Returns the number of edge pixels that count.
     pub(crate) fn count(&self, mask: &Mask) -> usize {
         let both = self.on.iter().zip(&mask.counts);

@@ -275,41 +275,24 @@ fn measure(
 ) -> Measures {
     let mse = metric::mse(new, matched, mask);
     let unmatched_mse = metric::mse(new, old, mask);
-    let interior = metric::ssim_interior(new.width, new.height).and(mask);
+    // SSIM's authors average over the windows within the picture.
+    let interior = mask.eroded(metric::SSIM_RADIUS);
     let windows = if interior.pixels() > 0 {
         &interior
     } else {
         mask
     };
-    let [a, b] = [new, matched].map(|p| edges::EdgeMap::of(&p.luma()));
+    let [new, matched] = [new, matched].map(|plate| mask.extended(plate));
+    let [a, b] = [&new, &matched].map(|p| edges::EdgeMap::of(&p.luma()).within(mask));
     Measures {
         mse,
         psnr: metric::psnr(mse),
-        ssim: windows.mean(&metric::ssim(new, matched)),
-        flip: mask.mean(&flip::flip(new, matched, pixels_per_degree)),
-        edges: edges::distance(&a, &b, &inward(mask)),
+        ssim: windows.mean(&metric::ssim(&new, &matched)),
+        flip: mask.mean(&flip::flip(&new, &matched, pixels_per_degree)),
+        // At the border, where the outside creates edges, none is looked for a counterpart.
+        edges: edges::distance(&a, &b, &mask.eroded(2)),
         unmatched_mse,
         unmatched_psnr: metric::psnr(unmatched_mse),
-    }
-}
-
-/// Removes a border of two pixels, where the outside creates edges.
-fn inward(mask: &Mask) -> Mask {
-    let (width, height) = (mask.width as isize, mask.height as isize);
-    let near = |i: usize| {
-        let (x, y) = (i as isize % width, i as isize / width);
-        (-2..=2).all(|dy| {
-            (-2..=2).all(|dx| {
-                let (x, y) = (x + dx, y + dy);
-                (0..width).contains(&x)
-                    && (0..height).contains(&y)
-                    && mask.counts[(y * width + x) as usize]
-            })
-        })
-    };
-    Mask {
-        counts: (0..mask.counts.len()).map(near).collect(),
-        ..*mask
     }
 }
 
@@ -358,6 +341,46 @@ mod tests {
         ] {
             assert!((map.at(x, y) - value).abs() < 1e-4, "{}", map.at(x, y));
         }
+    }
+
+    /// The old pictures differ outside of the crop, and one of the masks has a hole.
+    #[test]
+    fn pixels_that_do_not_count_change_no_measure_and_a_crop_has_those_of_the_cropped_pictures() {
+        let part = |plate: &Plate| {
+            plate.map(|p| crate::plane::Plane::from_fn(40, 30, |x, y| p.at(x + 7, y + 9)))
+        };
+        let mut crop = Mask::all(64, 48);
+        for (i, counts) in crop.counts.iter_mut().enumerate() {
+            *counts = (7..47).contains(&(i % 64)) && (9..39).contains(&(i / 64));
+        }
+        let mut hole = crop.clone();
+        hole.counts[20 * 64 + 20..20 * 64 + 30].fill(false);
+        let measured = |new: &Plate, old: &Plate, mask: Option<&Mask>| {
+            let options = Options {
+                mask: mask.cloned(),
+                ..Options::default()
+            };
+            compare(new, old, &options).unwrap().measures
+        };
+        let (new, old) = (picture(false), picture(true));
+        for mask in [&crop, &hole] {
+            let outside = old.map(|p| {
+                crate::plane::Plane::from_fn(64, 48, |x, y| match mask.counts[y * 64 + x] {
+                    true => p.at(x, y),
+                    false => ((x * 3 + y) % 5) as f32 / 5.0,
+                })
+            });
+            let [a, b] = [&old, &outside].map(|old| measured(&new, old, Some(mask)));
+            assert_eq!(a, b);
+        }
+        let [a, b] = [
+            measured(&new, &old, Some(&crop)),
+            measured(&part(&new), &part(&old), None),
+        ];
+        assert!((a.ssim - b.ssim).abs() < 1e-6, "{a:?} {b:?}");
+        assert!((a.flip - b.flip).abs() < 1e-6, "{a:?} {b:?}");
+        let [a, b] = [a, b].map(|m| m.edges.unwrap());
+        assert!((a.mean - b.mean).abs() < 0.1, "{a:?} {b:?}");
     }
 
     #[test]

@@ -59,6 +59,47 @@ impl Mask {
         self
     }
 
+    /// Returns the pixels whose surroundings, up to a distance along x and y, count too and are
+    /// within the picture.
+    pub(crate) fn eroded(&self, distance: usize) -> Self {
+        let (width, height) = (self.width, self.height);
+        let across = |i: usize| {
+            let x = i % width;
+            let is_inside = x >= distance && x + distance < width;
+            is_inside && self.counts[i - distance..=i + distance].iter().all(|c| *c)
+        };
+        let rows: Vec<bool> = (0..self.counts.len()).map(across).collect();
+        let down = |i: usize| {
+            let y = i / width;
+            let is_inside = y >= distance && y + distance < height;
+            is_inside && (y - distance..=y + distance).all(|y| rows[y * width + i % width])
+        };
+        Self {
+            counts: (0..rows.len()).map(down).collect(),
+            ..*self
+        }
+    }
+
+    /// Returns a picture in which each pixel that does not count is the nearest one that does, in
+    /// its column, or in the nearest column with any. Around a rectangle this is what filters take
+    /// beyond the border of a picture, so that its measures are those of the cropped picture.
+    pub(crate) fn extended(&self, plate: &Plate) -> Plate {
+        if self.counts.iter().all(|counts| *counts) {
+            return plate.clone();
+        }
+        let (width, height) = (self.width, self.height);
+        let column = |x: usize| nearest(height, |y| self.counts[y * width + x]);
+        let rows: Vec<Vec<usize>> = (0..width).map(column).collect();
+        let columns = nearest(width, |x| !rows[x].is_empty());
+        let at = |x: usize, y: usize| (columns[x], rows[columns[x]][y]);
+        plate.map(|plane| {
+            Plane::from_fn(width, height, |x, y| {
+                let (x, y) = at(x, y);
+                plane.at(x, y)
+            })
+        })
+    }
+
     /// Returns the mean of a plane over the pixels that count.
     pub(crate) fn mean(&self, plane: &Plane) -> f64 {
         let sum: f64 = self.kept(plane).map(f64::from).sum();
@@ -70,6 +111,17 @@ impl Mask {
         let pairs = plane.values.iter().zip(&self.counts);
         pairs.filter(|(_, c)| **c).map(|(v, _)| *v)
     }
+}
+
+/// Returns the nearest place that counts of each of `number` places; nothing if none counts.
+fn nearest(number: usize, counts: impl Fn(usize) -> bool) -> Vec<usize> {
+    let all: Vec<usize> = (0..number).filter(|&i| counts(i)).collect();
+    let of = |i: usize| {
+        let next = all.partition_point(|&place| place < i);
+        let around = all[next.saturating_sub(1)..].iter().take(2);
+        around.copied().min_by_key(|place| place.abs_diff(i))
+    };
+    (0..number).filter_map(of).collect()
 }
 
 /// Returns the mean square error over all channels.
@@ -87,12 +139,15 @@ pub(crate) fn psnr(mse: f64) -> f64 {
     -10.0 * libm::log10(mse)
 }
 
+/// The distance in pixels from the middle of a window of [`ssim`] to its sides.
+pub(crate) const SSIM_RADIUS: usize = 5;
+
 /// Returns the structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh,
 /// Simoncelli 2004), with an 11×11 Gaussian window of σ = 1.5, K1 = 0.01, K2 = 0.03, and range 1.
 pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
     const C1: f32 = 0.01 * 0.01;
     const C2: f32 = 0.03 * 0.03;
-    let kernel = gaussian(1.5, 5);
+    let kernel = gaussian(1.5, SSIM_RADIUS);
     let mean = |p: &Plane| p.filtered(&kernel, &kernel);
     let (a, b) = (new.luma(), old.luma());
     let (ma, mb) = (mean(&a), mean(&b));
@@ -105,19 +160,6 @@ pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
         let cov = ab.at(x, y) - ma * mb;
         (2.0 * ma * mb + C1) * (2.0 * cov + C2) / ((ma * ma + mb * mb + C1) * (va + vb + C2))
     })
-}
-
-/// Returns the pixels whose SSIM window lies within the picture, over which its authors average;
-/// all pixels if the picture is no larger than the window.
-pub(crate) fn ssim_interior(width: usize, height: usize) -> Mask {
-    let mut mask = Mask::all(width, height);
-    if width > 10 && height > 10 {
-        for (i, counts) in mask.counts.iter_mut().enumerate() {
-            let (x, y) = (i % width, i / width);
-            *counts = (5..width - 5).contains(&x) && (5..height - 5).contains(&y);
-        }
-    }
-    mask
 }
 
 #[cfg(test)]
