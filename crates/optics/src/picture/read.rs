@@ -12,7 +12,7 @@ use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_base::work::{Budget, Cut, StopSignal};
 
 use super::raster::{Raster, Samples, check_size};
-use super::{exr, jpeg, sgi};
+use super::{exr, jpeg, sgi, tiff};
 
 impl Raster {
     /// Reads a file of any known format. The content determines the format; only for TGA, which has
@@ -69,7 +69,10 @@ fn decode_other(
     name: &str,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
-    let by_content = image::guess_format(bytes).ok();
+    let by_content = match tiff::is_big(bytes) {
+        true => Some(ImageFormat::Tiff),
+        false => image::guess_format(bytes).ok(),
+    };
     let by_name = || ImageFormat::from_path(name).ok();
     // Only TGA has no signature; a file of any other format is recognized by its content.
     let format = by_content.or_else(|| by_name().filter(|f| *f == ImageFormat::Tga));
@@ -121,6 +124,17 @@ fn decode_format(
     ask(decoder.total_bytes())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     check_size(picture.width() as usize, picture.height() as usize)?;
+    // The decoder takes integers for floating-point numbers.
+    if format == ImageFormat::Tiff
+        && matches!(
+            picture,
+            DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+        )
+        && tiff::first_short(bytes, tiff::SAMPLE_FORMAT) != Some(tiff::FLOATING_POINT)
+    {
+        let error = Diagnostic::unsupported("a TIFF with integers of 32 bits is not read");
+        return Err(error.with_help("convert it to 16 bits or to floating-point numbers"));
+    }
     Ok(picture)
 }
 

@@ -1,7 +1,7 @@
 //! TIFF pictures, and TIFF directories, of which a JPEG's EXIF data consist.
 //!
-//! Numbers are big-endian. Pictures are not compressed and have one strip. `ImageDescription` is
-//! the command and `Software` the program.
+//! What is written is big-endian. Pictures are not compressed and have one strip.
+//! `ImageDescription` is the command and `Software` the program.
 
 use std::io::Write;
 
@@ -15,6 +15,51 @@ const EXIF_TEXT: usize = 30_000;
 
 /// The header: big-endian, and the directory follows.
 const HEADER: &[u8] = b"MM\0*\0\0\0\x08";
+
+/// The tag SampleFormat, and its value for numbers of IEEE 754 (TIFF 6.0, section 19).
+pub(super) const SAMPLE_FORMAT: u16 = 0x0153;
+pub(super) const FLOATING_POINT: u16 = 3;
+
+/// Returns whether a file is a BigTIFF, whose addresses have 64 bits.
+pub(super) fn is_big(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"II+\0") || bytes.starts_with(b"MM\0+")
+}
+
+/// Returns the first value of a tag with 16-bit values in the first directory of a TIFF or BigTIFF
+/// file; `None` if it is not there.
+pub(super) fn first_short(bytes: &[u8], tag: u16) -> Option<u16> {
+    let number = |at: u64, size: u64| {
+        let at = usize::try_from(at).ok()?;
+        let part = bytes.get(at..)?.get(..size as usize)?;
+        let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+        Some(match bytes[0] {
+            b'I' => part.iter().rev().fold(0, add),
+            _ => part.iter().fold(0, add),
+        })
+    };
+    // The sizes of an address, of the number of entries, and of an entry.
+    let (address, count, entry) = match is_big(bytes) {
+        true => (8, 8, 20),
+        false => (4, 2, 12),
+    };
+    let directory = number(address, address)?;
+    let mut at = directory.checked_add(count)?;
+    for _ in 0..number(directory, count)? {
+        if number(at, 2)? == u64::from(tag) {
+            let values = at + 4 + address;
+            // Values that are no longer than an address take its place.
+            let is_here = number(at + 4, address)?.saturating_mul(2) <= address;
+            let place = if is_here {
+                values
+            } else {
+                number(values, address)?
+            };
+            return Some(number(place, 2)? as u16);
+        }
+        at += entry;
+    }
+    None
+}
 
 /// An entry of a directory. Its values are in the file's order of bytes.
 struct TagEntry {
@@ -168,4 +213,68 @@ pub(super) fn write_rows(
     }
     to.write_all(&head(length as u32))?;
     write_levels(heading, depth, rows, to)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::Raster;
+
+    /// Returns a picture of one pixel with three 32-bit samples.
+    fn one_pixel(sample: [u8; 4], sample_format: Option<u16>) -> Vec<u8> {
+        let file = |strip: u32| {
+            let mut entries = vec![
+                TagEntry::long(0x0100, 1),
+                TagEntry::long(0x0101, 1),
+                TagEntry::shorts(0x0102, &[32; 3]),
+                TagEntry::shorts(0x0103, &[1]),
+                TagEntry::shorts(0x0106, &[2]),
+                TagEntry::long(0x0111, strip),
+                TagEntry::shorts(0x0115, &[3]),
+                TagEntry::long(0x0116, 1),
+                TagEntry::long(0x0117, 12),
+            ];
+            entries.extend(sample_format.map(|n| TagEntry::shorts(SAMPLE_FORMAT, &[n; 3])));
+            directory(entries)
+        };
+        let strip = file(0).len() as u32;
+        [file(strip), sample.repeat(3)].concat()
+    }
+
+    #[test]
+    fn samples_of_32_bits_are_read_only_if_they_are_floating_point_numbers() {
+        let half = one_pixel(0.5_f32.to_be_bytes(), Some(FLOATING_POINT));
+        assert_eq!(Raster::decode(&half, "a.tif").unwrap().color(0), [0.5; 3]);
+        for format in [None, Some(1), Some(2)] {
+            let gray = one_pixel((1_u32 << 31).to_be_bytes(), format);
+            Raster::decode(&gray, "a.tif").expect_err("integers");
+        }
+    }
+
+    #[test]
+    fn a_big_tiff_is_read() {
+        let mut file = b"II+\0\x08\0\0\0\x10\0\0\0\0\0\0\0".to_vec();
+        let entries: [[u16; 2]; 8] = [
+            [0x0100, 1],
+            [0x0101, 1],
+            [0x0102, 8],
+            [0x0103, 1],
+            [0x0106, 1],
+            [0x0111, 192],
+            [0x0115, 1],
+            [0x0117, 1],
+        ];
+        file.extend(8_u64.to_le_bytes());
+        for [tag, value] in entries {
+            file.extend([tag.to_le_bytes(), 3_u16.to_le_bytes()].concat());
+            file.extend(1_u64.to_le_bytes());
+            file.extend(u64::from(value).to_le_bytes());
+        }
+        file.extend(0_u64.to_le_bytes());
+        assert_eq!(file.len(), 192);
+        file.push(51);
+        let raster = Raster::decode(&file, "a.tif").unwrap();
+        assert_eq!(raster.color(0), [0.2; 3]);
+        assert_eq!(first_short(&file, 0x0102), Some(8));
+    }
 }
