@@ -6,6 +6,7 @@
 use std::io::{BufRead, Cursor, Read, Seek, SeekFrom};
 use std::path::Path;
 
+use image::metadata::Orientation;
 use image::{DynamicImage, ImageDecoder, ImageFormat};
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
 use ivcam_base::files::{MAX_PICTURE, read_file};
@@ -16,16 +17,19 @@ use super::{exr, jpeg, sgi, tiff};
 
 impl Raster {
     /// Reads a file of any known format. The content determines the format; only for TGA, which has
-    /// no signature, the name does.
+    /// no signature, the name does. A picture whose file states how it has to be turned
+    /// (`Orientation` of EXIF and TIFF) is turned.
     ///
     /// # Errors
     /// Fails if the file cannot be read, or is not a picture.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = read_file(path, MAX_PICTURE)?;
-        Self::decode(&bytes, &path.to_string_lossy())
+        let name = path.to_string_lossy();
+        Self::decode_turned(&bytes, &name, Turn::Upright, &mut |_| Ok(()))
     }
 
-    /// Decodes a file's bytes. `name` is for messages and for formats without a signature.
+    /// Decodes a file's bytes, as a texture has them: pixels are not turned. `name` is for messages
+    /// and for formats without a signature.
     ///
     /// # Errors
     /// Fails if the bytes are not a picture, or one that is broken or too large.
@@ -43,12 +47,21 @@ impl Raster {
         name: &str,
         ask: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<Self> {
+        Self::decode_turned(bytes, name, Turn::AsStored, ask)
+    }
+
+    fn decode_turned(
+        bytes: &[u8],
+        name: &str,
+        turn: Turn,
+        ask: &mut dyn FnMut(u64) -> Result<()>,
+    ) -> Result<Self> {
         let decoded = if bytes.starts_with(&sgi::MAGIC) {
             sgi::decode(bytes, ask)
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             exr::decode(bytes, ask)
         } else {
-            decode_other(bytes, name, ask)
+            decode_other(bytes, name, turn, ask)
         };
         decoded.map_err(|mut e| {
             if e.kind != ErrorKind::Limit {
@@ -59,6 +72,13 @@ impl Raster {
     }
 }
 
+/// Whether the orientation that a file states is applied.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Turn {
+    AsStored,
+    Upright,
+}
+
 /// The largest number of bytes that a decoder may allocate for any picture, and for each pixel.
 const DECODER_BASE: u64 = 16 << 20;
 const DECODER_PIXEL: u64 = 32;
@@ -67,6 +87,7 @@ const DECODER_PIXEL: u64 = 32;
 fn decode_other(
     bytes: &[u8],
     name: &str,
+    turn: Turn,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
     let by_content = match tiff::is_big(bytes) {
@@ -83,10 +104,13 @@ fn decode_other(
             ),
         );
     };
-    let picture = match format == ImageFormat::Jpeg && !jpeg::has_end(bytes) {
+    let (mut picture, orientation) = match format == ImageFormat::Jpeg && !jpeg::has_end(bytes) {
         true => decode_without_end(bytes, ask)?,
         false => decode_format(bytes, format, ask)?,
     };
+    if turn == Turn::Upright {
+        picture.apply_orientation(orientation);
+    }
     // The decoder adds alpha to every GIF, but only one with a transparent color has any.
     if format == ImageFormat::Gif
         && let DynamicImage::ImageRgba8(frame) = &picture
@@ -97,12 +121,12 @@ fn decode_other(
     Ok(from_image(picture))
 }
 
-/// Decodes a file of a known format.
+/// Decodes a file of a known format, and returns the orientation that it states too.
 fn decode_format(
     bytes: &[u8],
     format: ImageFormat,
     ask: &mut dyn FnMut(u64) -> Result<()>,
-) -> Result<DynamicImage> {
+) -> Result<(DynamicImage, Orientation)> {
     let unreadable = |e: image::ImageError| {
         let account = Budget::current();
         match account.stop().cause() {
@@ -120,7 +144,9 @@ fn decode_format(
     // A GIF's frame may be larger than the picture that its header states.
     limits.max_alloc = Some(DECODER_BASE + DECODER_PIXEL * u64::from(width) * u64::from(height));
     reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(unreadable)?;
+    let mut decoder = reader.into_decoder().map_err(unreadable)?;
+    // A picture whose EXIF data are damaged is as it is stored.
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
     ask(decoder.total_bytes())?;
     let picture = DynamicImage::from_decoder(decoder).map_err(unreadable)?;
     check_size(picture.width() as usize, picture.height() as usize)?;
@@ -135,7 +161,7 @@ fn decode_format(
         let error = Diagnostic::unsupported("a TIFF with integers of 32 bits is not read");
         return Err(error.with_help("convert it to 16 bits or to floating-point numbers"));
     }
-    Ok(picture)
+    Ok((picture, orientation))
 }
 
 /// Decodes a JPEG file without an end marker. Its decoder completes what is missing without an
@@ -143,7 +169,7 @@ fn decode_format(
 fn decode_without_end(
     bytes: &[u8],
     ask: &mut dyn FnMut(u64) -> Result<()>,
-) -> Result<DynamicImage> {
+) -> Result<(DynamicImage, Orientation)> {
     let mut followed_by = |more: &[u8]| {
         let bytes = [bytes, more, &jpeg::END].concat();
         decode_format(&bytes, ImageFormat::Jpeg, ask)
@@ -342,6 +368,26 @@ mod tests {
                 assert!(Raster::decode(&whole[..cut], "x").is_err(), "{format:?}");
             }
         }
+    }
+
+    /// A scan that its camera or scanner says to turn by 90 degrees clockwise (EXIF 2.3, table 6).
+    #[test]
+    fn an_archival_picture_is_turned_as_its_file_states_and_a_texture_is_not() {
+        let mut bytes = Cursor::new(Vec::new());
+        let picture = image::RgbImage::from_fn(16, 8, |x, _| image::Rgb([x as u8 * 16; 3]));
+        let mut encoder = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut bytes, 100);
+        let exif = b"MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0";
+        image::ImageEncoder::set_exif_metadata(&mut encoder, exif.to_vec()).unwrap();
+        encoder.encode_image(&picture).unwrap();
+        let bytes = bytes.into_inner();
+        let stored = Raster::decode(&bytes, "a.jpg").unwrap();
+        assert_eq!((stored.width, stored.height), (16, 8));
+        let path = std::env::temp_dir().join(format!("ivcam-turned-{}.jpg", std::process::id()));
+        std::fs::write(&path, bytes).unwrap();
+        let turned = Raster::open(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        assert_eq!((turned.width, turned.height), (8, 16));
+        assert_eq!(turned.color(15 * 8), stored.color(7 * 16 + 15));
     }
 
     /// As of a file whose transfer was interrupted.
