@@ -29,8 +29,13 @@ pub fn exr_text(bytes: &[u8], name: &str) -> Option<String> {
     }
 }
 
-/// Decodes the first layer: R, G and B if it has them, otherwise its first channel as gray. `ask`
-/// gets the bytes of memory that this needs.
+type Layer = exr::Layer<exr::AnyChannels<exr::FlatSamples>>;
+type Channel = exr::AnyChannel<exr::FlatSamples>;
+/// The channels of a picture, and the part of the file that has them.
+type Choice<'a> = (&'a Layer, Vec<&'a Channel>);
+
+/// Decodes the picture of a file: see [`picture_of`]. It has the size of the display window, and is
+/// black where that has no data. `ask` gets the bytes of memory that this needs.
 pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Result<Raster> {
     let unreadable =
         |e: ::exr::error::Error| Diagnostic::error(format!("this EXR is not readable: {e}"));
@@ -38,45 +43,115 @@ pub(super) fn decode(bytes: &[u8], ask: &mut dyn FnMut(u64) -> Result<()>) -> Re
     for header in &meta.headers {
         let (width, height) = (header.layer_size.0, header.layer_size.1);
         check_size(width, height)?;
-        // The samples of the file, planes of 32 bits, and the samples of the raster.
-        let bytes = 12 * header.channels.list.len();
+        // The samples of the file, and planes of 32 bits.
+        let bytes = 8 * header.channels.list.len();
         ask((width * height) as u64 * bytes as u64)?;
     }
     let image = exr::read()
         .no_deep_data()
         .largest_resolution_level()
         .all_channels()
-        .first_valid_layer()
+        .all_layers()
         .all_attributes()
         .non_parallel()
         .from_buffered(Cursor::new(bytes))
         .map_err(unreadable)?;
-    let layer = &image.layer_data;
-    let (width, height) = (layer.size.0, layer.size.1);
-    check_size(width, height)?;
-    let list = &layer.channel_data.list;
-    let find = |name: &str| list.iter().find(|c| c.name.to_string() == name);
-    let chosen: Vec<_> = match (find("R"), find("G"), find("B"), find("A")) {
-        (Some(r), Some(g), Some(b), Some(a)) => vec![r, g, b, a],
-        (Some(r), Some(g), Some(b), None) => vec![r, g, b],
-        _ => find("Y").or(list.first()).into_iter().collect(),
-    };
-    let planes: Vec<Vec<f32>> = chosen
+    let window = image.attributes.display_window;
+    check_size(window.size.0, window.size.1)?;
+    let (layer, channels) = picture_of(&image.layer_data)?;
+    ask((window.size.0 * window.size.1) as u64 * 4 * channels.len() as u64)?;
+    let planes: Vec<Vec<f32>> = channels
         .iter()
         .map(|c| c.sample_data.values_as_f32().collect())
         .collect();
-    if planes.is_empty() || planes.iter().any(|p| p.len() != width * height) {
+    let (width, height) = (layer.size.0, layer.size.1);
+    if planes.iter().any(|p| p.len() != width * height) {
         return Err(Diagnostic::error(
             "this EXR has no channel of full size to read",
         ));
     }
-    let samples = (0..width * height).flat_map(|i| planes.iter().map(move |p| p[i]));
     Ok(Raster {
-        width: width as u32,
-        height: height as u32,
+        width: window.size.0 as u32,
+        height: window.size.1 as u32,
         channels: planes.len(),
-        samples: Samples::F32(samples.collect()),
+        samples: Samples::F32(in_window(&planes, layer, window)),
     })
+}
+
+/// Returns the samples of the planes of a layer in a window, 0 where the layer has none.
+fn in_window(planes: &[Vec<f32>], layer: &Layer, window: exr::IntegerBounds) -> Vec<f32> {
+    // The place in the planes of a column or row of the display window.
+    let place = |at: usize, window: i32, data: i32, size: usize| {
+        let place = at as i64 + i64::from(window) - i64::from(data);
+        usize::try_from(place).ok().filter(|place| *place < size)
+    };
+    let (from, to) = (window.position, layer.attributes.layer_position);
+    let pixel = |i: usize| {
+        let x = place(i % window.size.0, from.0, to.0, layer.size.0)?;
+        let y = place(i / window.size.0, from.1, to.1, layer.size.1)?;
+        Some(y * layer.size.0 + x)
+    };
+    let mut samples = Vec::with_capacity(window.size.0 * window.size.1 * planes.len());
+    for i in 0..window.size.0 * window.size.1 {
+        let at = pixel(i);
+        samples.extend(planes.iter().map(|plane| at.map_or(0.0, |at| plane[at])));
+    }
+    samples
+}
+
+fn channels(layer: &Layer) -> &[Channel] {
+    &layer.channel_data.list
+}
+
+/// Returns a channel by its name in any letter case.
+fn channel<'a>(layer: &'a Layer, name: &str) -> Option<&'a Channel> {
+    let mut channels = channels(layer).iter();
+    channels.find(|c| c.name.to_string().eq_ignore_ascii_case(name))
+}
+
+/// Returns the channels R, G, B and perhaps A behind a prefix.
+fn colors<'a>(layer: &'a Layer, prefix: &str) -> Option<Choice<'a>> {
+    let named = |letter| channel(layer, &format!("{prefix}{letter}"));
+    let rgb: Option<Vec<_>> = ["R", "G", "B"].into_iter().map(named).collect();
+    Some((layer, rgb?.into_iter().chain(named("A")).collect()))
+}
+
+/// Finds the channels that are the picture of a file: R, G, B and perhaps A of the first part with
+/// these, otherwise those of the only layer with a name, such as `Combined.R`. Without either they
+/// are Y, or the only channel. Names may be in any letter case.
+///
+/// # Errors
+/// Returns an error that lists the channels if they are not known to be a picture.
+fn picture_of(layers: &[Layer]) -> Result<Choice<'_>> {
+    if let Some(found) = layers.iter().find_map(|layer| colors(layer, "")) {
+        return Ok(found);
+    }
+    let of_layer = |layer| channels(layer).iter().map(move |channel| (layer, channel));
+    let all: Vec<(&Layer, &Channel)> = layers.iter().flat_map(of_layer).collect();
+    let mut named = all.iter().filter_map(|(layer, channel)| {
+        let name = channel.name.to_string();
+        let prefix = name.strip_suffix(['R', 'r'])?;
+        colors(layer, prefix.strip_suffix('.').map(|_| prefix)?)
+    });
+    if let (Some(found), None) = (named.next(), named.next()) {
+        return Ok(found);
+    }
+    let luminance = layers
+        .iter()
+        .find_map(|layer| Some((layer, channel(layer, "Y")?)));
+    let only = match all[..] {
+        [only] => Some(only),
+        _ => None,
+    };
+    if let Some((layer, channel)) = luminance.or(only) {
+        return Ok((layer, vec![channel]));
+    }
+    let names: Vec<String> = all.iter().map(|(_, c)| format!("`{}`", c.name)).collect();
+    let error = format!(
+        "this EXR has no channels that are known to be its picture: it has {}",
+        names.join(", ")
+    );
+    Err(Diagnostic::unsupported(error).with_help("save the picture as R, G and B, or as Y"))
 }
 
 /// The number of blocks that are compressed before they are written.
@@ -255,4 +330,98 @@ fn write_layer<'a>(
         .to_buffered(&mut bytes)
         .map_err(std::io::Error::other)?;
     file.write_all(bytes.get_ref())
+}
+
+#[cfg(test)]
+mod tests {
+    use ::exr::prelude::WritableImage as _;
+
+    use super::*;
+
+    /// Returns the channels of the picture of a file of 2x1 pixels with some parts, by the values
+    /// 1, 2, 3 ... of all channels in their order, or the error.
+    fn read(parts: &[&[&str]]) -> std::result::Result<Vec<f32>, String> {
+        let mut value = 0.0;
+        let mut channel = |name: &&str| {
+            value += 1.0;
+            exr::AnyChannel::new(*name, exr::FlatSamples::F32(vec![value; 2]))
+        };
+        let mut layer = |(i, names): (usize, &&[&str])| {
+            let channels = names.iter().map(&mut channel).collect();
+            let attributes = exr::LayerAttributes::named(format!("part {i}").as_str());
+            let encoding = exr::Encoding::UNCOMPRESSED;
+            exr::Layer::new(
+                (2, 1),
+                attributes,
+                encoding,
+                exr::AnyChannels::sort(channels),
+            )
+        };
+        let layers: exr::Layers<_> = parts.iter().enumerate().map(&mut layer).collect();
+        let window = exr::IntegerBounds::from_dimensions((2, 1));
+        let image = exr::Image::from_layers(exr::ImageAttributes::new(window), layers);
+        let mut bytes = Cursor::new(Vec::new());
+        image
+            .write()
+            .non_parallel()
+            .to_buffered(&mut bytes)
+            .unwrap();
+        let raster = decode(&bytes.into_inner(), &mut |_| Ok(())).map_err(|e| e.message)?;
+        Ok((0..raster.channels).map(|c| raster.sample(1, c)).collect())
+    }
+
+    #[test]
+    fn the_picture_of_a_file_is_found_among_parts_and_layers_or_it_is_refused() {
+        let blender = [
+            "V.Combined.A",
+            "V.Combined.B",
+            "V.Combined.G",
+            "V.Combined.R",
+            "V.Depth.Z",
+        ];
+        assert_eq!(read(&[&blender]), Ok(vec![4.0, 3.0, 2.0, 1.0]));
+        assert_eq!(read(&[&["Z"], &["B", "G", "R"]]), Ok(vec![4.0, 3.0, 2.0]));
+        assert_eq!(read(&[&["b", "g", "r"]]), Ok(vec![3.0, 2.0, 1.0]));
+        assert_eq!(
+            read(&[&["a.B", "a.G", "a.R"], &["B", "G", "R"]]),
+            Ok(vec![6.0, 5.0, 4.0])
+        );
+        assert_eq!(read(&[&["Y", "Z"]]), Ok(vec![1.0]));
+        assert_eq!(read(&[&["depth.Z"]]), Ok(vec![1.0]));
+        for parts in [
+            ["G", "R"].as_slice(),
+            &["a.B", "a.G", "a.R", "b.B", "b.G", "b.R"],
+        ] {
+            let error = read(&[parts]).expect_err("no picture");
+            let names: Vec<String> = parts.iter().map(|name| format!("`{name}`")).collect();
+            assert!(error.contains(&names.join(", ")), "{error}");
+        }
+    }
+
+    /// The data window of a crop is smaller than the display window, that of an overscan larger.
+    #[test]
+    fn the_data_lie_in_the_display_window() {
+        let read = |position: (i32, i32), window: exr::IntegerBounds| {
+            let samples = exr::FlatSamples::F32((1..=12).map(|i| i as f32).collect());
+            let channels = exr::AnyChannels::sort(vec![exr::AnyChannel::new("Y", samples)].into());
+            let mut attributes = exr::LayerAttributes::named("");
+            attributes.layer_position = position.into();
+            let encoding = exr::Encoding::UNCOMPRESSED;
+            let layer = exr::Layer::new((4, 3), attributes, encoding, channels);
+            let attributes = exr::ImageAttributes::new(window);
+            let image = exr::Image::from_layers(attributes, vec![layer]);
+            let mut bytes = Cursor::new(Vec::new());
+            image
+                .write()
+                .non_parallel()
+                .to_buffered(&mut bytes)
+                .unwrap();
+            let raster = decode(&bytes.into_inner(), &mut |_| Ok(())).unwrap();
+            let samples: Vec<f32> = (0..raster.pixels()).map(|i| raster.sample(i, 0)).collect();
+            (raster.width, raster.height, samples)
+        };
+        let window = exr::IntegerBounds::new((10, 20), (2, 2));
+        assert_eq!(read((9, 19), window), (2, 2, vec![6.0, 7.0, 10.0, 11.0]));
+        assert_eq!(read((11, 21), window), (2, 2, vec![0.0, 0.0, 0.0, 1.0]));
+    }
 }
