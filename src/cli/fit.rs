@@ -1,7 +1,7 @@
 //! `ivcam compare SCENE PICTURE --fit FILE.dat`: finds the camera pose of an archival picture.
 
 use std::io::{IsTerminal, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::ArgMatches;
@@ -17,7 +17,8 @@ use crate::compare::lens_ranking::{ANY, LensQuestion, LensRanking, with_focal_le
 use crate::compare::{Mask, Plate, Selection};
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
-/// Fits the camera to the selected pixels, writes it to `file`, and returns the best rendering.
+/// Fits the camera to the selected pixels, writes it to `file`, and returns the best rendering. A
+/// refused camera is not written.
 ///
 /// # Errors
 /// Returns an error if an option or the scene is invalid, if the fit fails, or if a file cannot be
@@ -52,11 +53,12 @@ pub(crate) fn run(
     }
     let said = session.sink.items().len();
     let (limit, clock) = (fit.limit(), Instant::now());
-    let mut kept = Ok(());
+    let best_so_far = best_so_far(file);
     let mut report = |step: &FitStep<'_>| {
-        // Every improvement is kept, so that an interrupted fit leaves its best camera.
+        // Every improvement is kept, so that an interrupted fit leaves its best camera. Where no
+        // file can be beside `file`, which may be a device, none is kept.
         let text = fit.camera_text(step.values);
-        kept = write_whole(file, |f| f.write_all(text.as_bytes()));
+        let _ = write_whole(&best_so_far, |f| f.write_all(text.as_bytes()));
         let (width, height) = step.size;
         let residual = 100.0 * step.cost.max(0.0).sqrt();
         let taken = clock.elapsed();
@@ -76,11 +78,23 @@ pub(crate) fn run(
     bar.finish_and_clear();
     let news = session.sink.items()[said..].iter();
     print_first(news.filter(|d| d.severity >= Severity::Warning));
-    let (found, ()) = (found?, kept?);
-    write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
+    let written = found.and_then(|found| {
+        write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
+        Ok(found)
+    });
+    // The fit may have ended before its first improvement.
+    let _ = std::fs::remove_file(&best_so_far);
+    let found = written?;
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found.rendering)
+}
+
+/// Returns the file that has the best camera while a fit goes on.
+fn best_so_far(file: &Path) -> PathBuf {
+    let mut name = file.as_os_str().to_os_string();
+    name.push(".part");
+    name.into()
 }
 
 /// Replaces the lens of a plan by a pinhole if it stands for every shipped one, and returns what

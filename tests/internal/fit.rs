@@ -178,8 +178,11 @@ fn a_picture_of_something_else_is_refused() {
     let [png, found] = ["other.png", "found.dat"].map(|n| folder.path(n));
     let common = "--lens none --size 96x64 --samples 4 --quiet";
     assert_eq!(ivcam(&format!("render {other} -o {png} {common}"), &[]), 0);
+    std::fs::write(&found, "of another fit").unwrap();
     let fit = format!("compare {scene} {png} --camera {camera} --fit {found} {common}");
     assert_eq!(ivcam(&fit, &[]), 2);
+    assert_eq!(std::fs::read_to_string(&found).unwrap(), "of another fit");
+    assert!(!Path::new(&format!("{found}.part")).exists());
 }
 
 #[test]
