@@ -578,8 +578,11 @@ impl CameraFit {
         let clock = FitClock::new(self.limit, size, stop);
         let has_to_end = || clock.is_over();
         let fit = self.fit(target, &has_to_end);
+        let mut renders = 0;
         let mut draw = |values: &[f64], size: (usize, usize), half: Half| {
-            self.draw(session, &clock, values, size, half)
+            let drawn = self.draw(session, &clock, values, size, half);
+            renders += usize::from(drawn.is_ok());
+            drawn
         };
         let (first, border) = match &self.first {
             Some(found) => found.clone(),
@@ -592,6 +595,7 @@ impl CameraFit {
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
         let mut camera = self.camera(&fitted);
+        camera.renders = renders + 1;
         camera.chance = (self.tried as f64 * fit.chance(&fitted.values, &rendering)).min(1.0);
         if camera.chance > CHANCE_LIMIT {
             return Err(unlike(camera.chance));
@@ -753,14 +757,21 @@ impl FittedCamera {
         if self.ended_early {
             writeln!(
                 out,
-                "ended      by `--time`; this is the best camera so far, and the errors include what was left to go"
+                "ended      by `--time`; this is the best camera so far{}",
+                match self.moved_error.is_finite() {
+                    true => ", and the errors include what was left to go",
+                    false => "",
+                }
             )?;
         }
         if !self.moved_error.is_finite() {
-            writeln!(
-                out,
-                "errors     are not known: the noise of the renderings hides what the picture determines; more `--samples` may help"
-            )?;
+            let why = match self.ended_early {
+                true => "the time was too short to find them",
+                false => {
+                    "the noise of the renderings hides what the picture determines; more `--samples` may help"
+                }
+            };
+            writeln!(out, "errors     are not known: {why}")?;
         }
         writeln!(
             out,
@@ -839,5 +850,45 @@ mod tests {
         let (axis, angle) = axis_angle(turned(vector));
         assert!((axis * angle - vector).length() < 1e-12);
         assert_eq!(axis_angle(DQuat::IDENTITY).1, 0.0);
+    }
+
+    #[test]
+    fn errors_that_a_fit_had_no_time_for_are_not_blamed_on_noise() {
+        let said = |ended_early: bool| {
+            let found = FittedCamera {
+                position: [0.0; 3],
+                orientation: [0.0, 0.0, 0.0, 1.0],
+                height_angle: 0.6,
+                efl: 50.0,
+                efl_error: f64::INFINITY,
+                start_efl: 50.0,
+                focus: 1.0,
+                focus_error: None,
+                start_focus: 1.0,
+                f_number: None,
+                f_number_error: None,
+                distortion: None,
+                distortion_error: None,
+                moved: 0.0,
+                moved_error: f64::INFINITY,
+                turned: 0.0,
+                turned_error: f64::INFINITY,
+                residual: f64::NAN,
+                chance: 1e-9,
+                renders: 7,
+                ended_early,
+                file: String::new(),
+            };
+            let mut out = Vec::new();
+            found.report(&mut out).unwrap();
+            String::from_utf8(out).unwrap()
+        };
+        assert!(said(false).contains("noise"));
+        let late = said(true);
+        assert!(late.contains("the time was too short"), "{late}");
+        assert!(
+            !late.contains("noise") && !late.contains("include"),
+            "{late}"
+        );
     }
 }
