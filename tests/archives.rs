@@ -528,6 +528,29 @@ fn a_scene_that_shows_nothing_has_no_thumbnail() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn scenes_whose_names_differ_in_bytes_that_are_not_utf_8_have_their_own_entries() {
+    use std::os::unix::ffi::OsStrExt;
+    let archive = Archive::new("bytes", &[("b.iv", CUBE)]);
+    for name in [b"b\xe4r.iv", b"b\xf6r.iv"] {
+        let path = archive.0.join("in").join(std::ffi::OsStr::from_bytes(name));
+        std::fs::copy(archive.0.join("in/b.iv"), path).unwrap();
+    }
+    let line = "catalog in -o out --size 12x9";
+    archive.run(line);
+    let catalog = archive.json("out/catalog.json");
+    let files = [0, 1, 2].map(|i| catalog["scenes"][i]["file"].as_str().unwrap());
+    assert_eq!(files, ["b.iv", "b\\xE4r.iv", "b\\xF6r.iv"]);
+    for file in files {
+        assert!(archive.has(&format!("out/pictures/{file}.png")), "{file}");
+    }
+    let page = String::from_utf8(archive.read("out/index.html")).unwrap();
+    assert!(page.contains("../in/b%E4r.iv"), "{page}");
+    let (_, said) = archive.run(line);
+    assert!(said.contains("3 up to date"), "{said}");
+}
+
 #[test]
 fn a_folder_of_vrml97_is_written_as_inventor_and_files_keep_the_names_that_scenes_use() {
     let vrml97 = "#VRML V2.0 utf8\nShape { geometry Box { } }\n";

@@ -8,12 +8,14 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, counted};
 use ivcam_base::platform::real_path;
 use ivcam_render::scene::check::{scene_files, without_ending};
 
+use super::names::name_of;
+
 /// A scene and the file that is made of it.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Job {
     /// The path of the scene.
     pub input: PathBuf,
-    /// The path of the scene below the folder of scenes, with `/` between its parts.
+    /// The path of the scene below the folder of scenes, as [`name_of`] writes it.
     pub name: String,
     /// The path of the file to make.
     pub output: PathBuf,
@@ -80,8 +82,7 @@ impl Jobs {
             .into_iter()
             .map(|input| {
                 let inside = input.strip_prefix(folder).unwrap_or(&input);
-                let parts = inside.components().map(|c| c.as_os_str().to_string_lossy());
-                let name = parts.collect::<Vec<_>>().join("/");
+                let name = name_of(inside);
                 let output = out.join(with_ending(inside, ending, naming));
                 Job {
                     name,
@@ -112,7 +113,7 @@ fn separate(list: &mut [Job], folder: &Path, out: &Path, ending: &str, sink: &mu
     loop {
         let mut same: HashMap<String, Vec<usize>> = HashMap::new();
         for (i, job) in list.iter().enumerate() {
-            let key = job.output.to_string_lossy().to_lowercase();
+            let key = name_of(&job.output).to_lowercase();
             same.entry(key).or_default().push(i);
         }
         let mut groups: Vec<Vec<usize>> = same

@@ -9,7 +9,7 @@ use serde_json::{Value as Json, json};
 use super::entry::Entry;
 use super::formats::{GZIP, media_type};
 use super::heading::CatalogHeading;
-use super::links::joined;
+use super::links::{joined, original};
 use super::numbers::date;
 use super::place;
 
@@ -62,7 +62,7 @@ fn model(heading: &CatalogHeading, entry: &Entry) -> Json {
         "@id": joined("", &place::scene_page(&entry.file)),
         "name": entry.file,
         "url": joined("", &place::scene_page(&entry.file)),
-        "contentUrl": joined(&heading.folder, &entry.file),
+        "contentUrl": original(&heading.folder, &entry.file),
         "contentSize": entry.bytes.to_string(),
         "sha256": Some(&entry.sha256).filter(|hash| !hash.is_empty()),
         "encodingFormat": formats,

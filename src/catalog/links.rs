@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::entry::Converted;
+use crate::archive::{bytes_of, path_of};
 
 /// The endings of files that a scene may have been converted to, in the order of the page.
 const CONVERTED: [&str; 9] = [
@@ -22,10 +23,21 @@ pub(crate) fn link(from: &Path, to: &Path) -> String {
 
 /// Returns the address of a file below a folder. `folder` is an address and may be empty, `file` a
 /// path with `/` between its parts.
-pub(crate) fn joined(folder: &str, file: &str) -> String {
+pub(super) fn joined(folder: &str, file: &str) -> String {
+    let parts = file.split('/').map(|part| encoded(part.as_bytes()));
+    below(folder, parts)
+}
+
+/// Returns the address of a file that was read, by its name below a folder. Unlike a file that is
+/// named after it, it may have bytes that are not UTF-8: see [`path_of`].
+pub(crate) fn original(folder: &str, name: &str) -> String {
+    let parts = name.split('/').map(|part| encoded(&bytes_of(part)));
+    below(folder, parts)
+}
+
+fn below(folder: &str, parts: impl Iterator<Item = String>) -> String {
     let above = (!folder.is_empty()).then(|| folder.to_owned());
-    let below = file.split('/').map(|part| encoded(part.as_bytes()));
-    above.into_iter().chain(below).collect::<Vec<_>>().join("/")
+    above.into_iter().chain(parts).collect::<Vec<_>>().join("/")
 }
 
 /// Encodes a part of a path for an address: all bytes but letters, digits and `-._~` as `%XX`.
@@ -56,7 +68,7 @@ pub(super) fn converted(
         folders.iter().flat_map({
             let names = &names;
             move |folder| {
-                let path = move |name: &&str| folder.join(format!("{name}.{kind}"));
+                let path = move |name: &&str| folder.join(path_of(&format!("{name}.{kind}")));
                 names.iter().map(path).map(move |path| (*kind, path))
             }
         })
@@ -81,6 +93,12 @@ pub(super) fn converted(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_address_of_a_file_that_was_read_has_its_bytes() {
+        assert_eq!(original("../in", "a/b\\xE4r.iv"), "../in/a/b%E4r.iv");
+        assert_eq!(joined("", "a/b\\xE4r.iv.png"), "a/b%5CxE4r.iv.png");
+    }
 
     #[test]
     fn an_address_is_relative_and_encoded() {

@@ -11,7 +11,7 @@ use ivcam_base::files::folder_of;
 use super::entry::Entry;
 use super::needs::size_and_time;
 use super::place::{FILES, LIVE};
-use crate::archive::is_below;
+use crate::archive::{is_below, path_of};
 
 /// The files without which a folder is no built page.
 const PARTS: [&str; 3] = ["index.html", "main.js", "ivcam.wasm"];
@@ -84,7 +84,7 @@ pub(super) fn copy_files(folder: &Path, out: &Path, entries: &[Entry]) -> Result
         list.dedup();
     }
     for file in files {
-        copy(&folder.join(file), &out.join(FILES).join(file))?;
+        copy(&folder.join(path_of(file)), &out.join(FILES).join(file))?;
     }
     Ok(outside.len())
 }

@@ -23,7 +23,7 @@ use super::scene_page::ScenePages;
 use super::survey::survey;
 use super::table::write_table;
 use super::template::STYLE;
-use crate::archive::{Job, Jobs, Naming, for_each, is_newer};
+use crate::archive::{Job, Jobs, Naming, for_each, is_newer, path_of};
 
 /// The largest size of `catalog.json`, in bytes.
 const MOST_DATA: usize = 1 << 30;
@@ -216,7 +216,7 @@ impl Catalog {
         let Some(old) = self.old.get(&job.name) else {
             return false;
         };
-        let path = |file: &String| self.options.folder.join(file);
+        let path = |file: &String| self.options.folder.join(path_of(file));
         let uses: Vec<PathBuf> = old.uses.iter().map(path).collect();
         let uses: Vec<&Path> = uses.iter().map(PathBuf::as_path).collect();
         let is_same = |file: &String, before| size_and_time(&path(file)) == before;
@@ -250,7 +250,7 @@ impl Catalog {
             .collect();
         for entry in entries {
             let stem = Some(without_ending(&entry.file)).filter(|stem| stems[stem] == 1);
-            let scene = self.options.folder.join(&entry.file);
+            let scene = self.options.folder.join(path_of(&entry.file));
             entry.converted = converted(&self.out, &folders, &entry.file, stem, &scene);
         }
     }

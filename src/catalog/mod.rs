@@ -29,7 +29,7 @@ mod table;
 mod template;
 mod tree;
 
-pub(crate) use links::{joined, link};
+pub(crate) use links::{link, original};
 pub(crate) use make::Catalog;
 pub(crate) use options::CatalogOptions;
 pub(crate) use template::{SCRIPT, STYLE, environment};

@@ -12,6 +12,7 @@ use ivcam_render::geometry::text::Fonts;
 use ivcam_render::scene::check::Checked;
 
 use super::entry::{NamedTypeface, Need};
+use crate::archive::name_of;
 
 /// Endings of textures.
 const TEXTURES: [&str; 17] = [
@@ -69,10 +70,7 @@ fn kind(path: &Path, is_scene: bool) -> &'static str {
 pub(super) fn inside(path: &Path, folder: &Path) -> String {
     match path.strip_prefix(folder) {
         Err(_) => path.display().to_string(),
-        Ok(rest) => {
-            let parts = rest.components().map(|c| c.as_os_str().to_string_lossy());
-            parts.collect::<Vec<_>>().join("/")
-        }
+        Ok(rest) => name_of(rest),
     }
 }
 

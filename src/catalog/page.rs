@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use super::entry::Entry;
 use super::heading::CatalogHeading;
-use super::links::joined;
+use super::links::{joined, original};
 use super::place;
 use super::sha256::digest;
 use super::template::{SCRIPT, STYLE, environment};
@@ -228,7 +228,7 @@ fn row<'a>(heading: &CatalogHeading, entry: &'a Entry) -> SceneRow<'a> {
     SceneRow {
         file: &entry.file,
         page: joined("", &place::scene_page(&entry.file)),
-        link: joined(&heading.folder, &entry.file),
+        link: original(&heading.folder, &entry.file),
         live: (heading.live && entry.error.is_none()).then(|| place::live(&entry.file)),
         folders,
         name,

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::entry::{Entry, Message, Need, Others};
 use super::formats::{GZIP, media_type};
 use super::heading::CatalogHeading;
-use super::links::joined;
+use super::links::{joined, original};
 use super::numbers::{date, short, thousands};
 use super::page::{SceneLabel, folders_and_name, instead, labels};
 use super::place;
@@ -123,7 +123,7 @@ impl<'a> ScenePages<'a> {
             version: env!("CARGO_PKG_VERSION"),
             folders,
             name,
-            link: joined(&format!("{root}{}", self.heading.folder), &entry.file),
+            link: original(&format!("{root}{}", self.heading.folder), &entry.file),
             live: live.then(|| format!("{root}{}", place::live(&entry.file))),
             entry,
             instead: instead(entry),

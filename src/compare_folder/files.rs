@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ivcam_base::diag::{ErrorKind, Result, Sink};
 use ivcam_render::scene::check::files_below;
 
-use crate::archive::{Jobs, Naming, is_below};
+use crate::archive::{Jobs, Naming, is_below, name_of};
 
 /// The file name extensions of pictures.
 const ENDINGS: [&str; 19] = [
@@ -19,7 +19,7 @@ pub(super) const RENDERED: &str = "rendered";
 /// A picture of one of the two folders, or a scene of which one is made.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PictureFile {
-    /// The path below the folder, with `/` between its parts.
+    /// The path below the folder, as [`name_of`] writes it.
     pub name: String,
     /// The name without its ending.
     pub stem: String,
@@ -42,12 +42,6 @@ impl PictureFile {
             scene: None,
         }
     }
-}
-
-/// Returns a path with `/` between its parts.
-fn name_of(path: &Path) -> String {
-    let parts = path.components().map(|c| c.as_os_str().to_string_lossy());
-    parts.collect::<Vec<_>>().join("/")
 }
 
 /// Returns the pictures below a folder, sorted, without those in the folder of the report.

@@ -10,7 +10,7 @@ use serde_json::Value as Json;
 use super::entry::{PairEntry, PairVerdict, ReportData, UnpairedFile};
 use super::options::FolderOptions;
 use super::pairing::PairedBy;
-use crate::catalog::{SCRIPT, STYLE, environment, joined};
+use crate::catalog::{SCRIPT, STYLE, environment, original};
 use crate::compare::sheet::number;
 use crate::compare::{METRICS, Metric, probability};
 
@@ -129,7 +129,7 @@ pub(super) fn page(data: &ReportData, options: &FolderOptions) -> String {
         }),
     };
     let mut templates = environment();
-    templates.add_filter("joined", |file: &str, folder: &str| joined(folder, file));
+    templates.add_filter("joined", |file: &str, folder: &str| original(folder, file));
     templates
         .render_named_str(
             "page.html",
@@ -255,8 +255,8 @@ fn row<'a>(data: &ReportData, entry: &'a PairEntry, columns: &[&Metric]) -> Pair
     PairRow {
         entry,
         links: [
-            joined(&data.folders[0], &entry.new),
-            joined(&data.folders[1], &entry.old),
+            original(&data.folders[0], &entry.new),
+            original(&data.folders[1], &entry.old),
         ],
         labels: labels(entry),
         cells: columns.iter().map(|metric| cell(entry, metric)).collect(),
