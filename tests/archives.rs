@@ -552,6 +552,20 @@ fn scenes_whose_names_differ_in_bytes_that_are_not_utf_8_have_their_own_entries(
 }
 
 #[test]
+fn a_scene_whose_time_ended_is_read_again_with_more() {
+    let archive = Archive::new("time", &[("a.iv", CUBE)]);
+    let entry = |line: &str| {
+        archive.run(line);
+        archive.json("out/catalog.json")["scenes"][0].clone()
+    };
+    let short = entry("catalog in -o out --size 12x9 --time 0.00001s");
+    assert_eq!(short["out_of_time"], true, "{short:#}");
+    let long = entry("catalog in -o out --size 12x9");
+    assert_eq!(long["out_of_time"], false, "{long:#}");
+    assert!(long["picture"].is_string(), "{long:#}");
+}
+
+#[test]
 fn a_folder_of_vrml97_is_written_as_inventor_and_files_keep_the_names_that_scenes_use() {
     let vrml97 = "#VRML V2.0 utf8\nShape { geometry Box { } }\n";
     let outer = "#Inventor V2.1 ascii\nFile { name \"b.wrl\" } File { name \"c.iv\" }\n";

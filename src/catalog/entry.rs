@@ -76,6 +76,9 @@ pub(crate) struct Entry {
     pub look: Option<String>,
     /// The reason why there is no picture of a scene that was read.
     pub no_picture: Option<String>,
+    /// Whether the time for the scene ended before all was read and drawn.
+    #[serde(default)]
+    pub out_of_time: bool,
     /// The files that were converted from the scene.
     #[serde(default)]
     pub converted: Vec<Converted>,

@@ -210,8 +210,8 @@ impl Catalog {
     }
 
     /// Returns whether a scene and the files that it uses are as the last run saw them, and what
-    /// was made of them is there. A scene with missing files never is current: they may have been
-    /// found.
+    /// was made of them is there. A scene with missing files never is current, because they may
+    /// have been found, nor is one whose time ended, because it may have more now.
     fn is_current(&self, job: &Job) -> bool {
         let Some(old) = self.old.get(&job.name) else {
             return false;
@@ -222,7 +222,8 @@ impl Catalog {
         let is_same = |file: &String, before| size_and_time(&path(file)) == before;
         let found = old.needs.iter().filter(|need| need.state == "found");
         let made = [old.large.clone(), Some(place::detail(&job.name))];
-        old.missing.is_empty()
+        !old.out_of_time
+            && old.missing.is_empty()
             && old.outside.is_empty()
             && is_same(&job.name, Some((old.bytes, old.modified)))
             && found

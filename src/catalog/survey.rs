@@ -90,6 +90,7 @@ pub(super) fn survey(options: &CatalogOptions, job: &Job, out: &Path) -> Result<
             }
         }
     }
+    entry.out_of_time = Budget::current().stop().is_set();
     entry.sha256 = sha256;
     (entry.bytes, entry.modified) = size_and_time;
     // A page of an earlier run is out of date.
