@@ -552,6 +552,16 @@ fn scenes_whose_names_differ_in_bytes_that_are_not_utf_8_have_their_own_entries(
 }
 
 #[test]
+fn a_texture_that_is_no_picture_is_listed_once() {
+    let scene = "#Inventor V2.1 ascii\nTexture2 { filename \"a.png\" } Cube { }\n";
+    let archive = Archive::new("no-picture", &[("a.iv", scene), ("a.png", "no picture")]);
+    archive.run("catalog in -o out --size 12x9");
+    let needs = &archive.json("out/catalog.json")["scenes"][0]["needs"];
+    assert_eq!(needs.as_array().unwrap().len(), 1, "{needs}");
+    assert_eq!(needs[0]["state"], "unreadable");
+}
+
+#[test]
 fn a_scene_whose_time_ended_is_read_again_with_more() {
     let archive = Archive::new("time", &[("a.iv", CUBE)]);
     let entry = |line: &str| {

@@ -74,7 +74,7 @@ pub(crate) struct Entry {
     pub large: Option<String>,
     /// The mean colors of the parts of the picture, in hexadecimal digits (see `alike`).
     pub look: Option<String>,
-    /// The reason why there is no picture of a scene that was read.
+    /// The reason why there is no picture of a scene with something to draw.
     pub no_picture: Option<String>,
     /// Whether the time for the scene ended before all was read and drawn.
     #[serde(default)]
@@ -110,7 +110,7 @@ pub(crate) struct Need {
     pub file: String,
     /// `scene`, `texture` or `other`.
     pub kind: String,
-    /// `found`, `missing` or `outside`.
+    /// `found`, `missing`, `unreadable` or `outside`.
     pub state: String,
     /// The size in bytes and the time of the last modification in seconds since the beginning of
     /// 1970, of a file that is there.

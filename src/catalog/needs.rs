@@ -29,7 +29,14 @@ pub(super) fn needs(checked: &Checked, document: &Document, folder: &Path) -> Ve
         .iter()
         .filter_map(|source| real_path(Path::new(&source.name)).ok())
         .collect();
-    let found = document.opened_files().into_iter().map(|path| Need {
+    let unreadable = |path: &PathBuf| {
+        let opened = checked.missing.iter().flat_map(|m| &m.opened);
+        opened
+            .flat_map(|file| real_path(Path::new(file)))
+            .any(|file| file == *path)
+    };
+    let opened = document.opened_files().into_iter();
+    let found = opened.filter(|path| !unreadable(path)).map(|path| Need {
         kind: kind(&path, scenes.contains(&path)).to_owned(),
         state: "found".to_owned(),
         size_and_time: size_and_time(&path),
@@ -41,10 +48,10 @@ pub(super) fn needs(checked: &Checked, document: &Document, folder: &Path) -> Ve
             None => "scene",
         }
         .to_owned(),
-        state: if missing.outside {
-            "outside"
-        } else {
-            "missing"
+        state: match (missing.outside, &missing.opened) {
+            (true, _) => "outside",
+            (false, Some(_)) => "unreadable",
+            (false, None) => "missing",
         }
         .to_owned(),
         size_and_time: None,

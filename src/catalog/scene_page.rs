@@ -230,6 +230,7 @@ fn needs(entry: &Entry) -> Vec<[String; 3]> {
         ("found", true) => "found",
         ("found", false) => "found elsewhere",
         ("outside", _) => "outside the folder, not read",
+        ("unreadable", _) => "found, not readable",
         _ => "missing",
     };
     // The path of a file elsewhere says more about the machine than about the archive.

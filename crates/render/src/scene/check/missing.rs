@@ -18,6 +18,8 @@ pub struct Missing {
     pub diagnostic: Option<Box<Diagnostic>>,
     /// Whether the file is there, and outside the folders that may be read.
     pub outside: bool,
+    /// The name of the file that was opened, if it is there and is no picture that can be read.
+    pub opened: Option<String>,
 }
 
 /// The fields that name an included scene.
@@ -65,6 +67,7 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
                             name: shortened(name),
                             diagnostic: None,
                             outside: error.kind == ErrorKind::OutsideFolder,
+                            opened: None,
                         })
                     }));
                 }
@@ -77,9 +80,12 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
             let mut files = TextureFiles::new(&options.texture_folders);
             let mut memory = MemoryBudget::new(options.memory);
             if let Err(diagnostic) = files.of_fields(node, fields, &mut memory) {
-                let name = fields.iter().flat_map(|field| field.names(node)).next();
+                let mut names = fields.iter().flat_map(|field| field.names(node));
+                let name = names.next().unwrap_or_default();
+                let opened = document.load_beside(id, name).ok();
                 missing.push(Missing {
-                    name: shortened(name.unwrap_or_default()),
+                    name: shortened(name),
+                    opened: opened.map(|(file, _)| file),
                     outside: diagnostic.kind == ErrorKind::OutsideFolder,
                     diagnostic: Some(diagnostic.at_most(Severity::Warning)),
                 });
