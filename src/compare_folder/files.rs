@@ -8,9 +8,9 @@ use ivcam_render::scene::check::files_below;
 use crate::archive::{Jobs, Naming, is_below, name_of};
 
 /// The file name extensions of pictures.
-const ENDINGS: [&str; 19] = [
-    "png", "jpg", "jpeg", "jpe", "tif", "tiff", "gif", "bmp", "pnm", "ppm", "pgm", "pbm", "tga",
-    "sgi", "rgb", "rgba", "bw", "exr", "hdr",
+const ENDINGS: [&str; 22] = [
+    "png", "jpg", "jpeg", "jpe", "jfif", "tif", "tiff", "gif", "bmp", "pnm", "ppm", "pgm", "pbm",
+    "tga", "sgi", "rgb", "rgba", "bw", "int", "inta", "exr", "hdr",
 ];
 
 /// The folder below the report that gets the pictures of scenes.
