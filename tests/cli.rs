@@ -2037,7 +2037,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 88] = [
+const MISTAKES: [(&str, &str, &str); 93] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2378,6 +2378,31 @@ const MISTAKES: [(&str, &str, &str); 88] = [
         "catalog SCENE -o q",
         "is not a folder",
         "`ivcam check` reads one scene",
+    ),
+    (
+        "catalog FOLDER -o q --search nosuch",
+        "there is no folder `nosuch`",
+        "`--search`",
+    ),
+    (
+        "catalog FOLDER -o q --converted nosuch",
+        "there is no folder `nosuch`",
+        "`--converted`",
+    ),
+    (
+        "catalog FOLDER -o q --about PICTURE",
+        "is not UTF-8",
+        "save the text",
+    ),
+    (
+        "render SCENE --search nosuch -o q.png",
+        "there is no folder `nosuch`",
+        "`--search`",
+    ),
+    (
+        "compare FOLDER nosuch -o q",
+        "there is no file or folder `nosuch`",
+        "two folders with `-o REPORT/`",
     ),
     (
         "compare PICTURE",

@@ -1,6 +1,6 @@
 //! `ivcam catalog`: makes a page with a picture of every scene below a folder.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
@@ -134,10 +134,6 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
 
 /// Reads the options.
 fn options(m: &ArgMatches) -> Result<CatalogOptions> {
-    let paths = |name: &str| -> Vec<PathBuf> {
-        let given = m.get_many::<PathBuf>(name);
-        given.into_iter().flatten().cloned().collect()
-    };
     let (Some(folder), Some(out)) = (
         m.get_one::<PathBuf>("folder"),
         m.get_one::<PathBuf>("catalog"),
@@ -156,7 +152,10 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         let text = format!("`{}` is a file", out.display());
         return Err(Diagnostic::error(text).with_help("`-o` has to name a folder"));
     }
-    let (search, contain) = (paths("search"), m.get_one::<PathBuf>("contain").cloned());
+    let (search, contain) = (
+        folders(m, "search")?,
+        m.get_one::<PathBuf>("contain").cloned(),
+    );
     let named = search
         .iter()
         .map(|path| format!("--search {}", path.display()));
@@ -169,7 +168,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         }
     }
     let about = m.get_one::<PathBuf>("about");
-    let about = about.map(|path| read_file(path, MAX_TEXT)).transpose()?;
+    let about = about.map(|path| text_file(path)).transpose()?;
     let size = thumbnail(m)?;
     let threads = render::threads(m)?;
     let allowance = super::allowance(m, threads)?;
@@ -181,7 +180,7 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
     Ok(CatalogOptions {
         folder: folder.clone(),
         out: out.clone(),
-        converted: paths("converted"),
+        converted: folders(m, "converted")?,
         search,
         contain,
         fonts: super::fonts(m)?,
@@ -196,10 +195,31 @@ fn options(m: &ArgMatches) -> Result<CatalogOptions> {
         studio,
         denoiser,
         title: m.get_one::<String>("title").cloned(),
-        about: about.map(|bytes| String::from_utf8_lossy(&bytes).into_owned()),
+        about,
         page: m.get_one::<PathBuf>("page").cloned(),
         samples: if studio { STUDIO_SAMPLES } else { SAMPLES },
         words,
+    })
+}
+
+/// Returns the folders of an option.
+fn folders(m: &ArgMatches, name: &str) -> Result<Vec<PathBuf>> {
+    let given = m.get_many::<PathBuf>(name);
+    let folders: Vec<PathBuf> = given.into_iter().flatten().cloned().collect();
+    match folders.iter().find(|folder| !folder.is_dir()) {
+        None => Ok(folders),
+        Some(absent) => {
+            let text = format!("there is no folder `{}`", absent.display());
+            Err(Diagnostic::not_found(text).with_help(format!("`--{name}` takes a folder")))
+        }
+    }
+}
+
+/// Reads a file of text.
+fn text_file(path: &Path) -> Result<String> {
+    String::from_utf8(read_file(path, MAX_TEXT)?).map_err(|_| {
+        let error = Diagnostic::error(format!("`{}` is not UTF-8", path.display()));
+        error.with_help("save the text in this encoding")
     })
 }
 

@@ -52,7 +52,11 @@ impl Compared {
             },
             (new_is_folder, _) => {
                 let folder = if new_is_folder { &new } else { &old };
-                let error = Diagnostic::error(format!("`{}` is a folder", folder.display()));
+                let absent = [&new, &old].into_iter().find(|path| !path.exists());
+                let error = Diagnostic::error(match absent {
+                    Some(absent) => format!("there is no file or folder `{}`", absent.display()),
+                    None => format!("`{}` is a folder", folder.display()),
+                });
                 Err(error.with_help(match is_fit {
                     true => "`--fit` finds the camera of one picture of one scene",
                     false => "compare two pictures, or two folders with `-o REPORT/`",

@@ -55,17 +55,23 @@ impl Document {
     /// `contain` is a folder, the files below it are opened instead of those of the project.
     ///
     /// # Errors
-    /// Returns the errors of [`Document::open_with`], and one if `contain` is not a folder.
+    /// Returns the errors of [`Document::open_with`], and one if `contain` or a path in `search` is
+    /// not a folder.
     pub fn open_or_stdin(
         path: &Path,
         search: &[&Path],
         contain: Option<&Path>,
         limits: &Limits,
     ) -> Result<Self> {
-        if let Some(folder) = contain.filter(|folder| !folder.is_dir()) {
+        let searched = search.iter().map(|folder| {
+            let help = "`--search` takes a folder that is searched too for files of the scene";
+            (*folder, help)
+        });
+        let help = "`--contain` takes the folder below which files may be opened";
+        let mut folders = searched.chain(contain.map(|folder| (folder, help)));
+        if let Some((folder, help)) = folders.find(|(folder, _)| !folder.is_dir()) {
             let message = format!("there is no folder `{}`", folder.display());
-            return Err(Diagnostic::not_found(message)
-                .with_help("`--contain` takes the folder below which files may be opened"));
+            return Err(Diagnostic::not_found(message).with_help(help));
         }
         let (name, place, bytes) = if path.as_os_str() == "-" {
             let bytes = standard_input(limits.bytes)?;
