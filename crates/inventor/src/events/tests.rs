@@ -196,6 +196,29 @@ fn a_sensor_starts_another_when_it_begins_a_cycle_or_ends() {
     }
 }
 
+/// Sums and quotients of tenths are rounded to either side of the whole number.
+#[test]
+fn a_cycle_ends_at_its_end_whatever_its_start_and_length_round_to() {
+    for (start, cycle) in (0..40).flat_map(|s| (1..30).map(move |c| (s, c))) {
+        let (start, cycle) = (f64::from(start) / 10.0, f64::from(cycle) / 10.0);
+        let starts = [event(0.0, "T", "startTime", &start.to_string())];
+        let once = fraction_after(&format!("cycleInterval {cycle}"), &starts, 9.0);
+        assert_eq!(once, Value::Float(1.0), "{cycle} s from {start} s");
+        let scene = format!(
+            "DEF A TimeSensor {{ loop TRUE cycleInterval {cycle} startTime {start} }}
+            DEF B TimeSensor {{ cycleInterval 0.001 }} ROUTE A.cycleTime TO B.set_startTime"
+        );
+        let last = start + ((9.05 - start) / cycle).floor() * cycle;
+        let Value::Double(sent) = at(&scene, 9.05, "B", "startTime") else {
+            panic!()
+        };
+        assert!(
+            (sent - last).abs() < 1e-9,
+            "{sent}, not {last}: {cycle} s from {start} s"
+        );
+    }
+}
+
 /// A clip is active from its start to its stop time (VRML97, 4.6.9), whatever its file has.
 #[test]
 fn a_clip_and_a_movie_say_when_they_play() {

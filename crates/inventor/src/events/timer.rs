@@ -10,7 +10,7 @@ use crate::iv::NodeRef;
 pub struct Timer {
     /// Whether the sensor runs.
     active: bool,
-    /// The number of cycles that were complete when the sensor last sent its time.
+    /// The number of the cycle in which the sensor last sent its time.
     cycle: f64,
     /// Whether events set the start and the stop time. A time that the file states counts from
     /// 1970.
@@ -96,6 +96,21 @@ impl Fields {
         self.phase + (cycle + 1.0) * self.cycle
     }
 
+    /// Returns the number of the cycle at a time.
+    ///
+    /// The quotient may be rounded across a whole number, so the number is corrected to the one
+    /// whose cycle begins and ends, as [`Self::end`] rounds, around the time.
+    fn cycle_at(self, now: f64) -> f64 {
+        let cycle = ((now - self.phase) / self.cycle).floor();
+        if now >= self.end(cycle) {
+            cycle + 1.0
+        } else if now < self.end(cycle - 1.0) {
+            cycle - 1.0
+        } else {
+            cycle
+        }
+    }
+
     /// Returns whether the stop time has an effect and is reached.
     fn is_stopped(self, now: f64) -> bool {
         self.stop > self.start && now >= self.stop
@@ -130,7 +145,7 @@ impl Timer {
             return Vec::new();
         }
         self.active = true;
-        self.cycle = ((now - fields.phase) / fields.cycle).floor();
+        self.cycle = fields.cycle_at(now);
         let mut events = vec![
             ("isActive", Value::Bool(true)),
             ("cycleTime", Value::Double(now)),
@@ -166,7 +181,7 @@ impl Timer {
             events.push(("isActive", Value::Bool(false)));
             return events;
         }
-        let cycle = ((now - fields.phase) / fields.cycle).floor();
+        let cycle = fields.cycle_at(now);
         let mut events = Vec::new();
         if cycle > self.cycle {
             self.cycle = cycle;
@@ -209,10 +224,11 @@ impl Timer {
 /// Returns the fraction and time that a sensor sends at a time. Where one cycle ends and the next
 /// begins the fraction is `between`: 0 when the sensor starts, and 1 while it runs.
 fn moment(fields: Fields, now: f64, between: f64) -> TimerEvents {
-    let cycles = (now - fields.phase) / fields.cycle;
-    let fraction = match cycles - cycles.floor() {
-        0.0 => between,
-        fraction => fraction,
+    let cycle = fields.cycle_at(now);
+    let fraction = if now == fields.end(cycle - 1.0) {
+        between
+    } else {
+        ((now - fields.phase) / fields.cycle - cycle).clamp(0.0, 1.0)
     };
     vec![
         ("fraction_changed", Value::Float(fraction as f32)),
