@@ -143,12 +143,12 @@ impl Player {
     }
 
     /// Lets the user act and the sensors send their events of this time, and then those that these
-    /// events start.
+    /// events start or end.
     fn tick(&mut self) {
         self.act();
-        let mut sensors: Vec<NodeId> = self.world.borrow().timers.keys().copied().collect();
         for _ in 0..MAX_CHAIN {
             let mut any = false;
+            let sensors: Vec<NodeId> = self.world.borrow().timers.keys().copied().collect();
             for id in sensors {
                 let events = self.world.borrow_mut().tick(id);
                 any |= !events.is_empty();
@@ -160,7 +160,6 @@ impl Player {
             if !any {
                 return;
             }
-            sensors = self.world.borrow().resting_timers();
         }
     }
 

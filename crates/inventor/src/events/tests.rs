@@ -196,6 +196,25 @@ fn a_sensor_starts_another_when_it_begins_a_cycle_or_ends() {
     }
 }
 
+#[test]
+fn a_sensor_that_another_switches_off_stops_then_in_either_order() {
+    let sensors = [
+        "DEF A TimeSensor { loop TRUE cycleInterval 10 }",
+        "DEF B TimeSensor { }",
+    ];
+    for [first, second] in [sensors, [sensors[1], sensors[0]]] {
+        for (input, value) in [("enabled", 0.125), ("loop", 1.0)] {
+            let scene = format!(
+                "{first} {second} DEF X Material {{ transparency 0.5 }}
+                ROUTE A.fraction_changed TO X.transparency ROUTE B.isActive TO A.{input}"
+            );
+            let starts = [event(0.25, "B", "startTime", "0.25")];
+            let stopped = after(&scene, &starts, 30.0, "X", "transparency");
+            assert_eq!(stopped, Value::Float(value), "{first} {input}");
+        }
+    }
+}
+
 /// Sums and quotients of tenths are rounded to either side of the whole number.
 #[test]
 fn a_cycle_ends_at_its_end_whatever_its_start_and_length_round_to() {

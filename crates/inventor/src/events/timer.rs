@@ -12,6 +12,8 @@ pub struct Timer {
     active: bool,
     /// The number of the cycle in which the sensor last sent its time.
     cycle: f64,
+    /// When it last sent its time.
+    sent: Option<f64>,
     /// Whether events set the start and the stop time. A time that the file states counts from
     /// 1970.
     start_set: bool,
@@ -121,12 +123,8 @@ impl Fields {
 pub(super) type TimerEvents = Vec<(&'static str, Value)>;
 
 impl Timer {
-    /// Returns whether the sensor runs.
-    pub(super) fn is_active(&self) -> bool {
-        self.active
-    }
-
-    /// Returns the events that the node sends at a time.
+    /// Returns the events that the node sends at a time. A node that was asked at this time already
+    /// sends only that it starts or ends.
     pub(super) fn tick(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
         let mut events = self.sensor_events(node, now);
         if is_clip(node.class_id()) {
@@ -145,6 +143,7 @@ impl Timer {
             return Vec::new();
         }
         self.active = true;
+        self.sent = Some(now);
         self.cycle = fields.cycle_at(now);
         let mut events = vec![
             ("isActive", Value::Bool(true)),
@@ -164,6 +163,7 @@ impl Timer {
 
     /// Returns the events of a sensor that runs.
     fn run(&mut self, fields: Fields, now: f64) -> TimerEvents {
+        let has_sent = self.sent.replace(now) == Some(now);
         let mut last = None;
         if !fields.enabled {
             last = Some(now);
@@ -177,9 +177,15 @@ impl Timer {
         }
         if let Some(last) = last {
             self.active = false;
-            let mut events = moment(fields, last, 1.0);
+            let mut events = match has_sent {
+                true => Vec::new(),
+                false => moment(fields, last, 1.0),
+            };
             events.push(("isActive", Value::Bool(false)));
             return events;
+        }
+        if has_sent {
+            return Vec::new();
         }
         let cycle = fields.cycle_at(now);
         let mut events = Vec::new();

@@ -189,12 +189,6 @@ impl World {
         timer.map_or_else(Vec::new, |timer| timer.tick(node, self.now))
     }
 
-    /// Returns the time-dependent nodes that do not run.
-    pub(super) fn resting_timers(&self) -> Vec<NodeId> {
-        let resting = self.timers.iter().filter(|(_, timer)| !timer.is_active());
-        resting.map(|(id, _)| *id).collect()
-    }
-
     /// Returns the first time after now at which a pressed pointer moves, or a time-dependent node
     /// starts, ends or begins a cycle of at least `shortest` seconds.
     pub(super) fn next_time(&self, shortest: f64) -> Option<f64> {
