@@ -100,9 +100,11 @@ impl Player {
     ///
     /// Without scripts only the times at which a sensor starts or ends, and the requested time,
     /// matter: between them a sensor sends a function of the time. A script can depend on all that
-    /// it was sent, so with scripts time also passes in frames.
+    /// it was sent, and a sensor that another's time starts depends on when it was sent, so with
+    /// them time also passes in frames.
     fn pass_time(&mut self, time: f64) {
-        let is_watched = !self.world.borrow().viewer_sensors.is_empty();
+        let is_watched = !self.world.borrow().viewer_sensors.is_empty()
+            || self.world.borrow().times_sensors_by_time();
         let frame = if self.scripts.any_runs() || is_watched {
             FRAME.max(time / MAX_FRAMES)
         } else {

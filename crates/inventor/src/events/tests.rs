@@ -215,6 +215,15 @@ fn a_sensor_that_another_switches_off_stops_then_in_either_order() {
     }
 }
 
+#[test]
+fn a_sensor_that_anothers_time_restarts_does_so_in_frames() {
+    // It runs from 0 to 1 and from the next frame, at 1.04, on.
+    let scene = "DEF A TimeSensor { loop TRUE cycleInterval 100 } DEF B TimeSensor { }
+        ROUTE A.time TO B.startTime";
+    let start = at(scene, 1.7, "B", "startTime");
+    assert_eq!(start, Value::Double(26.0 * FRAME));
+}
+
 /// Sums and quotients of tenths are rounded to either side of the whole number.
 #[test]
 fn a_cycle_ends_at_its_end_whatever_its_start_and_length_round_to() {

@@ -52,6 +52,28 @@ impl Wires {
         self.targets.get(from).unwrap_or(&NONE).iter()
     }
 
+    /// Returns whether routes lead from certain events to certain nodes, directly or through other
+    /// nodes.
+    pub(super) fn lead(&self, from: impl Fn(&End) -> bool, to: impl Fn(NodeId) -> bool) -> bool {
+        let mut next: HashMap<NodeId, Vec<NodeId>> = HashMap::new();
+        let mut open = Vec::new();
+        for (end, targets) in &self.targets {
+            let targets = targets.iter().map(|(node, _)| *node);
+            if from(end) {
+                open.extend(targets.clone());
+            }
+            next.entry(end.0).or_default().extend(targets);
+        }
+        while let Some(node) = open.pop() {
+            if to(node) {
+                return true;
+            }
+            // A node that is removed is not visited again.
+            open.extend(next.remove(&node).unwrap_or_default());
+        }
+        false
+    }
+
     /// Returns whether there are no routes.
     pub(super) fn is_empty(&self) -> bool {
         self.targets.is_empty()

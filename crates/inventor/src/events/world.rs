@@ -200,6 +200,15 @@ impl World {
         times.chain(moves).reduce(f64::min)
     }
 
+    /// Returns whether the time of a sensor goes to a time-dependent node, by routes.
+    pub(super) fn times_sensors_by_time(&self) -> bool {
+        let sends_time = |(node, event): &End| {
+            self.timers.contains_key(node) && matches!(&**event, "time" | "fraction_changed")
+        };
+        let is_timer = |node: NodeId| self.timers.contains_key(&node);
+        self.wires.lead(sends_time, is_timer)
+    }
+
     /// Adds a warning about a node.
     pub fn warn(&mut self, node: NodeId, message: String) -> &mut Diagnostic {
         let data = &self.document.nodes[node.0 as usize];
