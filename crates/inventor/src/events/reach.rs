@@ -98,15 +98,35 @@ impl World {
         }
         let kind = self.field(from, event);
         let kind = kind.map_or(FieldType::SFTrigger, |(kind, _)| kind);
-        let class = self.class_name(from);
-        let Some(log) = &mut self.log else { return };
-        let name = log.names.get(&from);
-        log.sent.push(SentEvent {
+        let sent = SentEvent {
             time: self.now,
-            node: name.map_or(class, |name| name.to_string()),
+            node: self.logged_name(from),
             event: event.to_owned(),
-            value: value_text(value, kind),
-        });
+            value: match value {
+                Value::Node(Some(node)) => self.logged_name(*node),
+                Value::Nodes(nodes) if !nodes.is_empty() => {
+                    let nodes = nodes.iter().map(|node| self.logged_name(*node));
+                    format!("[ {} ]", nodes.collect::<Vec<_>>().join(", "))
+                }
+                _ => value_text(value, kind),
+            },
+        };
+        if let Some(log) = &mut self.log {
+            log.sent.push(sent);
+        }
+    }
+
+    /// Returns a node's name in the main file, or its class if it has none.
+    fn logged_name(&self, id: NodeId) -> String {
+        let names = self.log.as_ref().map(|log| &log.names);
+        let is_known = (id.0 as usize) < self.document.nodes.len();
+        let id = if is_known {
+            self.document.node(id).id
+        } else {
+            id
+        };
+        let name = names.and_then(|names| names.get(&id));
+        name.map_or_else(|| self.class_name(id), |name| name.to_string())
     }
 
     /// Sends an event to a node. A node of the catalogue has it at once, so that a script sees what

@@ -224,6 +224,32 @@ fn a_sensor_that_anothers_time_restarts_does_so_in_frames() {
     assert_eq!(start, Value::Double(26.0 * FRAME));
 }
 
+#[test]
+fn the_record_names_nodes_and_has_an_event_of_a_loop_once() {
+    let scene = "#VRML V2.0 utf8
+        DEF A Group { } DEF B Group { } DEF M Material { } DEF N Material { }
+        DEF X Group { children [ DEF C Group { }, Shape { } ] }
+        ROUTE X.children TO A.children
+        ROUTE M.shininess_changed TO N.set_shininess ROUTE N.shininess TO M.shininess";
+    let options = SnapshotOptions {
+        actions: vec![
+            event(0.0, "X", "addChildren", "B"),
+            event(1.0, "M", "shininess", "1"),
+        ],
+        time: 1.0,
+        log: true,
+        ..SnapshotOptions::default()
+    };
+    let played = play::play(&read(scene), &options).expect("has actions");
+    let sent = played.sent.iter();
+    let sent: Vec<String> = sent
+        .map(|sent| format!("{}.{} {}", sent.node, sent.event, sent.value))
+        .collect();
+    let children = "children [ C, Shape, B ]";
+    let [x, a] = ["X", "A"].map(|name| format!("{name}.{children}"));
+    assert_eq!(sent, [&*x, &*a, "M.shininess 1", "N.shininess 1"]);
+}
+
 /// Sums and quotients of tenths are rounded to either side of the whole number.
 #[test]
 fn a_cycle_ends_at_its_end_whatever_its_start_and_length_round_to() {

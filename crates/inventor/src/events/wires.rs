@@ -47,7 +47,7 @@ impl Wires {
     }
 
     /// Returns the targets of an event, in the order in which the routes were added.
-    pub(super) fn targets(&self, from: &End) -> impl ExactSizeIterator<Item = &End> {
+    pub(super) fn targets(&self, from: &End) -> impl Iterator<Item = &End> {
         static NONE: LazyLock<IndexSet<End>> = LazyLock::new(IndexSet::default);
         self.targets.get(from).unwrap_or(&NONE).iter()
     }

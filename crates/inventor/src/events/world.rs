@@ -131,11 +131,10 @@ impl World {
             let outputs = self.outputs.get_or_insert_default();
             outputs.insert(end.clone(), value.clone());
         }
-        self.log(from, output, value);
-        let targets = self.wires.targets(&end);
-        if targets.len() == 0 || !self.sent.insert(end.clone()) {
+        if !self.sent.insert(end.clone()) {
             return;
         }
+        self.log(from, output, value);
         for (to, input) in self.wires.targets(&end) {
             self.queue.push_back(Event {
                 to: *to,

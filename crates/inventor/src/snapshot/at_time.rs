@@ -16,7 +16,7 @@ pub struct SentEvent {
     pub node: String,
     /// The name of the event.
     pub event: String,
-    /// The value, as a file states it.
+    /// The value, as a file states it, with the name of a node in place of the node.
     pub value: String,
 }
 
