@@ -5,12 +5,68 @@ use ivcam_base::diag::{Span, excerpt, nearest};
 
 use super::assemble::Assembler;
 use crate::grammar::value::{NodeId, Value};
-use crate::grammar::{Class, FieldType, Role};
-use crate::iv::declarations::{Interface, Route};
-use crate::iv::document::ClassRef;
+use crate::grammar::{Class, FieldType, Role, class};
+use crate::iv::declarations::{Access, Route};
+use crate::iv::document::{ClassRef, NodeRef};
 
 /// The fields of VRML97 and X3D that hold children.
 const CHILDREN: [&str; 3] = ["children", "level", "choice"];
+
+/// What the ends of a route are.
+const BOTH_ENDS: &str =
+    "a route leads from an `eventOut` to an `eventIn`; an `exposedField` is both";
+
+/// An end of a route.
+#[derive(Clone, Copy)]
+enum RouteEnd {
+    From,
+    To,
+}
+
+impl RouteEnd {
+    /// Returns an event's name without the prefix or suffix that an `exposedField` may have here.
+    fn short(self, name: &str) -> &str {
+        match self {
+            Self::From => name.strip_suffix("_changed"),
+            Self::To => name.strip_prefix("set_"),
+        }
+        .unwrap_or(name)
+    }
+
+    /// Returns whether an entry of an interface can be here.
+    fn fits(self, access: Access) -> bool {
+        match access {
+            Access::ExposedField => true,
+            Access::EventOut => matches!(self, Self::From),
+            Access::EventIn => matches!(self, Self::To),
+            Access::Field => false,
+        }
+    }
+
+    /// Returns what a route does here.
+    fn does(self) -> &'static str {
+        match self {
+            Self::From => "begin at",
+            Self::To => "end at",
+        }
+    }
+}
+
+/// Returns the fields and events of a class. The catalogue does not distinguish a `field` from an
+/// `exposedField`.
+fn events_of<'a>(class: &'static Class) -> Vec<(Access, FieldType, &'a str)> {
+    let fields = class.fields.iter();
+    let fields = fields.map(|field| (Access::ExposedField, field.kind, field.name));
+    let inputs = class
+        .inputs
+        .iter()
+        .map(|(name, kind)| (Access::EventIn, *kind, *name));
+    let outputs = class
+        .outputs
+        .iter()
+        .map(|(name, kind)| (Access::EventOut, *kind, *name));
+    fields.chain(inputs).chain(outputs).collect()
+}
 
 impl Assembler<'_> {
     /// Warns about a connection from a field or an output that its source does not have.
@@ -41,14 +97,17 @@ impl Assembler<'_> {
         }
     }
 
-    /// Warns about a route between fields of different types (ISO 14772-1, 4.10.2).
+    /// Warns about a route from or to an event that its node does not have, and about one between
+    /// events of different types (ISO 14772-1, 4.10.2).
     pub(super) fn check_route(&mut self, route: &Route, span: Span) {
-        let from = self.event_type(route.from, &route.output, "", "_changed");
-        let to = self.event_type(route.to, &route.input, "set_", "");
+        let from = self.route_end(RouteEnd::From, (route.from, &route.output), span);
+        let to = self.route_end(RouteEnd::To, (route.to, &route.input), span);
         let (Some(from), Some(to)) = (from, to) else {
             return;
         };
-        if from == to {
+        let names = ["Enum", "BitMask", "Name", "Path", "Engine", "Trigger"];
+        let is_of_vrml97 = |kind: FieldType| !names.contains(&&kind.name()[2..]);
+        if from == to || !is_of_vrml97(from) || !is_of_vrml97(to) {
             return;
         }
         let (output, input) = (excerpt(&route.output), excerpt(&route.input));
@@ -59,38 +118,79 @@ impl Assembler<'_> {
         self.document.sink.warn(span, message).help(help);
     }
 
-    /// Returns the type of an event of a node, if it is one of VRML97. An `exposedField` has an
-    /// event with a prefix or a suffix.
-    fn event_type(
-        &self,
-        node: NodeId,
-        name: &str,
-        prefix: &str,
-        suffix: &str,
+    /// Returns the type of the event at an end of a route, or warns that its node has none. All
+    /// events of a node are known if the catalogue or the file defines its class.
+    fn route_end(
+        &mut self,
+        end: RouteEnd,
+        (node, name): (NodeId, &str),
+        span: Span,
     ) -> Option<FieldType> {
-        let short = name.strip_prefix(prefix).unwrap_or(name);
-        let short = short.strip_suffix(suffix).unwrap_or(short);
-        let kind = match self.document.nodes[node.0 as usize].class {
-            ClassRef::Known(id) => {
-                let class = id.get();
-                let events = class.inputs.iter().chain(class.outputs);
-                let event = |wanted: &str| events.clone().find(|(n, _)| *n == wanted).map(|e| e.1);
-                let field = |wanted: &str| class.field(wanted).map(|(_, decl)| decl.kind);
-                let of = |name: &str| event(name).or_else(|| field(name));
-                of(name).or_else(|| of(short))?
+        let (events, is_whole) = self.events(node);
+        let short = end.short(name);
+        let named = |wanted: &str| events.iter().find(|(_, _, n)| *n == wanted);
+        let has = |wanted: &str| named(wanted).filter(|(access, ..)| end.fits(*access));
+        if let Some((_, kind, _)) = has(name).or_else(|| has(short)) {
+            return Some(*kind);
+        }
+        if !is_whole {
+            return None;
+        }
+        let class = self.stated(node).class_name();
+        let event = excerpt(name);
+        let (message, help) = match named(name) {
+            Some((access, ..)) => {
+                let (it, does) = (access.name(), end.does());
+                (
+                    format!("this `ROUTE` can't {does} `{event}`, which `{class}` has as `{it}`"),
+                    Some(BOTH_ENDS.to_owned()),
+                )
             }
-            ClassRef::Extension(i) => {
-                let proto = self.document.protos.of_extension(i);
-                let interface: &[Interface] = match proto {
-                    Some(proto) => &self.document.protos.list[proto].interface,
-                    None => &self.document.extensions[i as usize].interface,
-                };
-                let of = |name: &str| interface.iter().find(|i| *i.name == *name);
-                of(name).or_else(|| of(short))?.kind
+            None => {
+                let fitting = events.iter().filter(|(access, ..)| end.fits(*access));
+                let near = nearest(name, fitting.map(|(_, _, name)| *name));
+                (
+                    format!("`{class}` has no event `{event}` for this `ROUTE`"),
+                    near.map(|near| format!("did you mean `{near}`?")),
+                )
             }
         };
-        let names = ["Enum", "BitMask", "Name", "Path", "Engine", "Trigger"];
-        (!names.contains(&&kind.name()[2..])).then_some(kind)
+        let warning = self.document.sink.warn(span, message);
+        if let Some(help) = help {
+            warning.help(help);
+        }
+        None
+    }
+
+    /// Returns a node as the file states it: an instance of a proto, and not a node of its body.
+    fn stated(&self, id: NodeId) -> NodeRef<'_> {
+        let document = &*self.document;
+        NodeRef { document, id }
+    }
+
+    /// Returns the fields and events of a node, and whether these are all.
+    fn events(&self, node: NodeId) -> (Vec<(Access, FieldType, &str)>, bool) {
+        let i = match self.document.nodes[node.0 as usize].class {
+            ClassRef::Known(id) => {
+                let class = id.get();
+                // The type of the `output` of some engines is stated by the node.
+                let is_whole = !class.is_a("Engine") || !class.outputs.is_empty();
+                return (events_of(class), is_whole);
+            }
+            ClassRef::Extension(i) => i,
+        };
+        let proto = self.document.protos.of_extension(i);
+        let proto = proto.map(|proto| &self.document.protos.list[proto]);
+        let script = self.stated(node).known_class();
+        let script = script.filter(|class| class.id == class::SCRIPT);
+        let interface = match proto {
+            Some(proto) => &proto.interface,
+            None => &self.document.extensions[i as usize].interface,
+        };
+        let declared = interface.iter().map(|i| (i.access, i.kind, &*i.name));
+        let events = declared.chain(script.into_iter().flat_map(events_of));
+        let is_whole = proto.map_or(script.is_some(), |proto| !proto.external);
+        (events.collect(), is_whole)
     }
 
     /// Warns about a child that is a geometry, or a node that only acts in a field of its own (ISO
