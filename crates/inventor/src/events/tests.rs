@@ -250,6 +250,43 @@ fn the_record_names_nodes_and_has_an_event_of_a_loop_once() {
     assert_eq!(sent, [&*x, &*a, "M.shininess 1", "N.shininess 1"]);
 }
 
+/// ISO/IEC 19775-1, 8.2.4: a pause takes no part of the time of a sensor.
+#[test]
+fn a_sensor_of_x3d_pauses_and_resumes() {
+    for sensor in ["loop TRUE cycleInterval 10", "cycleInterval 10"] {
+        let document = read(&format!(
+            "#X3D V3.3 utf8\nPROFILE Immersive
+            DEF A TimeSensor {{ {sensor} }} DEF X Material {{ }} DEF Y Transform {{ }}
+            DEF B TimeSensor {{ }} DEF L PointLight {{ on FALSE }}
+            ROUTE A.fraction_changed TO X.transparency ROUTE A.isPaused TO L.on
+            ROUTE A.elapsedTime TO B.cycleInterval"
+        ));
+        let events = [
+            event(0.0, "A", "startTime", "0"),
+            event(0.0, "A", "pauseTime", "2"),
+            event(3.0, "A", "resumeTime", "3"),
+        ];
+        for (time, done, is_paused) in [
+            (1.0, 1.0, false),
+            (2.0, 2.0, true),
+            (2.5, 2.0, true),
+            (5.0, 4.0, false),
+            (11.0, 10.0, false),
+        ] {
+            let played = play(&document, time, &events).expect("has events");
+            let values = [("X", "transparency"), ("B", "cycleInterval"), ("L", "on")];
+            let [fraction, elapsed, paused] = values.map(|(node, of)| field(&played, node, of));
+            assert_eq!(
+                fraction,
+                Value::Float((done / 10.0) as f32),
+                "{sensor} {time}"
+            );
+            assert_eq!(elapsed, Value::Double(done), "{sensor} {time}");
+            assert_eq!(paused, Value::Bool(is_paused), "{sensor} {time}");
+        }
+    }
+}
+
 /// Sums and quotients of tenths are rounded to either side of the whole number.
 #[test]
 fn a_cycle_ends_at_its_end_whatever_its_start_and_length_round_to() {

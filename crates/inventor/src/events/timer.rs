@@ -1,5 +1,5 @@
-//! VRML97's time-dependent nodes: `TimeSensor` (VRML97, 6.50), and whether an `AudioClip` (6.2) or
-//! a `MovieTexture` (6.28) plays.
+//! Time-dependent nodes: `TimeSensor` (VRML97, 6.50), and whether an `AudioClip` (6.2) or a
+//! `MovieTexture` (6.28) plays; with the pauses of X3D (ISO/IEC 19775-1, 8.2.4).
 
 use crate::grammar::value::Value;
 use crate::grammar::{ClassId, audio_clip, class, movie_texture, time_sensor};
@@ -14,11 +14,18 @@ pub struct Timer {
     cycle: f64,
     /// When it last sent its time.
     sent: Option<f64>,
-    /// Whether events set the start and the stop time. A time that the file states counts from
-    /// 1970.
-    start_set: bool,
-    stop_set: bool,
+    /// When the sensor started.
+    begun: f64,
+    /// Since when it is paused.
+    paused: Option<f64>,
+    /// How long it was paused since it started.
+    delay: f64,
+    /// Whether events set the times in [`TIMES`]. A time that the file states counts from 1970.
+    set: [bool; 4],
 }
+
+/// The fields with the times at which a time-dependent node starts, stops, pauses and resumes.
+const TIMES: [&str; 4] = ["startTime", "stopTime", "pauseTime", "resumeTime"];
 
 /// The seconds from 1970, from when a file counts, until the scene is opened. Every cycle counts as
 /// a part of it, so that a sensor that has always run begins one when the scene is opened. A later
@@ -48,6 +55,8 @@ pub(super) fn is_time_dependent(class: Option<ClassId>) -> bool {
 struct Fields {
     start: f64,
     stop: f64,
+    pause: f64,
+    resume: f64,
     /// A time at which a cycle begins.
     phase: f64,
     cycle: f64,
@@ -59,34 +68,54 @@ impl Fields {
     fn of(node: NodeRef<'_>, timer: Timer) -> Self {
         let (times, cycle, loops, enabled) = match node.class_id() {
             Some(class::AUDIO_CLIP) => (
-                [audio_clip::START_TIME, audio_clip::STOP_TIME].map(|time| node.get(time)),
+                [
+                    audio_clip::START_TIME,
+                    audio_clip::STOP_TIME,
+                    audio_clip::PAUSE_TIME,
+                    audio_clip::RESUME_TIME,
+                ]
+                .map(|time| node.get(time)),
                 CLIP,
                 node.get(audio_clip::LOOP),
                 true,
             ),
             Some(class::MOVIE_TEXTURE) => (
-                [movie_texture::START_TIME, movie_texture::STOP_TIME].map(|time| node.get(time)),
+                [
+                    movie_texture::START_TIME,
+                    movie_texture::STOP_TIME,
+                    movie_texture::PAUSE_TIME,
+                    movie_texture::RESUME_TIME,
+                ]
+                .map(|time| node.get(time)),
                 CLIP,
                 node.get(movie_texture::LOOP),
                 true,
             ),
             _ => (
-                [time_sensor::START_TIME, time_sensor::STOP_TIME].map(|time| node.get(time)),
+                [
+                    time_sensor::START_TIME,
+                    time_sensor::STOP_TIME,
+                    time_sensor::PAUSE_TIME,
+                    time_sensor::RESUME_TIME,
+                ]
+                .map(|time| node.get(time)),
                 node.get(time_sensor::CYCLE_INTERVAL),
                 node.get(time_sensor::LOOP),
                 node.get(time_sensor::ENABLED),
             ),
         };
-        let since_opening = |time: f64, is_set: bool| match is_set {
-            true => time,
-            false if time < OPENING => time - OPENING,
-            false => f64::INFINITY,
+        let since_opening = |i: usize| match times[i] {
+            time if timer.set[i] => time,
+            time if time < OPENING => time - OPENING,
+            _ => f64::INFINITY,
         };
-        let [start, stop] = times;
+        let [start, stop, pause, resume] = [0, 1, 2, 3].map(since_opening);
         Self {
-            start: since_opening(start, timer.start_set),
-            stop: since_opening(stop, timer.stop_set),
-            phase: start,
+            start,
+            stop,
+            pause,
+            resume,
+            phase: times[0] + timer.delay,
             cycle: if cycle > 0.0 { cycle } else { 1.0 },
             loops,
             enabled,
@@ -128,21 +157,28 @@ impl Timer {
     pub(super) fn tick(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
         let mut events = self.sensor_events(node, now);
         if is_clip(node.class_id()) {
-            events.retain(|(output, _)| *output == "isActive");
+            events.retain(|(output, _)| matches!(*output, "isActive" | "isPaused"));
+        } else if node.document.is_x3d()
+            && let Some((_, Value::Double(time))) = events.iter().find(|(name, _)| *name == "time")
+        {
+            let elapsed = time - self.begun - self.delay;
+            events.push(("elapsedTime", Value::Double(elapsed)));
         }
         events
     }
 
     /// Returns the events that a `TimeSensor` with the fields of the node sends at a time.
     fn sensor_events(&mut self, node: NodeRef<'_>, now: f64) -> TimerEvents {
-        let fields = Fields::of(node, *self);
         if self.active {
-            return self.run(fields, now);
+            return self.run(Fields::of(node, *self), now);
         }
+        self.delay = 0.0;
+        let fields = Fields::of(node, *self);
         if !self.starts(fields, now) {
             return Vec::new();
         }
         self.active = true;
+        self.begun = now;
         self.sent = Some(now);
         self.cycle = fields.cycle_at(now);
         let mut events = vec![
@@ -161,9 +197,8 @@ impl Timer {
             && (fields.loops || now < fields.start + fields.cycle)
     }
 
-    /// Returns the events of a sensor that runs.
-    fn run(&mut self, fields: Fields, now: f64) -> TimerEvents {
-        let has_sent = self.sent.replace(now) == Some(now);
+    /// Returns when a sensor that runs ends, if that is now or was before.
+    fn last(self, fields: Fields, now: f64) -> Option<f64> {
         let mut last = None;
         if !fields.enabled {
             last = Some(now);
@@ -171,38 +206,59 @@ impl Timer {
         if fields.is_stopped(now) {
             last = Some(last.map_or(fields.stop, |now| now.min(fields.stop)));
         }
-        if !fields.loops && now >= fields.end(self.cycle) {
+        if !fields.loops && self.paused.is_none() && now >= fields.end(self.cycle) {
             let end = fields.end(self.cycle);
             last = Some(last.map_or(end, |stop| stop.min(end)));
         }
-        if let Some(last) = last {
-            self.active = false;
-            let mut events = match has_sent {
-                true => Vec::new(),
-                false => moment(fields, last, 1.0),
-            };
+        last
+    }
+
+    /// Returns the events of a sensor that runs or is paused.
+    fn run(&mut self, mut fields: Fields, now: f64) -> TimerEvents {
+        let has_sent = self.sent.replace(now) == Some(now);
+        let mut events = Vec::new();
+        if let Some(last) = self.last(fields, now) {
+            let was_paused = self.paused.take().is_some();
+            if !has_sent && !was_paused {
+                events.extend(moment(fields, last, 1.0));
+            }
             events.push(("isActive", Value::Bool(false)));
+            if was_paused {
+                events.push(("isPaused", Value::Bool(false)));
+            }
+            self.active = false;
             return events;
         }
-        if has_sent {
-            return Vec::new();
+        if let Some(since) = self.paused {
+            if fields.resume <= fields.pause || now < fields.resume {
+                return events;
+            }
+            self.paused = None;
+            self.delay += now - since;
+            fields.phase += now - since;
+            events.push(("isPaused", Value::Bool(false)));
         }
-        let cycle = fields.cycle_at(now);
-        let mut events = Vec::new();
-        if cycle > self.cycle {
-            self.cycle = cycle;
-            events.push(("cycleTime", Value::Double(now)));
+        if !has_sent {
+            let cycle = fields.cycle_at(now);
+            if cycle > self.cycle {
+                self.cycle = cycle;
+                events.push(("cycleTime", Value::Double(now)));
+            }
+            events.extend(moment(fields, now, 1.0));
         }
-        events.extend(moment(fields, now, 1.0));
+        if fields.pause > fields.resume && now >= fields.pause {
+            self.paused = Some(now);
+            events.push(("isPaused", Value::Bool(true)));
+        }
         events
     }
 
-    /// Returns the first time after `now` at which the sensor starts, ends or, if its cycles are
-    /// at least `shortest` long, begins a cycle.
+    /// Returns the first time after `now` at which the sensor starts, ends, pauses, resumes or, if
+    /// its cycles are at least `shortest` long, begins a cycle.
     pub(super) fn next(&self, node: NodeRef<'_>, now: f64, shortest: f64) -> Option<f64> {
         let fields = Fields::of(node, *self);
-        let mut times = vec![fields.start, fields.stop];
-        if self.active && (!fields.loops || fields.cycle >= shortest) {
+        let mut times = vec![fields.start, fields.stop, fields.pause, fields.resume];
+        if self.active && self.paused.is_none() && (!fields.loops || fields.cycle >= shortest) {
             times.push(fields.end(self.cycle));
         }
         let after = times.into_iter().filter(|t| *t > now && t.is_finite());
@@ -221,8 +277,9 @@ impl Timer {
             "stopTime" => !(self.active && stops_early),
             _ => true,
         };
-        self.start_set |= accepts && field == "startTime";
-        self.stop_set |= accepts && field == "stopTime";
+        if let Some(i) = TIMES.iter().position(|time| *time == field) {
+            self.set[i] |= accepts;
+        }
         accepts
     }
 }
