@@ -17,7 +17,8 @@ use super::render::{OutputOptions, movie_plan};
 use super::render_outputs::outputs_have_a_render;
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use crate::movie::{
-    Container, Ease, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg, parse_frames,
+    Container, Ease, RATES, RATES_TEXT, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg,
+    parse_frames,
 };
 use crate::photo::options::{MovieFrame, Shutter, command_line, duration};
 use crate::photo::{Era, Plan, free_name};
@@ -322,8 +323,9 @@ fn whole_timeline(m: &ArgMatches, frames_is_length: bool) -> Result<Timeline> {
         let ease = parsed(m, "ease", known, Ease::parse)?.unwrap_or_default();
         Timeline::pull_focus(meters("from")?, meters("to")?, frames.unwrap_or(200), ease)?
     };
-    let rate = |w: &str| w.parse().ok().filter(|r| (0.1..=1000.0).contains(r));
-    if let Some(rate) = parsed(m, "rate", "frames a second, from 0.1 to 1000", rate)? {
+    let rate = |w: &str| w.parse().ok().filter(|r| RATES.contains(r));
+    let expects = format!("frames a second, {RATES_TEXT}");
+    if let Some(rate) = parsed(m, "rate", &expects, rate)? {
         timeline.rate = rate;
     }
     match Shutter::of(&flags::given_options(m))? {

@@ -11,7 +11,7 @@ use std::path::Path;
 use ivcam_base::diag::{Diagnostic, Result, differences};
 use ivcam_base::files::{Inputs, MAX_TEXT, hash_of_file, read_file, write_new};
 
-use super::timeline::Timeline;
+use super::timeline::{RATES, Timeline};
 use crate::photo::Plan;
 
 /// The name of the file of the choices.
@@ -134,7 +134,7 @@ pub(super) fn read_label(folder: &Path) -> Result<(u32, f64)> {
     let frames = value("frames")?.parse().ok();
     let frames = frames.filter(|n| (1..=super::timeline::MOST_FRAMES).contains(n));
     let rate = value("rate")?.parse().ok();
-    let rate = rate.filter(|r| (0.001..=1000.0).contains(r));
+    let rate = rate.filter(|r| RATES.contains(r));
     Ok((
         frames.ok_or_else(|| wrong("number of frames"))?,
         rate.ok_or_else(|| wrong("rate"))?,

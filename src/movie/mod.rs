@@ -22,3 +22,4 @@ pub(crate) use frames::{FrameState, Frames, folder_beside};
 pub use moments::expose_moments;
 pub(crate) use shoot::{Shoot, ShootEvent};
 pub use timeline::Timeline;
+pub(crate) use timeline::{RATES, RATES_TEXT};

@@ -1,5 +1,7 @@
 //! The timeline of a movie: the values that change, at any moment.
 
+use std::ops::RangeInclusive;
+
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
 
@@ -7,6 +9,11 @@ use super::ease::{Ease, EaseKey, Scale, Track};
 
 /// The largest number of frames of a timeline, more than two hours at 24 frames per second.
 pub(super) const MOST_FRAMES: u32 = 200_000;
+
+/// The frames per second that a movie can have.
+pub(crate) const RATES: RangeInclusive<f64> = 0.001..=1000.0;
+/// [`RATES`], for messages.
+pub(crate) const RATES_TEXT: &str = "from 0.001 to 1000";
 
 /// The values that change in a movie. A track without keys leaves the plan's value.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -19,7 +19,7 @@ use ivcam_base::diag::{Diagnostic, Result, Source, Span, nearest};
 use ivcam_base::math::Meters;
 
 use super::ease::{Ease, EaseKey, PACES, SCALES, Scale};
-use super::timeline::{MOST_FRAMES, Timeline};
+use super::timeline::{MOST_FRAMES, RATES, RATES_TEXT, Timeline};
 use crate::photo::options::distance;
 
 impl Timeline {
@@ -45,6 +45,8 @@ struct TimelineReader<'a> {
     timeline: Timeline,
     /// The frame of each key, to be checked against the number of frames.
     last: Vec<(f64, Span)>,
+    /// The settings that the lines before have.
+    settings: Vec<&'a str>,
 }
 
 /// The words that a line can start with.
@@ -68,14 +70,16 @@ impl<'a> TimelineReader<'a> {
             source,
             timeline,
             last: Vec::new(),
+            settings: Vec::new(),
         }
     }
 
     fn read(mut self) -> Result<Timeline> {
-        let source = self.source.clone();
+        let source = self.source;
         let text = std::str::from_utf8(&source.bytes)
             .map_err(|e| self.wrong(Span::at(e.valid_up_to()), "a timeline is text in UTF-8"))?;
-        let mut start = 0;
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut start = source.bytes.len() - text.len();
         for line in text.split_inclusive(['\n', '\r']) {
             let content = line.split('#').next().unwrap_or_default();
             let words = words(content, start);
@@ -106,7 +110,7 @@ impl<'a> TimelineReader<'a> {
     }
 
     /// Reads a line with a setting, or with a key of a track.
-    fn line(&mut self, name: TimelineWord<'_>, values: &[TimelineWord<'_>]) -> Result<()> {
+    fn line(&mut self, name: TimelineWord<'a>, values: &[TimelineWord<'_>]) -> Result<()> {
         match name.text {
             "frames" => {
                 let [frames] = self.numbers(name, values)?;
@@ -118,12 +122,17 @@ impl<'a> TimelineReader<'a> {
                         .with_help(most));
                 }
                 self.timeline.frames = frames as u32;
-                Ok(())
+                self.once(name)
             }
             "rate" => {
-                let [rate] = self.positive(name, values)?;
+                let [rate] = self.numbers(name, values)?;
+                if !RATES.contains(&rate) {
+                    return Err(self
+                        .wrong(values[0].span, "not a rate of frames")
+                        .with_help(format!("frames a second, {RATES_TEXT}")));
+                }
                 self.timeline.rate = rate;
-                Ok(())
+                self.once(name)
             }
             "shutter" => {
                 let [part] = self.numbers(name, values)?;
@@ -134,10 +143,21 @@ impl<'a> TimelineReader<'a> {
                         .with_help(help));
                 }
                 self.timeline.shutter = part;
-                Ok(())
+                self.once(name)
             }
             _ => self.key(name, values),
         }
+    }
+
+    /// Refuses a second line with a setting.
+    fn once(&mut self, name: TimelineWord<'a>) -> Result<()> {
+        if self.settings.contains(&name.text) {
+            return Err(self
+                .wrong(name.span, format!("a second line `{}`", name.text))
+                .with_help("leave one of them out"));
+        }
+        self.settings.push(name.text);
+        Ok(())
     }
 
     /// Reads a key: `TRACK FRAME VALUE… [EASE…]`.
@@ -421,6 +441,9 @@ mod tests {
             ("focus 0 1\n", (1, 1), "how many frames"),
             ("frames 3\nposition 0 1 2\n", (2, 1), "takes 3"),
             ("frames 3\nshutter 2\n", (2, 9), "part of a frame"),
+            ("frames 3\nrate 1001\n", (2, 6), "not a rate"),
+            ("frames 3\nframes 4\n", (2, 1), "second line `frames`"),
+            ("\u{feff}frames 3\nrate 0\n", (2, 6), "not a rate"),
         ] {
             let error = read(text).unwrap_err();
             assert!(error.message.contains(what), "{text}: {}", error.message);
