@@ -24,35 +24,32 @@ const FILES: &str = "files.txt";
 /// # Errors
 /// Fails if the scene cannot be read.
 pub(super) fn label(plan: &Plan, timeline: &Timeline) -> Result<String> {
-    let mut text = format!(
-        "ivcam {}\nframes {}\nrate {}\n",
-        env!("CARGO_PKG_VERSION"),
-        timeline.frames,
-        timeline.rate
-    );
-    for (key, value) in plan.describe() {
-        text += &format!("{key} {value}\n");
-    }
+    let mut choices = plan.with_given(plan.describe());
+    let mut say = |key: &str, value: String| choices.insert(key.to_owned(), value);
     if let Some(target) = plan.stop.error {
-        text += &format!("target {target}\n");
+        say("target", target.to_string());
     }
     if let Some(time) = plan.stop.time {
-        text += &format!("time {time:?}\n");
+        say("time", format!("{time:?}"));
     }
     // On another machine the same scene may be in another folder.
-    let name = plan.scene.file_name().unwrap_or_default().to_string_lossy();
-    text += &format!("scene {name}\n");
+    let name = plan.scene.file_name().unwrap_or_default();
+    say("scene", name.to_string_lossy().into_owned());
     // A scene from a pipe can be read only once.
     if plan.scene.as_os_str() != "-" && (plan.scene.is_file() || !plan.scene.exists()) {
         let hash = hash_of_file(&plan.scene);
         let hash = hash.map_err(|e| Diagnostic::io(plan.scene.display(), &e))?;
-        text += &format!("scene-content {hash:016x}\n");
+        say("scene-content", format!("{hash:016x}"));
     }
-    Ok(text
-        + &format!(
-            "camera {:?}\noptics {:?}\ntimeline {timeline:?}\n",
-            plan.camera, plan.optics
-        ))
+    say("camera", format!("{:?}", plan.camera));
+    say("optics", format!("{:?}", plan.optics));
+    say("timeline", format!("{timeline:?}"));
+    let lines = choices
+        .iter()
+        .map(|(key, value)| format!("{key} {value}\n"));
+    let (version, frames, rate) = (env!("CARGO_PKG_VERSION"), timeline.frames, timeline.rate);
+    let first = format!("ivcam {version}\nframes {frames}\nrate {rate}\n");
+    Ok(first + &lines.collect::<String>())
 }
 
 /// Labels a folder, or checks that its label is the same.

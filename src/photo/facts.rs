@@ -1,5 +1,6 @@
 //! What determines the bits of a picture: names and values that two runs or two processes compare.
 
+use indexmap::IndexMap;
 use ivcam_base::files::Inputs;
 use ivcam_base::math::simd::arithmetic;
 use ivcam_optics::sampling::SamplerKind;
@@ -19,8 +20,7 @@ impl Session {
             let hashes: Vec<String> = hashes.iter().map(|h| format!("{h:016x}")).collect();
             facts.insert(format!("the content of `{name}`"), hashes.join(" "));
         }
-        facts.extend(self.plan.given());
-        facts.extend(self.described.clone());
+        facts.extend(self.plan.with_given(self.described.clone()));
         facts.retain(|name, _| !FREE.contains(&&**name));
         let mut say = |name: &str, value: String| facts.insert(name.to_owned(), value);
         if let Some(samples) = self.plan.fixed_samples() {
@@ -33,6 +33,20 @@ impl Session {
 }
 
 impl Plan {
+    /// Adds to the described choices the given options that they lack, so that all are there that
+    /// determine the picture.
+    pub(crate) fn with_given(
+        &self,
+        mut described: IndexMap<String, String>,
+    ) -> IndexMap<String, String> {
+        for (name, value) in self.given() {
+            if !FREE.contains(&&*name) {
+                described.entry(name).or_insert(value);
+            }
+        }
+        described
+    }
+
     /// Returns the number of samples if the samples themselves depend on it, so that none can be
     /// added.
     pub(crate) fn fixed_samples(&self) -> Option<u32> {

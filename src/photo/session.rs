@@ -1051,12 +1051,7 @@ impl Session {
         let scene = self.plan.scene.file_name().unwrap_or_default();
         let scene = ("scene".to_owned(), scene.to_string_lossy().into_owned());
         let mut choices = IndexMap::from([scene]);
-        choices.extend(self.described.clone());
-        for (name, value) in self.plan.given() {
-            if !FREE.contains(&&*name) {
-                choices.entry(name).or_insert(value);
-            }
-        }
+        choices.extend(self.plan.with_given(self.described.clone()));
         choices
     }
 

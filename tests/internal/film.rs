@@ -107,6 +107,18 @@ fn an_interrupted_movie_renders_only_the_missing_frames() {
     assert_eq!(std::fs::read(frame(0)).unwrap(), marked);
     // Frames of another movie are refused.
     assert_eq!(shoot("2"), 2);
+    for choice in [
+        "--scene-time 1",
+        "--tilt 2",
+        "--backdrop 2",
+        "--headlight off",
+        "--event PointLight.on=FALSE",
+    ] {
+        let words = ["3", "--ease", "travel smooth"]
+            .into_iter()
+            .chain(choice.split(' '));
+        assert_eq!(ivcam(&line, &words.collect::<Vec<_>>()), 2, "{choice}");
+    }
 }
 
 #[test]
