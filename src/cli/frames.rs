@@ -7,6 +7,7 @@ use clap::{Arg, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result, counted};
 use serde_json::{Value as Json, json};
 
+use super::outputs::keep_inputs;
 use super::{exit_code, print_diagnostic, switch, text, value};
 use crate::movie::{Container, FrameState, Frames, frames_text};
 
@@ -60,6 +61,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let is_complete = list.done.len() == frames.states.len();
     if let Some((movie, container)) = output.zip(container) {
         if is_complete {
+            keep_inputs("--output", &movie, &frames.paths())?;
             container.write(&movie, &frames.paths(), frames.rate)?;
         } else {
             let left = counted(frames.states.len() - list.done.len(), "frame");

@@ -12,7 +12,7 @@ use ivcam_base::math::{LengthUnit, Meters, parse_length};
 use ivcam_optics::picture::PictureFormat;
 
 use super::movie_warnings::movie_warnings;
-use super::outputs::check_picture_space;
+use super::outputs::{check_picture_space, keep_inputs};
 use super::render::{OutputOptions, movie_plan};
 use super::render_outputs::outputs_have_a_render;
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
@@ -166,7 +166,12 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
     };
     let left = shoot.missing(&numbers).len() as u64;
     check_picture_space(&folder, PictureFormat::Png, picture, left)?;
-    render(&shoot, &numbers, expiry.unwrap_or(EXPIRY), &options)?;
+    let keep = |inputs: &[PathBuf]| {
+        let mut movies = movies.iter();
+        movies.try_for_each(|(movie, _)| keep_inputs("--output", movie, inputs))
+    };
+    keep(&shoot.frame_paths())?;
+    render(&shoot, &numbers, expiry.unwrap_or(EXPIRY), &options, &keep)?;
     for (movie, container) in &movies {
         container.write(movie, &shoot.frame_paths(), rate)?;
         if !options.quiet {
@@ -207,8 +212,15 @@ fn frames_folder(m: &ArgMatches, movies: &[(PathBuf, Container)]) -> PathBuf {
     }
 }
 
-/// Renders the frames that are missing, and prints a line for each.
-fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptions) -> Result<()> {
+/// Renders the frames that are missing, and prints a line for each. `keep` refuses movies that
+/// would replace one of some files.
+fn render(
+    shoot: &Shoot,
+    frames: &[u32],
+    expiry: Duration,
+    options: &OutputOptions,
+    keep: &(dyn Fn(&[PathBuf]) -> Result<()> + Sync),
+) -> Result<()> {
     let missing = shoot.missing(frames);
     let there = frames.len() - missing.len();
     if there > 0 && !options.quiet {
@@ -228,6 +240,7 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
         }
         match event {
             ShootEvent::Opened(session) => {
+                keep(&session.document.opened_files())?;
                 print_warnings(&session.sink);
                 if session.plan.meters && !options.quiet {
                     let exposure = session.stated_exposure();
@@ -256,6 +269,7 @@ fn render(shoot: &Shoot, frames: &[u32], expiry: Duration, options: &OutputOptio
                 counted(frames, "frame")
             ),
         }
+        Ok(())
     };
     options.on_threads(|| shoot.render(&missing, expiry, &mut handle))?
 }

@@ -60,6 +60,9 @@ pub(crate) enum ShootEvent<'a> {
     Waiting(usize),
 }
 
+/// What is called for each report. An error ends the rendering.
+pub(crate) type ShootReport<'a> = dyn FnMut(ShootEvent<'_>) -> Result<()> + 'a;
+
 /// The frames of a movie, at most, whose scenes decide where a camera has to stand that the scene
 /// does not have.
 const FRAMED_FRAMES: u32 = 16;
@@ -74,7 +77,7 @@ struct MovieSession {
 }
 
 impl MovieSession {
-    fn open(shoot: &Shoot, report: &mut dyn FnMut(ShootEvent<'_>)) -> Result<Self> {
+    fn open(shoot: &Shoot, report: &mut ShootReport<'_>) -> Result<Self> {
         let record = InputRecord::begin();
         let mut session = Session::open(shoot.plan.clone())?;
         check_files(&shoot.folder, &record.inputs())?;
@@ -86,7 +89,7 @@ impl MovieSession {
             shoot.set(&mut session, &start, &shoot.timeline.at(0.0, &travel))?;
             session.meter();
         }
-        report(ShootEvent::Opened(&session));
+        report(ShootEvent::Opened(&session))?;
         Ok(Self {
             start,
             lens,
@@ -156,18 +159,19 @@ impl Shoot {
     /// Renders frames in rayon's current pool, except those that other processes render, and calls
     /// `report` after each. Returns when all are done. The claim of another process expires when it
     /// has not been refreshed for the time that it states; those of this process state `expiry`.
+    /// The scene is opened even if all frames are done, to compare its files with theirs.
     ///
     /// # Errors
-    /// Fails if the scene cannot be opened, the lens cannot be focused, or a frame cannot be
-    /// written.
+    /// Fails if the scene cannot be opened or has changed, the lens cannot be focused, a frame
+    /// cannot be written, or `report` fails.
     pub(crate) fn render(
         &self,
         frames: &[u32],
         expiry: Duration,
-        report: &mut dyn FnMut(ShootEvent<'_>),
+        report: &mut ShootReport<'_>,
     ) -> Result<()> {
         let mut claims = Claims::new(&self.folder, expiry);
-        let mut studio = None;
+        let mut studio = MovieSession::open(self, report)?;
         let clock = Instant::now();
         let mut left = frames.to_vec();
         let mut is_waiting = false;
@@ -185,11 +189,7 @@ impl Shoot {
                 };
                 // Another process may have finished it before this one had the claim.
                 if !self.is_done(number) {
-                    let studio = match &mut studio {
-                        Some(studio) => studio,
-                        none => none.insert(MovieSession::open(self, report)?),
-                    };
-                    self.make(number, claim.is_taken_over(), studio, report)?;
+                    self.make(number, claim.is_taken_over(), &mut studio, report)?;
                 }
                 claim.finish();
                 is_waiting = false;
@@ -199,7 +199,7 @@ impl Shoot {
                 return Ok(());
             }
             if !is_waiting {
-                report(ShootEvent::Waiting(left.len()));
+                report(ShootEvent::Waiting(left.len()))?;
                 is_waiting = true;
             }
             std::thread::sleep(POLL);
@@ -212,7 +212,7 @@ impl Shoot {
         number: u32,
         is_taken_over: bool,
         studio: &mut MovieSession,
-        report: &mut dyn FnMut(ShootEvent<'_>),
+        report: &mut ShootReport<'_>,
     ) -> Result<()> {
         let path = frame_path(&self.folder, number);
         let word = if is_taken_over {
@@ -237,8 +237,7 @@ impl Shoot {
             focus: moments[0].focus,
             seconds: exposure.spent.seconds,
             shortfall: self.shortfall(&exposure),
-        });
-        Ok(())
+        })
     }
 
     /// Returns the error of a frame that may be above the target.

@@ -122,6 +122,33 @@ fn an_interrupted_movie_renders_only_the_missing_frames() {
 }
 
 #[test]
+fn a_movie_replaces_no_file_of_its_own_and_a_changed_texture_is_refused() {
+    let folder = Folder::new("own");
+    let texture = folder.0.join("tex.png");
+    let paint = |level: u8| {
+        let picture = image::RgbImage::from_pixel(2, 2, image::Rgb([level; 3]));
+        picture.save(&texture).unwrap();
+    };
+    paint(10);
+    let textured = SCENE.replace("Cube", "Texture2 { filename \"tex.png\" } Cube");
+    let (scene, frames) = (folder.file("room.iv", &textured), folder.path("frames"));
+    let line = format!(
+        "pull-focus {scene} --from 1 --to 3 --length 2 --size 18x12 --samples 1 --quiet \
+         --folder {frames} -o"
+    );
+    let movie = folder.path("movie.png");
+    let frame = format!("{frames}/00001.png");
+    assert_eq!(ivcam(&line, &[texture.to_str().unwrap()]), 2);
+    assert_eq!(ivcam(&line, &[&frame]), 2);
+    assert_eq!(ivcam(&line, &[&movie]), 0);
+    assert_eq!(ivcam(&format!("frames {frames} -o {frame}"), &[]), 2);
+    assert_eq!(Raster::open(&texture).unwrap().width, 2);
+    // All frames are done.
+    paint(20);
+    assert_eq!(ivcam(&line, &[&movie]), 2);
+}
+
+#[test]
 fn several_runs_divide_a_movie_and_make_the_same_frames_as_one() {
     let folder = Folder::new("divide");
     let scene = folder.file("room.iv", SCENE);
