@@ -22,15 +22,22 @@ pub fn expose_moments(
 ) -> Result<Exposure> {
     let parts = count.max(1);
     let mut of_moment = Stop {
-        samples: (stop.samples / parts).max(1),
         error: stop.error.map(|e| e * f64::from(parts).sqrt()),
         time: stop.time.map(|t| t / parts),
+        ..stop
     };
     let mut attempt = 1;
     loop {
         let mut frame: Option<Exposure> = None;
         for i in 0..count {
-            let part = expose(i, of_moment)?;
+            let samples = share(stop.samples, i, parts);
+            let part = expose(
+                i,
+                Stop {
+                    samples,
+                    ..of_moment
+                },
+            )?;
             match &mut frame {
                 None => frame = Some(part),
                 Some(sum) => sum.join(&part, 1.0 / f64::from(i + 1)),
@@ -54,9 +61,34 @@ pub fn expose_moments(
     }
 }
 
+/// Returns the number of samples of one of several parts: the remainder of the division is spread
+/// evenly over them. Every part has at least one.
+pub(super) fn share(samples: u32, part: u32, parts: u32) -> u32 {
+    let before = |part: u32| u64::from(samples) * u64::from(part) / u64::from(parts);
+    ((before(part + 1) - before(part)) as u32).max(1)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_parts_of_a_frame_have_all_of_its_samples() {
+        for (samples, parts) in [
+            (31, 16),
+            (16, 16),
+            (17, 16),
+            (100, 16),
+            (3, 2),
+            (u32::MAX, 16),
+        ] {
+            let shares: Vec<u32> = (0..parts).map(|i| share(samples, i, parts)).collect();
+            let sum: u64 = shares.iter().map(|n| u64::from(*n)).sum();
+            assert_eq!(sum, u64::from(samples));
+            let (least, most) = (shares.iter().min(), shares.iter().max());
+            assert!(most.unwrap() - least.unwrap() <= 1, "{shares:?}");
+        }
+    }
     use ivcam_optics::film::Resolution;
 
     /// What is seen at one of two moments has half of its light, whichever moment it is.

@@ -18,7 +18,7 @@ use ivcam_render::render::report::stated_error;
 use super::frames::{claim_name, frame_path, is_whole};
 use super::journal::Journal;
 use super::label::{check_files, label, label_folder};
-use super::moments::expose_moments;
+use super::moments::{expose_moments, share};
 use super::timeline::{Moment, Timeline, Travel};
 use crate::photo::{Optics, Plan, Session};
 
@@ -67,7 +67,7 @@ pub(crate) type ShootReport<'a> = dyn FnMut(ShootEvent<'_>) -> Result<()> + 'a;
 /// does not have.
 const FRAMED_FRAMES: u32 = 16;
 
-/// What the first frame of a process opens and the others use again.
+/// What the frames of a process share.
 struct MovieSession {
     session: Session,
     /// The camera's pose in the scene.
@@ -282,7 +282,7 @@ impl Shoot {
             let seed = self.plan.seed.wrapping_add(u64::from(i) * 0x9e37_79b9);
             let whole = self.plan.pixel_sampler();
             let sampler = Sampler {
-                samples: (whole.samples / parts).max(1),
+                samples: share(whole.samples, i, parts),
                 seed,
                 ..whole
             };
