@@ -224,7 +224,11 @@ impl Shoot {
         let travel = |distance: f64| studio.lens.as_ref().and_then(|l| l(distance));
         let moments = self.timeline.exposures(number, self.moments, &travel);
         let exposure = self.expose(&mut studio.session, &studio.start, &moments)?;
-        let picture = studio.session.develop(&exposure, &self.command);
+        let mut picture = studio.session.develop(&exposure, &self.command);
+        if self.timeline.shutter > 0.0 {
+            let shutter = picture.provenance.entry("ivcam:shutter".into());
+            shutter.or_insert_with(|| self.timeline.shutter.to_string());
+        }
         // While this process was stopped, its claim may have expired.
         if self.is_done(number) {
             studio.journal.write("discards", number);
@@ -268,7 +272,8 @@ impl Shoot {
         session.change(plan, pose)
     }
 
-    /// Exposes one frame at its moments.
+    /// Exposes one frame at its moments. The first is exposed last, so that the session is then at
+    /// the one that the frame's metadata state.
     fn expose(
         &self,
         session: &mut Session,
@@ -276,13 +281,14 @@ impl Shoot {
         moments: &[Moment],
     ) -> Result<Exposure> {
         let parts = moments.len() as u32;
-        expose_moments(parts, self.plan.stop, &mut |i, stop| {
+        expose_moments(parts, self.plan.stop, &mut |turn, stop| {
+            let i = (turn + 1) % parts;
             self.set(session, start, &moments[i as usize])?;
             // Parts need independent random numbers, otherwise their errors are correlated.
             let seed = self.plan.seed.wrapping_add(u64::from(i) * 0x9e37_79b9);
             let whole = self.plan.pixel_sampler();
             let sampler = Sampler {
-                samples: share(whole.samples, i, parts),
+                samples: share(whole.samples, turn, parts),
                 seed,
                 ..whole
             };

@@ -149,6 +149,34 @@ fn a_movie_replaces_no_file_of_its_own_and_a_changed_texture_is_refused() {
 }
 
 #[test]
+fn a_blurred_frame_states_its_first_moment() {
+    let folder = Folder::new("first");
+    let scene = folder.file("room.iv", SCENE);
+    let keys = "frames 1\nshutter 0.5\ntime 0 4\ntime 1 6\n";
+    let timeline = folder.file("move.film", keys);
+    let frames = folder.path("frames");
+    let shoot = format!(
+        "pull-focus {scene} --animate {timeline} --samples 2 --lens none --size 18x12 --quiet \
+         --folder {frames} --frames 0-0"
+    );
+    assert_eq!(ivcam(&shoot, &[]), 0);
+    let file = std::fs::File::open(folder.0.join("frames/00000.png")).unwrap();
+    let reader = png::Decoder::new(std::io::BufReader::new(file))
+        .read_info()
+        .unwrap();
+    let texts = reader
+        .info()
+        .utf8_text
+        .iter()
+        .map(|text| (&*text.keyword, text.get_text().unwrap()));
+    let texts: std::collections::HashMap<&str, String> = texts.collect();
+    // Of two moments in half of the frame's time, the first is at an eighth.
+    assert_eq!(texts["ivcam:scene-time"], "4.25");
+    assert_eq!(texts["ivcam:shutter"], "0.5");
+    assert_eq!(texts["ivcam:samples"], "2");
+}
+
+#[test]
 fn several_runs_divide_a_movie_and_make_the_same_frames_as_one() {
     let folder = Folder::new("divide");
     let scene = folder.file("room.iv", SCENE);
