@@ -1,9 +1,10 @@
 //! Writes the frames of a movie into one file: with ffmpeg, or as an animated PNG.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::write_whole;
+use ivcam_base::files::{folder_of, write_whole};
 use ivcam_optics::picture::{Raster, Samples};
 
 /// The file format of a movie.
@@ -69,23 +70,25 @@ impl Container {
     }
 }
 
-/// Runs ffmpeg, which reads the frames by their numbers from the folder of the first.
+/// Runs ffmpeg, which reads the frames by their numbers in the folder of the first. There the name
+/// of the folder is no part of the pattern of their names, which `%` begins. `file:` keeps a name
+/// with a colon from being read as a protocol.
 fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<()> {
-    let folder = frames
-        .first()
-        .and_then(|f| f.parent())
-        .unwrap_or(Path::new(""));
+    let folder = frames.first().map_or_else(PathBuf::new, |f| folder_of(f));
     let name = movie.file_name().unwrap_or_default().to_string_lossy();
     let beside = movie.with_file_name(format!(".{name}.{}.tmp.{end}", std::process::id()));
+    let mut target = OsString::from("file:");
+    let absolute = std::path::absolute(&beside);
+    target.push(absolute.map_err(|e| Diagnostic::io(movie.display(), &e))?);
     let output = std::process::Command::new("ffmpeg")
-        .args(["-y", "-loglevel", "error", "-framerate"])
+        .current_dir(&folder)
+        .args(["-y", "-nostdin", "-loglevel", "error", "-framerate"])
         .arg(rate.to_string())
-        .arg("-i")
-        .arg(folder.join("%05d.png"))
+        .args(["-i", "%05d.png"])
         // H.264 in 4:2:0 needs even sides.
         .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
         .args(["-c:v", "libx264", "-crf", "14", "-pix_fmt", "yuv420p"])
-        .arg(&beside)
+        .arg(&target)
         .output()
         .map_err(|e| Diagnostic::io("ffmpeg", &e))?;
     if output.status.success() {

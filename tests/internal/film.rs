@@ -176,6 +176,24 @@ fn a_blurred_frame_states_its_first_moment() {
     assert_eq!(texts["ivcam:samples"], "2");
 }
 
+/// Names with what ffmpeg reads as a pattern or a protocol.
+#[test]
+fn ffmpeg_writes_a_movie_of_any_name() {
+    if !crate::movie::has_ffmpeg() {
+        return;
+    }
+    let folder = Folder::new("names");
+    let scene = folder.file("room.iv", SCENE);
+    let line = format!(
+        "pull-focus {scene} --from 1 --to 3 --length 2 --size 18x12 --samples 1 --quiet -o"
+    );
+    for name in ["100%.mp4", "take:1.mov", "-%03d.mp4"] {
+        let movie = folder.path(name);
+        assert_eq!(ivcam(&line, &[&movie]), 0, "{name}");
+        assert!(Path::new(&movie).exists(), "{name}");
+    }
+}
+
 #[test]
 fn several_runs_divide_a_movie_and_make_the_same_frames_as_one() {
     let folder = Folder::new("divide");
