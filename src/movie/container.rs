@@ -7,6 +7,10 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_optics::picture::{Raster, Samples};
 
+/// The filter that makes limited-range Y'CbCr by ITU-R BT.709, which the tags of the movie state.
+/// Without it the matrix is that of BT.601, which a player does not assume for most sizes.
+const TO_BT709: &str = "scale=out_color_matrix=bt709:out_range=tv";
+
 /// The file format of a movie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Container {
@@ -86,8 +90,10 @@ fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<(
         .arg(rate.to_string())
         .args(["-i", "%05d.png"])
         // H.264 in 4:2:0 needs even sides.
-        .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2"])
+        .args(["-vf", &format!("pad=ceil(iw/2)*2:ceil(ih/2)*2,{TO_BT709}")])
         .args(["-c:v", "libx264", "-crf", "14", "-pix_fmt", "yuv420p"])
+        .args(["-colorspace", "bt709", "-color_primaries", "bt709"])
+        .args(["-color_trc", "bt709", "-color_range", "tv"])
         .arg(&target)
         .output()
         .map_err(|e| Diagnostic::io("ffmpeg", &e))?;
