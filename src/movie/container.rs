@@ -116,12 +116,7 @@ fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
     let Some(first) = rasters.next() else {
         return Err(Diagnostic::error("a movie needs a frame"));
     };
-    // A delay in an animated PNG is a fraction of two 16-bit numbers.
-    let (over, under) = if rate.fract() == 0.0 && rate <= 65_535.0 {
-        (1, rate as u16)
-    } else {
-        (1000, (1000.0 * rate).min(65_535.0) as u16)
-    };
+    let (over, under) = delay(rate);
     write_whole(movie, |file| {
         let mut encoder = png::Encoder::new(file, first.width, first.height);
         encoder.set_color(png::ColorType::Rgb);
@@ -140,6 +135,16 @@ fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         }
         writer.finish().map_err(io_error)
     })
+}
+
+/// Returns the time of a frame in seconds as the nearest fraction of two 16-bit numbers, which is
+/// what an animated PNG has.
+fn delay(rate: f64) -> (u16, u16) {
+    let off = |(over, under): &(u16, u16)| (f64::from(*under) / f64::from(*over) - rate).abs();
+    let under = |over: u16| (f64::from(over) * rate).round().clamp(1.0, 65_535.0) as u16;
+    let fractions = (1..=u16::MAX).map(|over| (over, under(over)));
+    let nearest = fractions.min_by(|a, b| off(a).total_cmp(&off(b)));
+    nearest.unwrap_or((1, 24))
 }
 
 /// Unwraps an I/O error, such as a full disk, from the encoder's error.
@@ -174,6 +179,19 @@ pub(crate) fn has_ffmpeg() -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_delay_of_a_frame_is_the_nearest_fraction() {
+        for (rate, fraction) in [
+            (24.0, (1, 24)),
+            (23.976, (125, 2997)),
+            (0.001, (1000, 1)),
+            (1000.0, (1, 1000)),
+            (119.88, (25, 2997)),
+        ] {
+            assert_eq!(delay(rate), fraction, "{rate}");
+        }
+    }
 
     #[test]
     fn an_animated_png_has_its_frames_and_its_rate() {
