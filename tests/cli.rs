@@ -1942,6 +1942,17 @@ fn the_stability_tables_hold_and_unknown_tables_are_errors() {
     );
 }
 
+#[cfg(feature = "scripts")]
+#[test]
+fn what_a_script_prints_is_a_note_of_check() {
+    let scratch = Scratch::new("printed");
+    let program = "javascript: function initialize() { print('hello'); }";
+    let scene = format!("#VRML V2.0 utf8\nScript {{ url \"{program}\" }}\n");
+    scratch.file("a.wrl", &scene);
+    let said = stderr(&must_run(&scratch, "check DIR/a.wrl"));
+    assert!(said.contains("hello"), "{said}");
+}
+
 /// The picture's name is a link to a device on which no byte has room.
 #[cfg(target_os = "linux")]
 #[test]

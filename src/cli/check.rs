@@ -112,7 +112,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         };
         super::exit_code(result)?;
         if !json && !lines {
-            bar.suspend(|| print_first(checked.problems()));
+            bar.suspend(|| print_first(checked.diagnostics().into_iter()));
         } else if json && !several {
             checked
                 .document

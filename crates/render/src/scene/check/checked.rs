@@ -117,7 +117,7 @@ impl Checked {
     }
 
     /// All diagnostics of reading, surveying and decoding.
-    fn diagnostics(&self) -> Vec<&Diagnostic> {
+    pub fn diagnostics(&self) -> Vec<&Diagnostic> {
         match &self.document {
             Ok((document, survey)) => {
                 let diagnostics = survey.diagnostics.iter();
