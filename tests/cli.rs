@@ -1248,6 +1248,15 @@ fn a_name_made_up_for_a_picture_replaces_no_file() {
     }
     let names = ["room-2.png", "room-3.png", "room.iv", "room.png"];
     assert_eq!(scratch.names(), names);
+    // Runs at the same time take different names.
+    let runs = [0; 4].map(|_| {
+        let mut command = ivcam("render --size 4x4 --lens none --quiet room.iv");
+        command.current_dir(&scratch.0).spawn().unwrap()
+    });
+    for mut run in runs {
+        assert!(run.wait().unwrap().success());
+    }
+    assert_eq!(scratch.names().len(), 4 + 4);
 }
 
 /// A scene with a light, a camera and something to see.

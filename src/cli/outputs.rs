@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command, parser::ValueSource};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{check_space, check_writable, folder_of, is_output_closed};
+use ivcam_base::files::{NameClaim, check_space, check_writable, folder_of, is_output_closed};
 use ivcam_base::platform::{real_path, temporary_folder};
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{
@@ -235,6 +235,28 @@ fn keep_exposures(picture: &Picture, output: &Path) -> Option<PathBuf> {
         let file = free_name(&folder.join(&name), |p| p.symlink_metadata().is_ok());
         picture.save(&file, Depth::Eight).ok().map(|()| file)
     })
+}
+
+/// Returns the first of `name.png`, `name-2.png`, … that does not exist and that no other process
+/// has claimed, with the claim. Where no file can be created there is none, and writing fails
+/// later.
+pub(crate) fn claimed_name(path: &Path) -> (PathBuf, Option<NameClaim>) {
+    let mut claim = None;
+    let exists = |path: &Path| path.symlink_metadata().is_ok();
+    let name = free_name(path, |path| {
+        claim = None;
+        if exists(path) {
+            return true;
+        }
+        match NameClaim::take(path) {
+            Ok(None) => return true,
+            Ok(taken) => claim = taken,
+            Err(_) => {}
+        }
+        // Another process may have written the file and ended before the claim.
+        exists(path)
+    });
+    (name, claim)
 }
 
 /// Returns whether a name stands for standard input or output.

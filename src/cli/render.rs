@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
-use ivcam_base::files::write_whole;
+use ivcam_base::files::{NameClaim, write_whole};
 use ivcam_base::math::use_portable_arithmetic;
 use ivcam_base::thread_context::ThreadContext;
 use ivcam_base::work::StopCause;
@@ -23,13 +23,13 @@ use super::announcement::announcement;
 use super::keeping::Keeping;
 use super::meter::{MeterKind, SceneMeter, waiting};
 use super::outputs::{
-    check_picture_space, is_standard_stream, keep_inputs, picture_format, save_picture,
-    save_picture_rows,
+    check_picture_space, claimed_name, is_standard_stream, keep_inputs, picture_format,
+    save_picture, save_picture_rows,
 };
 use super::tev::TevView;
 use super::{flags, parsed, print_diagnostic, print_warnings, team, text};
 use crate::photo::options::{MovieFrame, OptionNeeds, command_line, idle_options};
-use crate::photo::{Denoiser, Era, FurtherLayers, Plan, Session, free_name, picture_name};
+use crate::photo::{Denoiser, Era, FurtherLayers, Plan, Session, picture_name};
 
 /// The options of the output.
 pub(crate) struct OutputOptions {
@@ -57,6 +57,8 @@ pub(crate) struct OutputOptions {
     pub keeping: Keeping,
     /// Whether the picture is written. A part of its samples need not be.
     pub writes_picture: bool,
+    /// The claim of the picture's name, if the user has not named it.
+    _claim: Option<NameClaim>,
 }
 
 impl OutputOptions {
@@ -65,9 +67,13 @@ impl OutputOptions {
     /// # Errors
     /// Returns an error if an option is invalid or if a file cannot be created.
     pub(crate) fn of(m: &ArgMatches) -> Result<Self> {
-        let output = output(m);
+        let (output, claim) = output(m);
         picture_format(&output)?;
-        Self::to(m, output)
+        let options = Self::to(m, output)?;
+        Ok(Self {
+            _claim: claim,
+            ..options
+        })
     }
 
     /// Reads the options of a movie, whose name has other extensions than that of a picture.
@@ -93,6 +99,7 @@ impl OutputOptions {
             meter: meter_kind(m)?,
             writes_picture: text(m, "sample-range").is_none() || text(m, "output").is_some(),
             keeping: Keeping::of(m)?,
+            _claim: None,
         })
     }
 
@@ -173,16 +180,20 @@ fn pool(threads: usize) -> Result<Arc<ThreadPool>> {
 }
 
 /// Returns the picture's file: what `-o` names, else the scene's name with `.png`, with a number
-/// where that exists, so that no picture is replaced that the user has not named.
+/// where that exists or is claimed, so that no picture is replaced that the user has not named.
 /// A name without an ending is one of a PNG in the 1999 form.
-fn output(m: &ArgMatches) -> PathBuf {
+fn output(m: &ArgMatches) -> (PathBuf, Option<NameClaim>) {
     let scene = Path::new(text(m, "scene").unwrap_or_default());
     let Some(name) = text(m, "output").map(PathBuf::from) else {
-        return free_name(&picture_name(scene), |path| path.symlink_metadata().is_ok());
+        let name = picture_name(scene);
+        return match team::is_assistant() {
+            true => (name, None),
+            false => claimed_name(&name),
+        };
     };
     match m.get_flag("batch") && name.extension().is_none() && !is_standard_stream(&name) {
-        true => name.with_extension("png"),
-        false => name,
+        true => (name.with_extension("png"), None),
+        false => (name, None),
     }
 }
 
@@ -191,7 +202,7 @@ fn output(m: &ArgMatches) -> PathBuf {
 /// # Errors
 /// Returns an error if an ending or a layer is unknown, or if layers have no file.
 pub(super) fn check_outputs(m: &ArgMatches) -> Result<()> {
-    picture_format(&output(m))?;
+    picture_format(&output(m).0)?;
     layers(m)?;
     further_layers(m)?;
     Ok(())

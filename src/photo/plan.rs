@@ -493,7 +493,7 @@ pub fn picture_name(scene: &Path) -> PathBuf {
 }
 
 /// Returns the first of `name.png`, `name-2.png`, `name-3.png`, … that is not taken.
-pub(crate) fn free_name(path: &Path, taken: impl Fn(&Path) -> bool) -> PathBuf {
+pub(crate) fn free_name(path: &Path, mut taken: impl FnMut(&Path) -> bool) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let end = path.extension().unwrap_or_default().to_string_lossy();
     let numbered = (2..).map(|n: u32| path.with_file_name(format!("{stem}-{n}.{end}")));
