@@ -12,7 +12,7 @@ use super::camera_choice::CameraNode;
 /// # Errors
 /// Returns an error if a part is missing.
 pub(super) fn parse_event(word: &str) -> Result<Action> {
-    let (word, time) = timed(word);
+    let (word, time) = timed(word, "event")?;
     let parts = word.split_once('=').and_then(|(end, value)| {
         let (node, event) = end.rsplit_once('.')?;
         let is_whole = ![node, event, value]
@@ -45,7 +45,7 @@ pub(super) fn parse_event(word: &str) -> Result<Action> {
 /// Returns an error if there is neither a name nor a place.
 pub(super) fn parse_touch(word: &str) -> Result<Action> {
     let (word, viewer) = seen_from(word)?;
-    let (target, time) = timed(word);
+    let (target, time) = timed(word, "touch")?;
     let (node, path) = pointed(target);
     let (node, place) = match path.as_deref() {
         Some([place]) => (node, Some(*place)),
@@ -164,18 +164,31 @@ pub(super) fn action_word(action: &Action) -> String {
     }
 }
 
-/// Splits the time after the last `@` from a word. Without one the time is 0.
-fn timed(word: &str) -> (&str, f64) {
-    let split = word
-        .rsplit_once('@')
-        .and_then(|(rest, time)| Some((rest, seconds(time)?)));
-    split.unwrap_or((word, 0.0))
+/// Splits the time after the last `@` from the word of an option. Without one the time is 0.
+///
+/// # Errors
+/// Returns an error if a number follows the `@` that is not a time from 0 on in seconds.
+fn timed<'a>(word: &'a str, option: &str) -> Result<(&'a str, f64)> {
+    let Some((rest, time)) = word.rsplit_once('@') else {
+        return Ok((word, 0.0));
+    };
+    if let Some(seconds) = seconds(time) {
+        return Ok((rest, seconds));
+    }
+    let number = time
+        .trim()
+        .trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    if number.parse::<f64>().is_err() {
+        return Ok((word, 0.0)); // The `@` is part of a name or a value.
+    }
+    let text = format!("`--{option} {word}`: `{time}` is not a time in seconds from 0");
+    Err(Diagnostic::error(text).with_help("such as `@2.5s`; the scene is opened at 0"))
 }
 
-/// Parses a time in seconds, with or without the unit.
+/// Parses a time in seconds from 0, with or without the unit.
 fn seconds(word: &str) -> Option<f64> {
     let time: f64 = word.trim().trim_end_matches('s').parse().ok()?;
-    time.is_finite().then_some(time)
+    (time.is_finite() && time >= 0.0).then_some(time)
 }
 
 #[cfg(test)]
@@ -197,6 +210,10 @@ mod tests {
             assert!(parse_event(wrong).is_err(), "{wrong}");
         }
         assert!(parse_touch("@2s").is_err());
+        for wrong in ["A.a=[1 2]@1500ms", "A.a=1@-1s", "A.a=1@1e999"] {
+            let error = parse_event(wrong).expect_err("a wrong time");
+            assert!(error.message.contains("is not a time"), "{}", error.message);
+        }
         assert_eq!(
             action_word(&parse_touch("Door@3s").expect("a touch")),
             "Door@3s"
@@ -246,6 +263,7 @@ mod tests {
             "S:0,0@1s..2s",
             "S:0,0-1,1@2s..1s",
             "S:0,0-1,1",
+            "S:0,0-1,1@-1s..2s",
             "S:0,0-1@1..2",
         ] {
             assert!(parse_drag(wrong).is_err(), "{wrong}");
