@@ -1962,6 +1962,17 @@ fn what_a_script_prints_is_a_note_of_check() {
     assert!(said.contains("hello"), "{said}");
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn help_that_cannot_be_written_is_an_error() {
+    for words in ["help", "--help", "--version", "check --help", "-help"] {
+        let full = std::fs::File::create("/dev/full").unwrap();
+        let run = ivcam(words).stdout(full).output().unwrap();
+        assert_eq!(run.status.code(), Some(2), "{words}");
+        assert!(stderr(&run).contains("standard output"), "{words}");
+    }
+}
+
 /// The picture's name is a link to a device on which no byte has room.
 #[cfg(target_os = "linux")]
 #[test]

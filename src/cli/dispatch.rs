@@ -53,6 +53,14 @@ impl std::io::Write for ClosedOutput {
     }
 }
 
+/// Returns standard output, not locked: a picture for it is written by the threads of the render.
+fn standard_output() -> Box<dyn std::io::Write> {
+    match is_output_closed() {
+        true => Box::new(ClosedOutput),
+        false => Box::new(std::io::stdout()),
+    }
+}
+
 /// Opens the photograph of a command line (`ivcam render …`, or one of 1999) without rendering it.
 /// Prints what the command would print before that. Returns the exit code if it cannot be opened.
 ///
@@ -105,7 +113,7 @@ fn parsed_words(
     if !is_command {
         if vintage_help::is_asked(words) {
             let help = vintage_help::text();
-            return exit_code(write!(std::io::stdout(), "{help}")).map(Err);
+            return exit_code(write!(standard_output(), "{help}")).map(Err);
         }
         check_first_word(named)?;
     }
@@ -131,8 +139,11 @@ fn parsed_words(
         Ok(matches) => matches,
         Err(error) => {
             if !error.use_stderr() {
-                let _ = error.print();
-                return Ok(Err(0));
+                let printed = match is_output_closed() {
+                    true => standard_output().write_all(b"\n"),
+                    false => error.print(),
+                };
+                return exit_code(printed).map(Err);
             }
             let named = command.find_subcommand(named).unwrap_or(&command);
             return Err(usage::explained(&error, named, typed));
@@ -159,12 +170,7 @@ fn dispatch(words: &[OsString], typed: &[OsString]) -> Result<i32> {
         Ok(matches) => matches,
         Err(code) => return Ok(code),
     };
-    // Not locked: a picture for the standard output is written by the threads of the render.
-    let out: &mut dyn std::io::Write = match is_output_closed() {
-        true => &mut ClosedOutput,
-        false => &mut std::io::stdout(),
-    };
-    let result = run_command(&matches, words, out);
+    let result = run_command(&matches, words, &mut *standard_output());
     result.map_err(|error| {
         let m = matches.subcommand().map_or(&matches, |(_, m)| m);
         wrong_file::explained(m).unwrap_or(error)
