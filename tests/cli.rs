@@ -1962,6 +1962,19 @@ fn what_a_script_prints_is_a_note_of_check() {
     assert!(said.contains("hello"), "{said}");
 }
 
+#[cfg(unix)]
+#[test]
+fn a_name_that_is_not_text_is_named() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let mut command = ivcam("render");
+    let run = command
+        .arg(std::ffi::OsStr::from_bytes(b"a\xff.iv"))
+        .output()
+        .unwrap();
+    assert_eq!(run.status.code(), Some(2));
+    assert!(stderr(&run).contains(r#""a\xFF.iv""#), "{}", stderr(&run));
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn help_that_cannot_be_written_is_an_error() {

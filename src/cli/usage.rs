@@ -178,6 +178,12 @@ pub(super) fn explained(
             let message = format!("`{named}` does not go with `{other}`");
             Diagnostic::error(message).with_help("leave one out")
         }
+        ErrorKind::InvalidUtf8 => {
+            let words = typed.iter().filter(|word| word.to_str().is_none());
+            let words: Vec<_> = words.map(|word| format!("{word:?}")).collect();
+            let message = format!("not UTF-8 in the arguments: {}", words.join(", "));
+            Diagnostic::error(message).with_help("give the file a name in UTF-8")
+        }
         _ => Diagnostic::error(plain(error)),
     }
 }
