@@ -130,6 +130,9 @@ impl Losses {
         {
             self.feature_stated(*feature, place, (*count, *stated));
         }
+        for lack in &model.not_applied {
+            self.add("not-applied", &*lack.text, lack.place.clone(), lack.count);
+        }
         if lost(&Feature::Light) {
             let lights = model.lights.iter();
             lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));

@@ -574,6 +574,43 @@ fn what_vrml_1_means_otherwise_than_inventor_is_written_in_inventors_terms() {
     }
 }
 
+/// The same document in its own language keeps what it states.
+#[test]
+fn what_pictures_do_not_apply_is_a_loss_unless_nodes_are_written_as_they_are() {
+    let inventor = "#Inventor V2.1 ascii\nBumpMap { } Cube { } AlphaTest { }";
+    let x3d = "<X3D profile='Full' version='4.0'><Scene><Transform visible='false'><Shape>\n\
+         <Appearance><PhysicalMaterial emissiveColor='1 1 1'><PixelTexture image='1 1 1 9' \
+         containerField='emissiveTexture'/><PixelTexture image='1 1 1 9' \
+         containerField='normalTexture'/></PhysicalMaterial><FillProperties filled='false'/>\
+         </Appearance><Box/></Shape></Transform></Scene></X3D>";
+    for (text, own, expected) in [
+        (
+            inventor,
+            Target::Inventor,
+            [("BumpMap", Some(2)), ("AlphaTest", Some(2))].as_slice(),
+        ),
+        (
+            x3d,
+            Target::X3d,
+            &[
+                ("Transform", Some(1)),
+                ("FillProperties", Some(2)),
+                ("PhysicalMaterial", Some(2)),
+                ("PhysicalMaterial", Some(2)),
+            ],
+        ),
+    ] {
+        let losses = converted(text, Target::Glb).losses;
+        let lost = losses.iter().filter(|loss| loss.code == "not-applied");
+        let found: Vec<_> = lost
+            .inspect(|loss| assert!(loss.stated))
+            .map(|loss| (&*loss.place.class, loss.place.line()))
+            .collect();
+        assert_eq!(found, expected);
+        assert_eq!(self::losses(text, own), [""; 0]);
+    }
+}
+
 #[test]
 fn losses_name_their_node_and_line() {
     let scene = "#VRML V2.0 utf8\nFog { visibilityRange 9 }\nTransform { children [\n\

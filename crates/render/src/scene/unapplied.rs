@@ -1,18 +1,19 @@
-//! The nodes that would change a picture and do not, because they are not supported. Each class is
-//! reported once for a scene, with what is missing.
+//! The nodes and fields that would change a picture and do not, because they are not supported,
+//! with what is missing. Reports about pictures name each class once, and conversions each node.
 
 use std::sync::OnceLock;
 
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
-    CLASSES, Class, class, geo_coordinate, geo_origin, geo_separator, texture_unit,
+    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, texture_unit,
+    vrml97_indexed_face_set as faces97, vrml97_shape,
 };
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::geo::GeoSystem;
 use ivcam_inventor::traversal::state::UnitTexture;
 
 /// The classes by name, in all dialects, and what the picture lacks.
-const UNAPPLIED: [(&str, &str); 30] = [
+const UNAPPLIED: [(&str, &str); 31] = [
     ("BumpMap", "surfaces are drawn without bumps"),
     ("TextureCubeMap", "its texture is not drawn"),
     ("SceneTexture2", "its texture is not drawn"),
@@ -52,10 +53,81 @@ const UNAPPLIED: [(&str, &str); 30] = [
     ("LineProperties", "lines are drawn as without it"),
     ("PointProperties", "points are drawn as without it"),
     ("FillProperties", "faces are drawn as without it"),
+    ("MultiTexture", "its first texture is drawn"),
 ];
 
+/// A node, or a field of it, that would change the picture and is not applied.
+#[derive(Clone, Copy)]
+pub(super) struct Unapplied<'a> {
+    /// The node.
+    pub node: NodeRef<'a>,
+    /// The field, or `None` for the whole node.
+    pub field: Option<&'static str>,
+    /// What the picture lacks, in lower case.
+    pub lack: &'static str,
+}
+
+impl<'a> Unapplied<'a> {
+    /// The node as a whole, unless it is applied.
+    fn whole(node: NodeRef<'a>) -> Option<Self> {
+        let field = None;
+        lack(node).map(|lack| Self { node, field, lack })
+    }
+
+    /// Some fields of a node, with what the picture lacks.
+    fn fields(
+        node: NodeRef<'a>,
+        fields: impl Iterator<Item = (&'static str, &'static str)>,
+    ) -> impl Iterator<Item = Self> {
+        fields.map(move |(field, lack)| Self {
+            node,
+            field: Some(field),
+            lack,
+        })
+    }
+}
+
+/// Returns what is not applied of a node, and of the nodes in its fields that a walk does not
+/// enter.
+pub(super) fn unapplied(node: NodeRef<'_>) -> Vec<Unapplied<'_>> {
+    let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
+    let points = node.get_node(faces97::COORD).filter(|_| is_vrml97);
+    let mut found: Vec<_> = points.and_then(Unapplied::whole).into_iter().collect();
+    if is_vrml97 && node.document.is_x3d() {
+        if node.class_id() == Some(class::VRML97_SHAPE) {
+            found.extend(of_shape(node));
+        }
+        let is_hidden = node.value("visible") == Some(&Value::Bool(false));
+        let hidden = is_hidden.then_some(("visible", "the node is drawn"));
+        found.extend(Unapplied::fields(node, hidden.into_iter()));
+    }
+    found.extend(Unapplied::whole(node));
+    found
+}
+
+/// Returns what is not applied of the appearance and the geometry of a shape of X3D.
+fn of_shape(shape: NodeRef<'_>) -> Vec<Unapplied<'_>> {
+    let geometry = shape.get_node(vrml97_shape::GEOMETRY);
+    let points = geometry.and_then(|g| g.get_node(faces97::TEX_COORD));
+    let look = shape.get_node(vrml97_shape::APPEARANCE);
+    let held = [
+        appearance::LINE_PROPERTIES,
+        appearance::POINT_PROPERTIES,
+        appearance::FILL_PROPERTIES,
+        appearance::TEXTURE,
+    ]
+    .map(|field| look.and_then(|look| look.get_node(field)));
+    let nodes = std::iter::once(points).chain(held).flatten();
+    let mut found: Vec<_> = nodes.filter_map(Unapplied::whole).collect();
+    let material = look.and_then(|look| look.get_node(appearance::MATERIAL));
+    for node in [look, material].into_iter().flatten() {
+        found.extend(Unapplied::fields(node, unapplied_fields(node)));
+    }
+    found
+}
+
 /// Returns what the picture lacks because a node is not applied, if it lacks anything.
-pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
+fn lack(node: NodeRef<'_>) -> Option<&'static str> {
     let known = node.known_class()?;
     if known.id == class::TEXTURE_UNIT {
         let is_drawn = (0..=UnitTexture::LAST).contains(&node.get(texture_unit::UNIT));
@@ -73,11 +145,11 @@ pub(super) fn unapplied(node: NodeRef<'_>) -> Option<&'static str> {
     }
     // A walk asks for every node, so the names are searched once for every class.
     static LACKS: OnceLock<Vec<Option<&'static str>>> = OnceLock::new();
-    let lack = |class: &Class| {
+    let of_class = |class: &Class| {
         let listed = UNAPPLIED.iter().find(|(name, _)| *name == class.name);
         listed.map(|(_, lack)| *lack)
     };
-    LACKS.get_or_init(|| CLASSES.iter().map(lack).collect())[usize::from(known.id.0)]
+    LACKS.get_or_init(|| CLASSES.iter().map(of_class).collect())[usize::from(known.id.0)]
 }
 
 /// The names of the coordinate system of a node of Coin's that is drawn on the globe.
@@ -113,19 +185,24 @@ const UNAPPLIED_FIELDS: [(&str, &str); 10] = [
 
 /// Returns what the picture lacks because of fields of a node of X3D: the field, and what is
 /// lacking.
-pub(super) fn unapplied_fields(
-    node: NodeRef<'_>,
-) -> impl Iterator<Item = (&'static str, &'static str)> {
+fn unapplied_fields(node: NodeRef<'_>) -> impl Iterator<Item = (&'static str, &'static str)> {
     let is_used = move |name: &str| match node.value(name) {
         Some(Value::Node(held)) => held.is_some(),
         Some(Value::Nodes(list)) => !list.is_empty(),
         Some(Value::Bool(is_on)) => *is_on,
         _ => false,
     };
-    // The texture of an unlit material is drawn.
-    let is_unlit = node.class_id() == Some(class::UNLIT_MATERIAL);
-    let fields = UNAPPLIED_FIELDS.into_iter();
-    fields.filter(move |(name, _)| is_used(name) && !(is_unlit && *name == "emissiveTexture"))
+    let used = UNAPPLIED_FIELDS.into_iter();
+    let used = used.filter(move |(name, _)| is_used(name));
+    used.filter_map(move |(name, lack)| match (name, node.class_id()) {
+        // The texture of an unlit material is drawn.
+        ("emissiveTexture", Some(class::UNLIT_MATERIAL)) => None,
+        ("emissiveTexture", Some(class::PHYSICAL_MATERIAL)) => Some((
+            name,
+            "surfaces emit no light, neither by it nor by `emissiveColor`",
+        )),
+        _ => Some((name, lack)),
+    })
 }
 
 #[cfg(test)]
@@ -135,6 +212,7 @@ mod tests {
     use ivcam_inventor::snapshot::Snapshot;
 
     use super::*;
+    use crate::scene::model::{Model, ModelOptions};
     use crate::scene::{CompileOptions, RenderScene};
 
     /// Classes whose nodes are kept and change no picture by themselves.
@@ -227,6 +305,12 @@ mod tests {
                 let told: Vec<_> = found.iter().filter(|d| d.message.contains(lack)).collect();
                 assert_eq!(told.len(), 1, "{name}: {found:?}");
             }
+            let model = Model::of(&snapshot, &ModelOptions::default());
+            let found = &model.not_applied;
+            assert!(
+                found.iter().any(|one| one.text == lack),
+                "{name}: {found:?}"
+            );
         }
     }
 

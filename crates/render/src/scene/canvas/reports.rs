@@ -4,15 +4,11 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Severity, Source, Span};
-use ivcam_inventor::grammar::value::Value;
-use ivcam_inventor::grammar::{
-    Class, appearance, class, vrml97_indexed_face_set as faces97, vrml97_shape,
-};
 use ivcam_inventor::iv::{NodeId, NodeRef};
 
 use super::mistake::Mistake;
 use crate::geometry::text::MissingCharacters;
-use crate::scene::unapplied::{unapplied, unapplied_fields};
+use crate::scene::unapplied::{Unapplied, unapplied};
 
 /// Collects diagnostics about shapes.
 #[derive(Debug, Default)]
@@ -25,7 +21,7 @@ pub(crate) struct Reports {
     texts: HashSet<NodeId>,
     /// The characters of all texts that are not drawn as written, with warnings at the first text.
     missing: Option<(MissingCharacters, Option<Arc<Source>>, Span)>,
-    /// The classes of nodes that were reported as not applied.
+    /// The classes of nodes, and the fields, that were reported as not applied.
     unapplied: HashSet<&'static str>,
     /// The mistakes in the lists of the current shape.
     noted: Vec<Mistake>,
@@ -128,74 +124,15 @@ impl Reports {
         self.diagnostics
     }
 
-    /// Reports a node that would change the picture and is not applied, once for each class.
+    /// Reports what would change the picture and is not applied of a node, once for each class and
+    /// field.
     pub(crate) fn not_applied(&mut self, node: NodeRef<'_>) {
-        // The walk does not enter the points of a shape of VRML97.
-        let is_vrml97 = node.known_class().is_some_and(Class::is_vrml97);
-        if let Some(points) = node.get_node(faces97::COORD).filter(|_| is_vrml97) {
-            self.not_applied_itself(points);
-        }
-        if !is_vrml97 || !node.document.is_x3d() {
-            self.not_applied_itself(node);
-            return;
-        }
-        if node.class_id() == Some(class::VRML97_SHAPE) {
-            self.appearance_not_applied(node);
-        }
-        let is_hidden = node.value("visible") == Some(&Value::Bool(false));
-        if is_hidden && self.unapplied.insert("visible") {
-            let message = "`visible FALSE` is not applied: the node is drawn".to_owned();
-            self.at(node, message, None);
-        }
-        self.not_applied_itself(node);
-    }
-
-    /// Reports what the appearance and the geometry of a shape of X3D hold and is not applied. The
-    /// walk does not enter them.
-    fn appearance_not_applied(&mut self, shape: NodeRef<'_>) {
-        let geometry = shape.get_node(vrml97_shape::GEOMETRY);
-        if let Some(points) = geometry.and_then(|g| g.get_node(faces97::TEX_COORD)) {
-            self.not_applied_itself(points);
-        }
-        let Some(look) = shape.get_node(vrml97_shape::APPEARANCE) else {
-            return;
-        };
-        let fields = [
-            appearance::LINE_PROPERTIES,
-            appearance::POINT_PROPERTIES,
-            appearance::FILL_PROPERTIES,
-        ];
-        for held in fields.into_iter().filter_map(|field| look.get_node(field)) {
-            self.not_applied_itself(held);
-        }
-        let material = look.get_node(appearance::MATERIAL);
-        for node in [Some(look), material].into_iter().flatten() {
+        for Unapplied { node, field, lack } in unapplied(node) {
             let class = node.known_class().map_or("", |class| class.name);
-            for (field, lack) in unapplied_fields(node) {
-                if !self.unapplied.insert(field) {
-                    continue;
-                }
-                self.at(
-                    node,
-                    format!("`{class}.{field}` is not applied: {lack}"),
-                    None,
-                );
+            if self.unapplied.insert(field.unwrap_or(class)) {
+                let name = field.map_or_else(|| class.to_owned(), |f| format!("{class}.{f}"));
+                self.at(node, format!("`{name}` is not applied: {lack}"), None);
             }
-        }
-        let texture = look.get_node(appearance::TEXTURE);
-        if let Some(texture) = texture.filter(|t| t.class_id() == Some(class::MULTI_TEXTURE))
-            && self.unapplied.insert("MultiTexture")
-        {
-            let message = "`MultiTexture` is not applied: its first texture is drawn".to_owned();
-            self.at(texture, message, None);
-        }
-    }
-
-    fn not_applied_itself(&mut self, node: NodeRef<'_>) {
-        let Some(lack) = unapplied(node) else { return };
-        let class = node.known_class().map_or("", |class| class.name);
-        if self.unapplied.insert(class) {
-            self.at(node, format!("`{class}` is not applied: {lack}"), None);
         }
     }
 

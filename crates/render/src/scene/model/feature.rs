@@ -58,6 +58,17 @@ pub struct Occurrence {
     pub stated: bool,
 }
 
+/// A node, or a field of it, that the program does not apply, neither in pictures nor in models.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NotApplied {
+    /// The node.
+    pub place: Place,
+    /// What the model lacks, in lower case.
+    pub text: String,
+    /// The number of uses of the node.
+    pub count: u64,
+}
+
 /// Declares the features with their names in reports and their sentences.
 macro_rules! features {
     ($($(#[$doc:meta])* $variant:ident, $code:literal, $text:literal;)*) => {

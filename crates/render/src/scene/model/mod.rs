@@ -35,7 +35,7 @@ mod surface;
 mod tree;
 mod weld;
 
-pub use feature::{Feature, Occurrence, Place};
+pub use feature::{Feature, NotApplied, Occurrence, Place};
 pub use image::Image;
 pub use lights::{LightShape, Pose, SceneCamera, SceneLight};
 pub use material::{Material, Physical, Texture, TextureModel};

@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::pose::CameraPose;
 
-use super::feature::{Occurrence, Place};
+use super::feature::{NotApplied, Occurrence, Place};
 use super::image::Image;
 use super::lights::{SceneCamera, SceneLight};
 use super::material::Material;
@@ -71,6 +71,8 @@ pub struct Model {
     pub offset: DVec3,
     /// What the scene uses and a format may not hold.
     pub features: Vec<Occurrence>,
+    /// What the file states and the program does not apply.
+    pub not_applied: Vec<NotApplied>,
     /// What is wrong with the scene.
     pub diagnostics: Vec<Diagnostic>,
     /// The camera for shapes with a size in pixels.

@@ -23,7 +23,7 @@ use ivcam_inventor::traversal::state::{DrawStyle, FogKind, LightElement, State};
 use ivcam_inventor::traversal::{self, Visitor, WalkOptions};
 
 use super::canvas::MeshCanvas;
-use super::feature::{Feature, Occurrence, Place};
+use super::feature::{Feature, NotApplied, Occurrence, Place};
 use super::lights::{Pose, SceneCamera, SceneLight};
 use super::mesh::{Mesh, Primitives};
 use super::options::ModelOptions;
@@ -32,6 +32,7 @@ use crate::scene::canvas::Canvas;
 use crate::scene::looks::{self, LightTree};
 use crate::scene::options::ColorCoding;
 use crate::scene::precision::are_in_reach;
+use crate::scene::unapplied::{Unapplied, unapplied};
 use crate::scene::{shapes, survey};
 
 /// A group that the walk is in.
@@ -53,6 +54,8 @@ struct ModelBuilder<'a> {
     open: Vec<Open>,
     /// The features by their node; those without one are defaults of the file's language.
     features: IndexMap<(Feature, Option<NodeId>), Occurrence>,
+    /// What is not applied, by its node and field.
+    not_applied: IndexMap<(NodeId, Option<&'static str>), NotApplied>,
     /// The meshes and materials so far, by a hash of their content.
     meshes: HashMap<u64, Vec<usize>>,
     materials: HashMap<Vec<u32>, usize>,
@@ -142,6 +145,7 @@ fn walk<'a>(snapshot: &'a Snapshot<'a>, options: &ModelOptions, draws: bool) -> 
             visits: HashMap::new(),
         }],
         features: IndexMap::new(),
+        not_applied: IndexMap::new(),
         meshes: HashMap::new(),
         materials: HashMap::new(),
         lights: LightTree::default(),
@@ -268,6 +272,22 @@ impl ModelBuilder<'_> {
         occurrence.count += u64::from(node.is_some());
     }
 
+    /// Counts what is not applied of a node.
+    fn note_not_applied(&mut self, node: NodeRef<'_>) {
+        for Unapplied { node, field, lack } in unapplied(node) {
+            let entry = self.not_applied.entry((node.id, field));
+            let found = entry.or_insert_with(|| NotApplied {
+                place: Place::of(node),
+                text: field.map_or_else(
+                    || lack.to_owned(),
+                    |field| format!("`{field}` is not applied: {lack}"),
+                ),
+                count: 0,
+            });
+            found.count += 1;
+        }
+    }
+
     /// Returns the index of a mesh, which is added unless the model has an equal one.
     fn mesh(&mut self, mesh: Mesh) -> usize {
         let known = self.meshes.entry(content(&mesh)).or_default();
@@ -295,6 +315,7 @@ impl ModelBuilder<'_> {
         let mut model = self.model;
         model.images = self.canvas.images.list;
         model.features = self.features.into_values().collect();
+        model.not_applied = self.not_applied.into_values().collect();
         model.diagnostics = self.canvas.reports.finish();
         model.set_locals();
         model
@@ -478,8 +499,11 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {
-        if self.draws
-            && let Some(feature) = feature_of(node, role)
+        if !self.draws {
+            return;
+        }
+        self.note_not_applied(node);
+        if let Some(feature) = feature_of(node, role)
             && (feature != Feature::Billboard || self.has_camera)
         {
             self.note(feature, node);
