@@ -205,6 +205,30 @@ fn the_front_of_a_face_is_where_its_normal_points() {
     assert_eq!(front(&mirrored), -1.0);
 }
 
+/// Decision 16: a matrix that mirrors exchanges front and back of a face of VRML97.
+#[test]
+fn a_mirrored_face_keeps_its_front_in_every_graph_of_nodes() {
+    let scene = "#Inventor V2.1 ascii\nShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }
+                 Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] } DEF FACE FaceSet { numVertices 3 }
+                 Separator { Scale { scaleFactor -1 1 1 } USE FACE }";
+    // The z of the front of each face in the world.
+    let fronts = |document: &Document| {
+        let model = Model::at(document, 0.0, &ModelOptions::default());
+        let placed = model.placed_meshes().map(|(mesh, _, world, _)| {
+            let corners = mesh.triangles()[0].map(|v| mesh.positions[v as usize].as_dvec3());
+            let [a, b, c] = corners.map(|p| world.transform_point3(p));
+            // The order of a mesh under a matrix that mirrors is that of the mesh's own space.
+            (b - a).cross(c - a).z * world.matrix3.determinant().signum()
+        });
+        placed.collect::<Vec<_>>()
+    };
+    assert_eq!(fronts(&document(scene)), [-1.0, 1.0]);
+    for target in [Target::X3d, Target::Vrml97, Target::Inventor] {
+        let written = String::from_utf8(converted(scene, target).bytes).expect("text");
+        assert_eq!(fronts(&document(&written)), [-1.0, 1.0], "{written}");
+    }
+}
+
 #[test]
 fn colors_of_vertices_without_lighting_stay_as_they_are() {
     let scene = "#Inventor V2.1 ascii\nLightModel { model BASE_COLOR }

@@ -10,7 +10,7 @@ use ivcam_inventor::iv::Document;
 use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{
     Feature, Image, LightShape, Material, Mesh, Model, Part, Place, Primitives, SceneCamera,
-    SceneLight,
+    SceneLight, SceneNode,
 };
 
 use crate::export::appearance::Appearance;
@@ -63,13 +63,12 @@ struct GraphBuilder<'m> {
     ambient: Vec3,
     /// The pictures beside the document.
     beside: Vec<(String, Vec<u8>)>,
-    /// The shapes of parts that were used.
-    shapes: HashMap<Part, NodeId>,
+    /// The shapes of parts that were used, with whether their matrix mirrors them.
+    shapes: HashMap<(Part, bool), NodeId>,
     /// The appearances of materials, by material and kind of geometry.
     appearances: HashMap<(usize, GraphKind), NodeId>,
-    /// The geometry of meshes, with whether they are seen from both sides, whether their colors are
-    /// kept, and the texture's matrix.
-    geometry: HashMap<(usize, bool, bool), NodeId>,
+    /// The geometry of meshes.
+    geometry: HashMap<(usize, GeometryKind), NodeId>,
     /// The addresses of pictures, which are empty if the pixels are in the scene.
     pictures: IndexMap<Vec<u8>, String>,
     /// The textures by the number of their picture and whether they repeat.
@@ -83,6 +82,18 @@ struct GraphKind {
     is_colorful: bool,
     /// Whether the mesh is lines or points, which are not lit.
     is_thin: bool,
+}
+
+/// What a geometry depends on beside the mesh.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct GeometryKind {
+    /// Whether it is seen from both sides.
+    double_sided: bool,
+    /// Whether the colors of the mesh are kept.
+    keeps_colors: bool,
+    /// Whether the matrix mirrors it, which exchanges front and back (decision 16), and not those
+    /// of a model.
+    is_mirrored: bool,
 }
 
 /// Makes a document in VRML97 from a model. What VRML97 cannot express is added to `losses`.
@@ -237,7 +248,7 @@ impl GraphBuilder<'_> {
     /// Returns the nodes of the model's root.
     fn tree(&mut self) -> Vec<NodeId> {
         tree_of(self.model, |node, children| {
-            let shapes = node.parts.iter().map(|p| self.shape(*p, &node.place));
+            let shapes = node.parts.iter().map(|p| self.shape(*p, node));
             let own: Vec<NodeId> = shapes.chain(children).collect();
             let moves = node.local != DAffine3::IDENTITY;
             if !needs_group(node, moves, own.len()) {
@@ -261,13 +272,15 @@ impl GraphBuilder<'_> {
         self.node("Transform", fields)
     }
 
-    /// Returns the shape of a part, which several nodes may share. `place` is that of the node.
-    fn shape(&mut self, part: Part, place: &Place) -> NodeId {
-        if let Some(&known) = self.shapes.get(&part) {
-            return self.share(known, "shape");
-        }
+    /// Returns the shape of a part of a node, which several nodes may share.
+    fn shape(&mut self, part: Part, node: &SceneNode) -> NodeId {
         let model = self.model;
         let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
+        let place = &node.place;
+        let is_mirrored = !mesh.triangles().is_empty() && node.world.matrix3.determinant() < 0.0;
+        if let Some(&known) = self.shapes.get(&(part, is_mirrored)) {
+            return self.share(known, "shape");
+        }
         let kind = GraphKind {
             is_colorful: !mesh.colors.is_empty(),
             is_thin: !matches!(mesh.primitives, Primitives::Triangles(_)),
@@ -282,12 +295,16 @@ impl GraphBuilder<'_> {
                 made
             }
         };
-        let key = (part.mesh, material.double_sided, look.keeps_colors);
-        let geometry = match self.geometry.get(&key) {
+        let kind = GeometryKind {
+            double_sided: material.double_sided,
+            keeps_colors: look.keeps_colors,
+            is_mirrored,
+        };
+        let geometry = match self.geometry.get(&(part.mesh, kind)) {
             Some(&known) => self.share(known, "geometry"),
             None => {
-                let made = self.geometry(mesh, material.double_sided, look.keeps_colors);
-                self.geometry.insert(key, made);
+                let made = self.geometry(mesh, kind);
+                self.geometry.insert((part.mesh, kind), made);
                 made
             }
         };
@@ -297,7 +314,7 @@ impl GraphBuilder<'_> {
             ("geometry", held(geometry)),
         ];
         let shape = self.node("Shape", fields);
-        self.shapes.insert(part, shape);
+        self.shapes.insert((part, is_mirrored), shape);
         shape
     }
 
@@ -465,13 +482,13 @@ impl GraphBuilder<'_> {
         )
     }
 
-    fn geometry(&mut self, mesh: &Mesh, double_sided: bool, keeps_colors: bool) -> NodeId {
+    fn geometry(&mut self, mesh: &Mesh, kind: GeometryKind) -> NodeId {
         let held = |id| Value::Node(Some(id));
         let mut fields = Vec::new();
         let points = Value::Vec3s(mesh.positions.clone());
         let coord = self.node("Coordinate", vec![("point", points)]);
         fields.push(("coord", held(coord)));
-        if keeps_colors && !mesh.colors.is_empty() {
+        if kind.keeps_colors && !mesh.colors.is_empty() {
             let colors = mesh.colors.iter().map(|c| Vec3::new(c[0], c[1], c[2]));
             let colors = Value::Vec3s(colors.collect());
             let color = self.node("Color", vec![("color", colors)]);
@@ -495,7 +512,8 @@ impl GraphBuilder<'_> {
                     fields.push(("texCoord", held(coordinates)));
                 }
                 fields.push(("coordIndex", indices(triangles)));
-                fields.push(("solid", Value::Bool(!double_sided)));
+                fields.push(("solid", Value::Bool(!kind.double_sided)));
+                fields.push(("ccw", Value::Bool(!kind.is_mirrored)));
                 self.node("IndexedFaceSet", fields)
             }
         }
