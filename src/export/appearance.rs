@@ -2,8 +2,10 @@
 
 use std::borrow::Cow;
 
-use glam::{Affine2, Vec2, Vec3};
-use ivcam_render::scene::model::{Image, Material, TextureModel};
+use glam::{Affine2, Vec2, Vec3, Vec4};
+use ivcam_render::scene::model::{Image, Material, Mesh, TextureModel};
+
+use super::target::Target;
 
 /// A material whose texture, if any, multiplies its color.
 #[derive(Clone, Debug)]
@@ -28,6 +30,22 @@ pub(super) fn is_approximate(model: TextureModel, image: &Image) -> bool {
         TextureModel::Decal => matches!(image.components, 2 | 4),
         _ => false,
     }
+}
+
+/// Whether a texture takes the place of the colors of vertices: a surface of USD has one source of
+/// color, and a texture in color replaces all other colors in VRML97 (4.14.4).
+pub(super) fn replaces_vertex_colors(target: Target, image: &Image) -> bool {
+    match target {
+        Target::Usda => true,
+        Target::Vrml97 => image.has_color(),
+        _ => false,
+    }
+}
+
+/// The mean of the colors and opacities of a mesh, which has some.
+pub(super) fn mean_color(mesh: &Mesh) -> [f32; 4] {
+    let sum: Vec4 = mesh.colors.iter().map(|c| Vec4::from_array(*c)).sum();
+    (sum / mesh.colors.len() as f32).to_array()
 }
 
 /// Applies the matrix of a texture to texture coordinates. A result that is not finite becomes 0.
@@ -90,6 +108,40 @@ impl<'m> Appearance<'m> {
                 color * (1.0 - texel) + texture.blend_color * texel
             }),
         }
+    }
+
+    /// Returns the appearance on a mesh. If the mesh has colors, their mean is the opacity, and
+    /// also the color if a texture replaces them.
+    pub(super) fn on_mesh(self, mesh: &Mesh, target: Target) -> Self {
+        if !self.keeps_colors || mesh.colors.is_empty() {
+            return self;
+        }
+        let [r, g, b, opacity] = mean_color(mesh);
+        let image = self.image.as_deref();
+        if !image.is_some_and(|image| replaces_vertex_colors(target, image)) {
+            return Self { opacity, ..self };
+        }
+        Self {
+            color: Vec3::new(r, g, b),
+            opacity,
+            keeps_colors: false,
+            ..self
+        }
+    }
+
+    /// The bits of the color and the opacity of a material on a mesh with colors. Without colors
+    /// the appearance depends on the material alone.
+    pub(super) fn key(
+        material: &Material,
+        image: Option<&Image>,
+        mesh: &Mesh,
+        target: Target,
+    ) -> Option<[u32; 4]> {
+        let has_colors = !mesh.colors.is_empty();
+        has_colors.then(|| {
+            let look = Appearance::of(material, image, true).on_mesh(mesh, target);
+            look.color.extend(look.opacity).to_array().map(f32::to_bits)
+        })
     }
 
     /// Computes the colors of a picture from the material's color, the texel and its alpha.

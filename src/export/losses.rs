@@ -3,10 +3,12 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
-use ivcam_render::scene::model::{Feature, Material, Mesh, Model, Occurrence, Place, Primitives};
+use ivcam_render::scene::model::{
+    Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneNode,
+};
 use serde::Serialize;
 
-use super::appearance::is_approximate;
+use super::appearance::{Appearance, is_approximate, mean_color, replaces_vertex_colors};
 use super::inventor;
 use super::target::Target;
 
@@ -172,6 +174,8 @@ impl Losses {
             for (_, feature) in uses.into_iter().filter(|(used, f)| *used && lost(f)) {
                 self.feature(feature, &node.place, 1);
             }
+            let image = texture.map(|t| &model.images[t.image]);
+            self.add_vertex_colors(target, (mesh, material, image), node);
             if lost(&Feature::OneSided) && shows_lost_backs(mesh, material) {
                 self.feature_stated(Feature::OneSided, &node.place, (1, node.states_sides));
             }
@@ -181,6 +185,35 @@ impl Losses {
             let groups = grouped.filter(|n| n.parts.is_empty());
             groups.for_each(|group| self.feature(Feature::Hierarchy, &group.place, 1));
         }
+    }
+
+    /// Adds what a format with colors of vertices loses of those of a mesh.
+    fn add_vertex_colors(
+        &mut self,
+        target: Target,
+        (mesh, material, image): (&Mesh, &Material, Option<&Image>),
+        node: &SceneNode,
+    ) {
+        let look = Appearance::of(material, image, true);
+        if mesh.colors.is_empty() || !look.keeps_colors || !target.holds(Feature::VertexColors) {
+            return;
+        }
+        let code = Feature::VertexColors.code();
+        if image.is_some_and(|image| replaces_vertex_colors(target, image)) {
+            let text = "the colors of vertices under a texture become their mean";
+            return self.add(code, text, node.place.clone(), 1);
+        }
+        let [.., mean] = mean_color(mesh);
+        let differ = mesh.colors.iter().any(|c| (c[3] - mean).abs() > 1e-3);
+        // VRML97 has no material for what is unlit and has colors.
+        let is_face = !mesh.triangles().is_empty();
+        let is_bare = target == Target::Vrml97 && look.unlit && is_face && image.is_none();
+        let text = match target {
+            _ if is_bare && (differ || mean < 0.999) => "the opacities of vertices are left out",
+            Target::Obj | Target::Vrml97 if differ => "the opacities of vertices become their mean",
+            _ => return,
+        };
+        self.add("vertex-opacity", text, node.place.clone(), 1);
     }
 
     /// Whether nothing is lost, not even a default.

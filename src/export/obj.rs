@@ -126,14 +126,16 @@ fn write_primitives(out: &mut String, mesh: &Mesh, is_mirrored: bool, next: Next
     }
 }
 
+/// The material of a model, and what the colors of a mesh make of it.
+type MaterialKey = (usize, Option<[u32; 4]>);
+
 /// The library of materials.
 struct MaterialLibrary<'m> {
     model: &'m Model,
     stem: &'m str,
     text: String,
-    /// The names of materials, with whether they keep the colors of meshes, by the material and
-    /// whether its mesh has colors.
-    names: HashMap<(usize, bool), (String, bool)>,
+    /// The names of materials, with whether they keep the colors of meshes.
+    names: HashMap<MaterialKey, (String, bool)>,
     pictures: Vec<(String, Vec<u8>)>,
 }
 
@@ -141,20 +143,27 @@ impl MaterialLibrary<'_> {
     /// Returns the name of the material of a part, which is written at its first use, and whether
     /// the colors of the mesh are used.
     fn name(&mut self, part: Part) -> (String, bool) {
-        let is_colorful = !self.model.meshes[part.mesh].colors.is_empty();
-        if let Some(known) = self.names.get(&(part.material, is_colorful)) {
+        let model = self.model;
+        let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
+        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
+        let key = (
+            part.material,
+            Appearance::key(material, image, mesh, Target::Obj),
+        );
+        if let Some(known) = self.names.get(&key) {
             return known.clone();
         }
+        let is_colorful = !mesh.colors.is_empty();
+        let mut look = Appearance::of(material, image, is_colorful).on_mesh(mesh, Target::Obj);
+        let keeps_colors = look.keeps_colors && is_colorful;
+        if keeps_colors {
+            // Programs multiply the colors of vertices by that of the material, or replace it.
+            look.color = Vec3::ONE;
+        }
         let name = format!("material{}", self.names.len() + 1);
-        let model = self.model;
-        let material = &model.materials[part.material];
-        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
-        let look = Appearance::of(material, image, is_colorful);
         self.write(&name, material, &look);
-        let named = (name, look.keeps_colors);
-        self.names
-            .insert((part.material, is_colorful), named.clone());
-        named
+        self.names.insert(key, (name.clone(), keeps_colors));
+        (name, keeps_colors)
     }
 
     /// Writes a material.

@@ -248,6 +248,42 @@ fn colors_of_vertices_without_lighting_stay_as_they_are() {
     }
 }
 
+/// OBJ has one opacity for a material, and a surface of USD one source of its color.
+#[test]
+fn colors_of_vertices_become_their_mean_where_the_format_has_one_value() {
+    let scene = |texture: &str| {
+        format!(
+            "#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }} {texture}
+             Material {{ diffuseColor [ 1 0 0, 0 0 1 ] transparency [ 0, 0.5 ] }}
+             MaterialBinding {{ value PER_VERTEX_INDEXED }}
+             Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }}
+             IndexedFaceSet {{ coordIndex [ 0 1 3 2 -1 ] materialIndex [ 0 1 0 1 -1 ] }}"
+        )
+    };
+    let obj = converted(&scene(""), Target::Obj);
+    let library = String::from_utf8(obj.beside[0].1.clone()).expect("text");
+    assert!(
+        library.contains("Kd 1 1 1\n") && library.contains("d 0.75\n"),
+        "{library}"
+    );
+    let codes = |conversion: &Conversion| {
+        let losses = conversion.losses.iter();
+        losses.map(|loss| loss.code.clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(codes(&obj), ["vertex-opacity"]);
+    let usd = converted(&scene("Texture2 { image 1 1 3 0xffffff }"), Target::Usda);
+    assert_eq!(codes(&usd), ["vertex-colors"]);
+    let text = String::from_utf8(usd.bytes).expect("text");
+    // Half of a screen's level is 0.214 of its light.
+    assert!(
+        text.contains("inputs:scale = (0.21404114, 0, 0.21404114, 0.75)"),
+        "{text}"
+    );
+    assert!(!text.contains("def Shader \"Color\""), "{text}");
+    let plain = converted(&scene(""), Target::Usda);
+    assert_eq!(codes(&plain), [""; 0]);
+}
+
 #[test]
 fn the_other_sides_of_faces_are_a_loss_where_they_would_be_seen() {
     let scene = |faces: &str| {

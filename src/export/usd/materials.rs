@@ -16,7 +16,8 @@ use crate::export::target::Target;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct UsdTextureUse {
     material: usize,
-    is_colorful: bool,
+    /// What the colors of the mesh make of the material.
+    colors: Option<[u32; 4]>,
     is_transparent: bool,
 }
 
@@ -45,10 +46,12 @@ impl<'m> UsdMaterials<'m> {
 
     /// Returns the path of the material of a part, which is written at its first use.
     pub(super) fn path(&mut self, part: Part) -> String {
-        let mesh = &self.model.meshes[part.mesh];
+        let model = self.model;
+        let (mesh, material) = (&model.meshes[part.mesh], &model.materials[part.material]);
+        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
         let used = UsdTextureUse {
             material: part.material,
-            is_colorful: !mesh.colors.is_empty(),
+            colors: Appearance::key(material, image, mesh, Target::Usda),
             is_transparent: mesh.colors.iter().any(|c| c[3] < 1.0),
         };
         if let Some(path) = self.known.get(&used) {
@@ -56,7 +59,8 @@ impl<'m> UsdMaterials<'m> {
         }
         let path = format!("/Scene/Materials/Material_{}", self.known.len() + 1);
         self.known.insert(used, path.clone());
-        self.write(&path, used);
+        let look = Appearance::of(material, image, used.colors.is_some());
+        self.write(&path, &look.on_mesh(mesh, Target::Usda), used);
         path
     }
 
@@ -72,25 +76,23 @@ impl<'m> UsdMaterials<'m> {
     }
 
     /// Writes a material.
-    fn write(&mut self, path: &str, used: UsdTextureUse) {
+    fn write(&mut self, path: &str, look: &Appearance<'_>, used: UsdTextureUse) {
         let material = &self.model.materials[used.material];
         let texture = material.texture.as_ref();
-        let image = texture.map(|t| &self.model.images[t.image]);
-        let look = Appearance::of(material, image, used.is_colorful);
-        let picture = self.picture(&look);
+        let picture = self.picture(look);
         let name = path.rsplit('/').next().unwrap_or_default();
         self.text.open(format_args!("def Material \"{name}\""));
         self.text.line(format_args!(
             "token outputs:surface.connect = <{path}/Surface.outputs:surface>"
         ));
-        self.surface(path, material, &look, used);
+        self.surface(path, material, look, used);
         if let (Some(picture), Some(texture)) = (picture, texture) {
             let wrap = |repeats: bool| if repeats { "repeat" } else { "clamp" };
             let [r, g, b] = linear3(look.color);
             let wraps = texture.repeat.map(wrap);
             self.texture(path, &picture, wraps, [r, g, b, look.opacity]);
         }
-        if used.is_colorful && look.keeps_colors {
+        if used.colors.is_some() && look.keeps_colors {
             self.reader("Color", "float3", "displayColor");
             if used.is_transparent {
                 self.reader("Opacity", "float", "displayOpacity");
@@ -107,7 +109,7 @@ impl<'m> UsdMaterials<'m> {
         look: &Appearance<'_>,
         used: UsdTextureUse,
     ) {
-        let reads_colors = used.is_colorful && look.keeps_colors;
+        let reads_colors = used.colors.is_some() && look.keeps_colors;
         let input = if look.unlit {
             "emissiveColor"
         } else {

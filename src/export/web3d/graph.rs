@@ -1,8 +1,9 @@
 //! Makes a document in VRML97 from a model, in which Inventor's state is resolved.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
-use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3};
+use glam::{Affine2, DAffine3, DVec3, Vec2, Vec3, Vec4};
 use indexmap::IndexMap;
 use ivcam_inventor::grammar::Dialect;
 use ivcam_inventor::grammar::value::{NodeId, Value};
@@ -43,8 +44,8 @@ pub(in crate::export) enum Pictures<'o> {
 pub(in crate::export) struct GraphOptions<'o> {
     /// Where the pictures of textures are.
     pub pictures: Pictures<'o>,
-    /// Whether textures in color replace the diffuse color, as in VRML97.
-    pub replaces_color: bool,
+    /// The format, VRML97 or X3D.
+    pub target: Target,
 }
 
 /// A document in VRML97, and the pictures beside it.
@@ -78,8 +79,10 @@ struct GraphBuilder<'m> {
 /// What an appearance depends on beside the material.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct GraphKind {
-    /// Whether the mesh has colors.
-    is_colorful: bool,
+    /// What the colors of the mesh make of the material.
+    colors: Option<[u32; 4]>,
+    /// Whether the colors of the mesh are kept.
+    is_colored: bool,
     /// Whether the mesh is lines or points, which are not lit.
     is_thin: bool,
 }
@@ -102,11 +105,15 @@ pub(in crate::export) fn graph(
     options: GraphOptions<'_>,
     losses: &mut Losses,
 ) -> Graph {
+    let dialects = match options.target {
+        Target::X3d => Dialect::VRML97 | Dialect::X3D,
+        _ => Dialect::VRML97,
+    };
     let mut builder = GraphBuilder {
         model,
         options,
         losses,
-        nodes: NodeBuilder::new("VRML V2.0 utf8", Dialect::VRML97),
+        nodes: NodeBuilder::new("VRML V2.0 utf8", dialects),
         ambient: ambient_of(model),
         beside: Vec::new(),
         shapes: HashMap::new(),
@@ -281,16 +288,19 @@ impl GraphBuilder<'_> {
         if let Some(&known) = self.shapes.get(&(part, is_mirrored)) {
             return self.share(known, "shape");
         }
+        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
+        let target = self.options.target;
+        let is_colorful = !mesh.colors.is_empty();
+        let look = Appearance::of(material, image, is_colorful).on_mesh(mesh, target);
         let kind = GraphKind {
-            is_colorful: !mesh.colors.is_empty(),
+            colors: Appearance::key(material, image, mesh, target),
+            is_colored: is_colorful && look.keeps_colors,
             is_thin: !matches!(mesh.primitives, Primitives::Triangles(_)),
         };
-        let image = material.texture.as_ref().map(|t| &model.images[t.image]);
-        let look = Appearance::of(material, image, kind.is_colorful);
         let appearance = match self.appearances.get(&(part.material, kind)) {
             Some(&known) => self.share(known, "appearance"),
             None => {
-                let made = self.appearance(material, &look, kind, (mesh, place));
+                let made = self.appearance(material, &look, kind, place);
                 self.appearances.insert((part.material, kind), made);
                 made
             }
@@ -323,25 +333,35 @@ impl GraphBuilder<'_> {
         material: &Material,
         look: &Appearance<'_>,
         kind: GraphKind,
-        (mesh, place): (&Mesh, &Place),
+        place: &Place,
     ) -> NodeId {
         let mut fields = Vec::new();
         let is_unlit = look.unlit || kind.is_thin;
-        let is_colored = look.keeps_colors
-            && !mesh.colors.is_empty()
-            && mesh.colors.iter().all(|color| color[3] >= 1.0);
         // Without a material, a texture and the colors of faces are shown as they are.
-        if !(is_unlit && (look.image.is_some() || is_colored && !kind.is_thin)) {
-            let made = self.material(material, look, is_unlit, (mesh, place));
-            fields.push(("material", Value::Node(Some(made))));
-        }
+        let is_bare = is_unlit && (look.image.is_some() || kind.is_colored && !kind.is_thin);
+        let mut opacity = look.opacity;
         if let (Some(image), Some(texture)) = (&look.image, &material.texture) {
-            let made = self.texture(&tinted(image, look, is_unlit, self.options), texture.repeat);
+            // In VRML97 a texture in color replaces the color, and one with alpha the transparency.
+            let replaces = self.options.target == Target::Vrml97;
+            let takes_color = !kind.is_colored && (is_bare || replaces && image.has_color());
+            let takes_opacity = match replaces {
+                true => is_bare || matches!(image.components, 2 | 4),
+                // The colors of vertices of X3D have opacities.
+                false => is_bare && !kind.is_colored,
+            };
+            let tint = if takes_color { look.color } else { Vec3::ONE };
+            let factors = tint.extend(if takes_opacity { opacity } else { 1.0 });
+            opacity = if takes_opacity { 1.0 } else { opacity };
+            let made = self.texture(&tinted(image, factors), texture.repeat);
             fields.push(("texture", Value::Node(Some(made))));
             if texture.matrix != Affine2::IDENTITY {
                 let made = self.texture_transform(&texture.matrix, place);
                 fields.push(("textureTransform", Value::Node(Some(made))));
             }
+        }
+        if !is_bare {
+            let made = self.material(material, (look.color, opacity), is_unlit, place);
+            fields.insert(0, ("material", Value::Node(Some(made))));
         }
         self.node("Appearance", fields)
     }
@@ -349,25 +369,15 @@ impl GraphBuilder<'_> {
     fn material(
         &mut self,
         material: &Material,
-        look: &Appearance<'_>,
+        (color, opacity): (Vec3, f32),
         is_unlit: bool,
-        (mesh, place): (&Mesh, &Place),
+        place: &Place,
     ) -> NodeId {
-        let mut opacity = look.opacity;
-        if look.keeps_colors && !mesh.colors.is_empty() {
-            // The colors of VRML97 have no opacity, so all vertices get its mean.
-            let opacities = || mesh.colors.iter().map(|c| c[3]);
-            opacity = opacities().sum::<f32>() / mesh.colors.len() as f32;
-            if opacities().any(|one| (one - opacity).abs() > 1e-3) {
-                let text = "the opacities of vertices become their mean";
-                self.losses.add("vertex-opacity", text, Place::default(), 1);
-            }
-        }
         let transparency = Value::Float((1.0 - opacity).clamp(0.0, 1.0));
         if is_unlit {
             let fields = vec![
                 ("diffuseColor", Value::Vec3(Vec3::ZERO)),
-                ("emissiveColor", Value::Vec3(look.color)),
+                ("emissiveColor", Value::Vec3(color)),
                 ("ambientIntensity", Value::Float(0.0)),
                 ("transparency", transparency),
             ];
@@ -377,7 +387,7 @@ impl GraphBuilder<'_> {
         self.node(
             "Material",
             vec![
-                ("diffuseColor", Value::Vec3(look.color)),
+                ("diffuseColor", Value::Vec3(color)),
                 ("specularColor", Value::Vec3(material.specular)),
                 ("emissiveColor", Value::Vec3(material.emissive)),
                 ("shininess", Value::Float(material.shininess)),
@@ -482,6 +492,16 @@ impl GraphBuilder<'_> {
         )
     }
 
+    /// Returns the node with the colors of vertices. Those of VRML97 have no opacity.
+    fn colors(&mut self, colors: &[[f32; 4]]) -> NodeId {
+        let colors = colors.iter().map(|c| Vec4::from_array(*c));
+        if self.options.target == Target::X3d && colors.clone().any(|c| c.w < 1.0) {
+            let colors = Value::Vec4s(colors.collect());
+            return self.node("ColorRGBA", vec![("color", colors)]);
+        }
+        let colors = Value::Vec3s(colors.map(Vec4::truncate).collect());
+        self.node("Color", vec![("color", colors)])
+    }
     fn geometry(&mut self, mesh: &Mesh, kind: GeometryKind) -> NodeId {
         let held = |id| Value::Node(Some(id));
         let mut fields = Vec::new();
@@ -489,9 +509,7 @@ impl GraphBuilder<'_> {
         let coord = self.node("Coordinate", vec![("point", points)]);
         fields.push(("coord", held(coord)));
         if kind.keeps_colors && !mesh.colors.is_empty() {
-            let colors = mesh.colors.iter().map(|c| Vec3::new(c[0], c[1], c[2]));
-            let colors = Value::Vec3s(colors.collect());
-            let color = self.node("Color", vec![("color", colors)]);
+            let color = self.colors(&mesh.colors);
             fields.push(("color", held(color)));
         }
         match &mesh.primitives {
@@ -537,26 +555,19 @@ fn is_expressible(matrix: &Affine2) -> bool {
     matrix.is_finite() && is_square && sizes > 0.0 && offset.is_finite()
 }
 
-/// Returns a picture whose texture gives the right color. Where textures in color replace the
-/// diffuse color, or there is none, the picture is multiplied by it.
-fn tinted(
-    image: &Image,
-    look: &Appearance<'_>,
-    is_unlit: bool,
-    options: GraphOptions<'_>,
-) -> Image {
-    let is_replaced = options.replaces_color && image.has_color();
-    if look.color == Vec3::ONE || !(is_replaced || is_unlit) {
-        return image.clone();
+/// Returns a picture with its pixels multiplied by factors, which are limited to 0 … 1.
+fn tinted<'i>(image: &'i Image, factors: Vec4) -> Cow<'i, Image> {
+    if factors == Vec4::ONE {
+        return Cow::Borrowed(image);
     }
-    let factors = look.color.clamp(Vec3::ZERO, Vec3::ONE).to_array();
-    let tint = |pixel: &[u8; 4]| {
-        let level = |i: usize| (f32::from(pixel[i]) * factors[i] + 0.5) as u8;
-        [level(0), level(1), level(2), pixel[3]]
-    };
-    Image {
-        components: image.components.max(3),
+    let factors = factors.clamp(Vec4::ZERO, Vec4::ONE).to_array();
+    let has_color = image.has_color() || factors[..3] != [factors[0]; 3];
+    let has_alpha = matches!(image.components, 2 | 4) || factors[3] < 1.0;
+    let level = |(value, factor): (u8, f32)| (f32::from(value) * factor + 0.5) as u8;
+    let tint = |pixel: &[u8; 4]| std::array::from_fn(|i| level((pixel[i], factors[i])));
+    Cow::Owned(Image {
+        components: 1 + 2 * usize::from(has_color) + usize::from(has_alpha),
         pixels: image.pixels.iter().map(tint).collect(),
         ..image.clone()
-    }
+    })
 }

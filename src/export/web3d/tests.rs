@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ivcam_base::diag::ErrorKind;
 use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits, NoFiles};
+use ivcam_render::scene::model::{Image, Material, Model, ModelOptions};
 use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 
 use crate::export::{Conversion, ExportOptions, Target, convert};
@@ -192,6 +193,82 @@ fn different_opacities_of_vertices_become_their_mean_with_a_loss() {
         .any(|loss| loss.code == "vertex-opacity");
     let written = String::from_utf8(conversion.bytes).unwrap();
     assert!(has && written.contains("transparency 0.25"), "{written}");
+}
+
+/// Converts a face of Inventor with red and blue vertices and other properties. Returns the scene,
+/// which is read again, with the codes of the losses.
+fn with_vertex_colors(
+    properties: &str,
+    target: Target,
+) -> (Material, Vec<[f32; 4]>, Vec<Image>, Vec<String>) {
+    let text = format!(
+        "#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }}
+         Material {{ diffuseColor [ 1 0 0, 0 0 1 ] transparency [ 0, 0.5 ] }}
+         MaterialBinding {{ value PER_VERTEX_INDEXED }} {properties}
+         Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }}
+         IndexedFaceSet {{ coordIndex [ 0 1 3 2 -1 ] materialIndex [ 0 1 0 1 -1 ] }}"
+    );
+    let conversion = converted(&text, target);
+    let losses = conversion.losses.iter().map(|l| l.code.clone()).collect();
+    let written = String::from_utf8(conversion.bytes).unwrap();
+    let model = Model::at(&document(&written), 0.0, &ModelOptions::default());
+    let mut colors = model.meshes[0].colors.clone();
+    colors.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    colors.dedup();
+    (model.materials[0].clone(), colors, model.images, losses)
+}
+
+#[test]
+fn the_opacities_of_vertices_are_kept_in_x3d() {
+    let own = [[0.0, 0.0, 1.0, 0.5], [1.0, 0.0, 0.0, 1.0]];
+    let opaque = own.map(|[r, g, b, _]| [r, g, b, 1.0]);
+    let unlit = "LightModel { model BASE_COLOR }";
+    for (properties, target, is_unlit, expected, lost) in [
+        ("", Target::X3d, false, own, false),
+        (unlit, Target::X3d, true, own, false),
+        (unlit, Target::Vrml97, true, opaque, true),
+    ] {
+        let (material, colors, _, losses) = with_vertex_colors(properties, target);
+        assert_eq!((material.unlit, &colors[..]), (is_unlit, &expected[..]));
+        assert_eq!(losses.contains(&"vertex-opacity".to_owned()), lost);
+    }
+}
+
+/// VRML97, table 4.5: a texture in color replaces the colors of vertices, and a gray one multiplies
+/// them.
+#[test]
+fn the_colors_of_vertices_under_a_texture_become_their_mean_in_vrml97() {
+    let (_, colors, images, losses) =
+        with_vertex_colors("Texture2 { image 1 1 3 0xffffff }", Target::Vrml97);
+    assert_eq!((colors.len(), images[0].pixels[0]), (0, [128, 0, 128, 255]));
+    assert_eq!(losses, ["vertex-colors"]);
+    let (_, colors, images, losses) =
+        with_vertex_colors("Texture2 { image 1 1 1 0xff }", Target::Vrml97);
+    assert_eq!((colors.len(), images[0].pixels[0]), (2, [255; 4]));
+    assert_eq!(losses, ["vertex-opacity"]);
+    let (_, colors, images, losses) =
+        with_vertex_colors("Texture2 { image 1 1 3 0xffffff }", Target::X3d);
+    assert_eq!((colors.len(), images[0].pixels[0]), (2, [255; 4]));
+    assert_eq!(losses, [""; 0]);
+}
+
+/// VRML97, 4.14: the alpha of a texture replaces the material's transparency.
+#[test]
+fn the_transparency_of_inventor_multiplies_the_alpha_of_a_texture_of_vrml97() {
+    for (image, model, expected) in [
+        ("1 1 2 0x80ff", "MODULATE", [128, 128, 128, 128]),
+        ("1 1 4 0x0000ff80", "MODULATE", [0, 0, 255, 64]),
+        // Without a material there is no other opacity.
+        ("1 1 3 0x0000ff", "DECAL", [0, 0, 255, 128]),
+    ] {
+        let text = format!(
+            "#Inventor V2.1 ascii\nMaterial {{ diffuseColor 1 1 1 transparency 0.5 }}
+             Texture2 {{ image {image} model {model} }} Cube {{ }}"
+        );
+        let written = String::from_utf8(converted(&text, Target::Vrml97).bytes).unwrap();
+        let model = Model::at(&document(&written), 0.0, &ModelOptions::default());
+        assert_eq!(model.images[0].pixels[0], expected, "{written}");
+    }
 }
 
 #[test]

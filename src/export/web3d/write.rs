@@ -44,7 +44,7 @@ pub(in crate::export) fn rewritten(
 pub(in crate::export) fn x3d(model: &Model, losses: &mut Losses) -> Vec<u8> {
     let options = GraphOptions {
         pictures: Pictures::Inside,
-        replaces_color: false,
+        target: Target::X3d,
     };
     let made = graph(model, options, losses);
     write_xml(&made.document, Textures::Multiply, losses)
@@ -62,7 +62,7 @@ pub(in crate::export) fn vrml97(
             "" => Pictures::Pixels,
             stem => Pictures::Beside(stem),
         },
-        replaces_color: true,
+        target: Target::Vrml97,
     };
     let made = graph(model, options, losses);
     (made.document.write(Format::Ascii), made.beside)

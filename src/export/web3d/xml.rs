@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::mem;
 use std::path::PathBuf;
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::grammar::{FieldType, class, vrml97_spot_light as spot97};
 use ivcam_inventor::iv::declarations::{Access, Interface, Proto, Route};
@@ -169,7 +169,7 @@ fn default_field(class: &str) -> &'static str {
         "Box" | "Cone" | "Cylinder" | "Sphere" | "ElevationGrid" | "Extrusion"
         | "IndexedFaceSet" | "IndexedLineSet" | "PointSet" | "Text" => "geometry",
         "FontStyle" => "fontStyle",
-        "Color" => "color",
+        "Color" | "ColorRGBA" => "color",
         "Coordinate" => "coord",
         "Normal" => "normal",
         "TextureCoordinate" => "texCoord",
@@ -446,13 +446,20 @@ impl<'d> XmlWriter<'d, '_> {
     /// Reports colors outside the range of X3D, in which they are written.
     fn lose_bright_colors(&mut self, id: NodeId) {
         let is_outside = |entry: &FieldEntry| {
-            is_color(self.described(id, entry).1) && limited(&entry.value) != entry.value
+            let (_, kind) = self.described(id, entry);
+            self.is_color(id, kind) && limited(&entry.value) != entry.value
         };
         let mut fields = self.document.nodes[id.0 as usize].fields.iter();
         if fields.any(is_outside) {
             let text = "colors are limited to the range from 0 to 1";
             self.lose(id, "color-range", text);
         }
+    }
+
+    /// Whether a field of a node has colors.
+    fn is_color(&self, id: NodeId, kind: FieldType) -> bool {
+        let is_color = matches!(kind, FieldType::SFColor | FieldType::MFColor);
+        is_color || self.class_name(id) == "ColorRGBA"
     }
 
     /// Returns the name after `DEF` of a node that needs one.
@@ -508,7 +515,7 @@ impl<'d> XmlWriter<'d, '_> {
                 continue;
             }
             let name = field_name(self.class_name(id), name);
-            let value = match is_color(kind) {
+            let value = match self.is_color(id, kind) {
                 true => limited(&entry.value),
                 false => script_url(name, &entry.value),
             };
@@ -686,16 +693,16 @@ fn script_url(name: &str, value: &Value) -> Value {
     }
 }
 
-fn is_color(kind: FieldType) -> bool {
-    matches!(kind, FieldType::SFColor | FieldType::MFColor)
-}
-
 /// Returns colors limited to the range of X3D.
 fn limited(value: &Value) -> Value {
     let limit = |color: &Vec3| color.clamp(Vec3::ZERO, Vec3::ONE);
     match value {
         Value::Vec3(color) => Value::Vec3(limit(color)),
         Value::Vec3s(colors) => Value::Vec3s(colors.iter().map(limit).collect()),
+        Value::Vec4s(colors) => {
+            let limit = |color: &Vec4| color.clamp(Vec4::ZERO, Vec4::ONE);
+            Value::Vec4s(colors.iter().map(limit).collect())
+        }
         other => other.clone(),
     }
 }
