@@ -25,6 +25,15 @@ pub(super) fn linear3(color: glam::Vec3) -> [f32; 3] {
     color.to_array().map(linear)
 }
 
+/// Returns the base color, in linear light, of a diffuse color with a share of it
+/// ([`Material::diffuse_share`]). That of a metal is at most 1.
+///
+/// [`Material::diffuse_share`]: ivcam_render::scene::model::Material::diffuse_share
+pub(super) fn base_color(diffuse: [f32; 3], share: f32) -> [f32; 3] {
+    let most = if share < 1.0 { 1.0 } else { f32::INFINITY };
+    diffuse.map(|c| (linear(c) / share).min(most))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -284,6 +284,45 @@ fn colors_of_vertices_become_their_mean_where_the_format_has_one_value() {
     assert_eq!(codes(&plain), [""; 0]);
 }
 
+/// A triangle of X3D with a metal of a base color, and other fields and attributes.
+fn metal(attributes: &str, fields: &str) -> String {
+    format!(
+        "<X3D profile='Full' version='4.0'><Scene><Shape><Appearance><PhysicalMaterial metallic='1' \
+         roughness='.3' {attributes}/></Appearance><TriangleSet>\
+         <Coordinate point='0 0 0 1 0 0 0 1 0'/>{fields}</TriangleSet></Shape></Scene></X3D>"
+    )
+}
+
+#[test]
+fn the_colors_of_vertices_of_a_metal_come_back_from_gltf() {
+    let scene = metal("", "<Color color='.9 .6 .2 .9 .6 .2 .1 .2 .3'/>");
+    let colors = |document: &Document| {
+        let model = Model::at(document, 0.0, &ModelOptions::default());
+        let colors = model.meshes[0].colors.iter();
+        // glTF has 16 bits for each.
+        colors
+            .map(|c| c.map(|v| (v * 1000.0).round()))
+            .collect::<Vec<_>>()
+    };
+    let original = colors(&document(&scene));
+    assert_eq!(original.len(), 3);
+    let written = String::from_utf8(converted(&scene, Target::Gltf).bytes).expect("text");
+    assert_eq!(colors(&document(&written)), original);
+    let usd = String::from_utf8(converted(&scene, Target::Usda).bytes).expect("text");
+    let list = usd
+        .lines()
+        .find(|line| line.contains("displayColor = "))
+        .expect("colors");
+    let numbers = list
+        .split(['(', ',', ')', '[', ']'])
+        .filter_map(|w| w.trim().parse::<f32>().ok());
+    let expected = [0.9, 0.6, 0.2, 0.9, 0.6, 0.2, 0.1, 0.2, 0.3];
+    assert!(
+        numbers.zip(expected).all(|(a, b)| (a - b).abs() < 1e-6),
+        "{list}"
+    );
+}
+
 #[test]
 fn the_other_sides_of_faces_are_a_loss_where_they_would_be_seen() {
     let scene = |faces: &str| {

@@ -14,7 +14,7 @@ use super::schema::{
     Image, Index, Material, MetallicRoughness, Sampler, Texture as TextureEntry, TextureInfo,
 };
 use crate::export::appearance::Appearance;
-use crate::export::color::linear3;
+use crate::export::color::{base_color, linear3};
 use crate::export::highlight::{reflectance, roughness};
 
 /// The reflectance at normal incidence of a dielectric with the index of refraction 1.5, which the
@@ -92,11 +92,8 @@ impl Materials {
         let color = if keeps_colors {
             [1.0; 3]
         } else {
-            linear3(look.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE))
-        };
-        let color = match material.physical {
-            Some(own) if !keeps_colors => color.map(|c| (c / own.diffuse_share()).min(1.0)),
-            _ => color,
+            let color = look.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE);
+            base_color(color.to_array(), material.diffuse_share())
         };
         let opacity = if keeps_colors { 1.0 } else { look.opacity };
         let mut extensions = Map::new();

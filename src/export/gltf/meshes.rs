@@ -9,7 +9,7 @@ use super::buffer::BinaryBuffer;
 use super::materials::{MaterialUse, Materials};
 use super::schema::{Attributes, Index, Mesh, Primitive};
 use crate::export::appearance::texture_point;
-use crate::export::color::linear;
+use crate::export::color::base_color;
 
 /// The meshes of a file.
 #[derive(Debug, Default)]
@@ -20,8 +20,8 @@ pub(super) struct Meshes {
     lists: HashMap<usize, (Attributes, Option<Index>)>,
     /// Texture coordinates by the mesh and the bits of the matrix that is applied to them.
     texcoords: HashMap<(usize, [u32; 6]), Index>,
-    /// Colors by mesh.
-    colors: HashMap<usize, Index>,
+    /// Colors by mesh and the bits of the material's share of its base color.
+    colors: HashMap<(usize, u32), Index>,
 }
 
 impl Meshes {
@@ -71,9 +71,13 @@ impl Meshes {
             attributes.texcoord = Some(index);
         }
         if material.keeps_colors {
+            let share = model.materials[part.material].diffuse_share();
             let colors = mesh.colors.iter();
-            let light = |&[r, g, b, a]: &[f32; 4]| [linear(r), linear(g), linear(b), a];
-            let index = self.colors.entry(part.mesh);
+            let light = |&[r, g, b, a]: &[f32; 4]| {
+                let [r, g, b] = base_color([r, g, b], share);
+                [r, g, b, a]
+            };
+            let index = self.colors.entry((part.mesh, share.to_bits()));
             attributes.color = Some(*index.or_insert_with(|| buffer.colors(colors.map(light))));
         }
         Primitive {

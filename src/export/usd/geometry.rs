@@ -5,7 +5,7 @@ use ivcam_render::scene::model::{Mesh, Primitives};
 
 use super::text::{UsdText, numbers, tuple, tuples};
 use crate::export::appearance::texture_point;
-use crate::export::color::linear;
+use crate::export::color::base_color;
 
 /// The width of lines and points as a fraction of the scene's size. USD has no widths in pixels.
 const WIDTH: f64 = 0.001;
@@ -19,9 +19,17 @@ pub(super) fn schema(mesh: &Mesh) -> &'static str {
     }
 }
 
-/// Writes the properties of a mesh, with texture coordinates after a matrix. `size` is that of the
-/// scene.
-pub(super) fn write(out: &mut UsdText, mesh: &Mesh, matrix: Affine2, size: f64) {
+/// How a material changes the lists of a mesh.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MeshLook {
+    /// The matrix of the texture coordinates.
+    pub matrix: Affine2,
+    /// The share of the base color in the colors of the mesh.
+    pub share: f32,
+}
+
+/// Writes the properties of a mesh under a material. `size` is that of the scene.
+pub(super) fn write(out: &mut UsdText, mesh: &Mesh, look: MeshLook, size: f64) {
     match &mesh.primitives {
         Primitives::Triangles(list) => {
             out.line("uniform token subdivisionScheme = \"none\"");
@@ -33,7 +41,7 @@ pub(super) fn write(out: &mut UsdText, mesh: &Mesh, matrix: Affine2, size: f64) 
                 "int[] faceVertexIndices = {}",
                 numbers(list.as_flattened())
             ));
-            lists(out, mesh, None, matrix);
+            lists(out, mesh, None, look);
         }
         Primitives::Lines(list) => {
             let corners: Vec<usize> = list.as_flattened().iter().map(|v| *v as usize).collect();
@@ -43,11 +51,11 @@ pub(super) fn write(out: &mut UsdText, mesh: &Mesh, matrix: Affine2, size: f64) 
                 numbers(&vec![2; list.len()])
             ));
             widths(out, size);
-            lists(out, mesh, Some(&corners), matrix);
+            lists(out, mesh, Some(&corners), look);
         }
         Primitives::Points => {
             widths(out, size);
-            lists(out, mesh, None, matrix);
+            lists(out, mesh, None, look);
         }
     }
 }
@@ -60,7 +68,7 @@ fn widths(out: &mut UsdText, size: f64) {
 }
 
 /// Writes the lists of vertices: all in order, or those of `corners`.
-fn lists(out: &mut UsdText, mesh: &Mesh, corners: Option<&[usize]>, matrix: Affine2) {
+fn lists(out: &mut UsdText, mesh: &Mesh, corners: Option<&[usize]>, look: MeshLook) {
     let all: Vec<usize> = (0..mesh.positions.len()).collect();
     let corners = corners.unwrap_or(&all);
     if let Some((min, max)) = mesh.bounds(&DAffine3::IDENTITY) {
@@ -79,13 +87,13 @@ fn lists(out: &mut UsdText, mesh: &Mesh, corners: Option<&[usize]>, matrix: Affi
         primvar("normal3f[] normals", tuples(normals));
     }
     if !mesh.coordinates.is_empty() {
-        let at = |v: &usize| texture_point(matrix, mesh.coordinates[*v]).to_array();
+        let at = |v: &usize| texture_point(look.matrix, mesh.coordinates[*v]).to_array();
         primvar("texCoord2f[] primvars:st", tuples(corners.iter().map(at)));
     }
     if !mesh.colors.is_empty() {
         let color = |v: &usize| {
             let [r, g, b, _] = mesh.colors[*v];
-            [r, g, b].map(linear)
+            base_color([r, g, b], look.share)
         };
         let colors = tuples(corners.iter().map(color));
         primvar("color3f[] primvars:displayColor", colors);

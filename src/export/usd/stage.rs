@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{Affine2, DAffine3, DVec3};
 use ivcam_render::scene::model::{Model, Motion, Part};
 
+use super::geometry::MeshLook;
 use super::materials::UsdMaterials;
 use super::text::{UsdText, quoted};
 use super::{geometry, lights};
@@ -58,13 +59,16 @@ pub(in crate::export) fn write(
     (stage.out.text.into_bytes(), stage.materials.pictures)
 }
 
-/// Returns the name of the class of each mesh and texture that several nodes use.
-fn shared(model: &Model) -> HashMap<(usize, [u32; 6]), String> {
-    let mut uses: HashMap<(usize, [u32; 6]), usize> = HashMap::new();
+/// A mesh with the bits of what a material changes in its lists.
+type MeshKey = (usize, [u32; 6], u32);
+
+/// Returns the name of the class of each mesh that several nodes use with the same lists.
+fn shared(model: &Model) -> HashMap<MeshKey, String> {
+    let mut uses: HashMap<MeshKey, usize> = HashMap::new();
     for part in model.nodes.iter().flat_map(|node| &node.parts) {
         *uses.entry(key(model, *part)).or_default() += 1;
     }
-    let mut several: Vec<(usize, [u32; 6])> = uses
+    let mut several: Vec<MeshKey> = uses
         .into_iter()
         .filter(|(_, n)| *n > 1)
         .map(|(key, _)| key)
@@ -76,15 +80,27 @@ fn shared(model: &Model) -> HashMap<(usize, [u32; 6]), String> {
         .collect()
 }
 
-/// The mesh of a part with the matrix of its texture coordinates.
-fn key(model: &Model, part: Part) -> (usize, [u32; 6]) {
-    let matrix = texture_matrix(model, part);
-    (part.mesh, matrix.to_cols_array().map(f32::to_bits))
+fn key(model: &Model, part: Part) -> MeshKey {
+    let MeshLook { matrix, share } = look(model, part);
+    let matrix = matrix.to_cols_array().map(f32::to_bits);
+    (part.mesh, matrix, share.to_bits())
 }
 
-fn texture_matrix(model: &Model, part: Part) -> Affine2 {
-    let texture = model.materials[part.material].texture.as_ref();
-    texture.map_or(Affine2::IDENTITY, |t| t.matrix)
+/// What the material of a part changes in the lists of its mesh.
+fn look(model: &Model, part: Part) -> MeshLook {
+    let material = &model.materials[part.material];
+    let is_colorful = !model.meshes[part.mesh].colors.is_empty();
+    MeshLook {
+        matrix: material
+            .texture
+            .as_ref()
+            .map_or(Affine2::IDENTITY, |t| t.matrix),
+        share: if is_colorful {
+            material.diffuse_share()
+        } else {
+            1.0
+        },
+    }
 }
 
 /// A stage that is being written.
@@ -93,8 +109,8 @@ struct Stage<'m> {
     motion: &'m Motion,
     out: UsdText,
     materials: UsdMaterials<'m>,
-    /// The names of classes by mesh and texture matrix.
-    classes: HashMap<(usize, [u32; 6]), String>,
+    /// The names of classes.
+    classes: HashMap<MeshKey, String>,
     /// The size of the scene.
     size: f64,
 }
@@ -198,7 +214,7 @@ impl Stage<'_> {
         out.line("    prepend apiSchemas = [\"MaterialBindingAPI\"]");
         out.open(")");
         if class.is_none() {
-            geometry::write(out, mesh, texture_matrix(model, part), self.size);
+            geometry::write(out, mesh, look(model, part), self.size);
         }
         if model.materials[part.material].double_sided {
             out.line("uniform bool doubleSided = 1");
@@ -215,12 +231,15 @@ impl Stage<'_> {
         self.out.open("class Scope \"Shared\"");
         let mut classes: Vec<_> = self.classes.iter().collect();
         classes.sort_unstable();
-        for ((mesh, matrix), name) in classes {
+        for ((mesh, matrix, share), name) in classes {
             let mesh = &self.model.meshes[*mesh];
-            let matrix = Affine2::from_cols_array(&matrix.map(f32::from_bits));
+            let look = MeshLook {
+                matrix: Affine2::from_cols_array(&matrix.map(f32::from_bits)),
+                share: f32::from_bits(*share),
+            };
             let out = &mut self.out;
             out.open(format_args!("class {} \"{name}\"", geometry::schema(mesh)));
-            geometry::write(out, mesh, matrix, self.size);
+            geometry::write(out, mesh, look, self.size);
             out.close();
         }
         self.out.close();

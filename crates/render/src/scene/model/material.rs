@@ -43,13 +43,6 @@ pub struct Physical {
     pub dielectric: Vec3,
 }
 
-impl Physical {
-    /// The factor of the base color in the diffuse color, in linear light.
-    pub fn diffuse_share(&self) -> f32 {
-        PhysicalElement::diffuse_share(self.metallic)
-    }
-}
-
 /// The texture of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
@@ -73,6 +66,12 @@ impl Material {
     /// The largest part of ambient light that formats without ambient light lose without a word:
     /// that of Inventor's defaults, 0.2 of 0.2.
     pub const USUAL_AMBIENT: f32 = 0.0401;
+
+    /// The share of the base color in the diffuse color, in linear light: 1 unless it is a metal's.
+    pub fn diffuse_share(&self) -> f32 {
+        let metallic = self.physical.map_or(0.0, |own| own.metallic);
+        PhysicalElement::diffuse_share(metallic)
+    }
 
     /// The ambient light that the surface reflects.
     pub fn ambient_part(&self) -> Vec3 {
