@@ -324,6 +324,36 @@ fn the_colors_of_vertices_of_a_metal_come_back_from_gltf() {
 }
 
 #[test]
+fn a_metal_is_a_metal_in_usd() {
+    let scene = metal("baseColor='.9 .6 .2'", "");
+    let usd = String::from_utf8(converted(&scene, Target::Usda).bytes).expect("text");
+    let input = |name: &str| {
+        let line = usd
+            .lines()
+            .find(|line| line.contains(&format!("inputs:{name} = ")));
+        line.and_then(|line| Some(line.split_once(" = ")?.1.to_owned()))
+    };
+    assert_eq!(input("useSpecularWorkflow").as_deref(), Some("0"));
+    assert_eq!(input("metallic").as_deref(), Some("1"));
+    assert_eq!(input("specularColor"), None);
+    // The index of glTF's dielectrics, whose reflectance is 0.04.
+    let index = input("ior")
+        .and_then(|text| text.parse::<f32>().ok())
+        .expect("an index");
+    assert!((index - 1.5).abs() < 1e-5);
+    let color = input("diffuseColor").expect("a color");
+    let numbers = color
+        .split(['(', ',', ')'])
+        .filter_map(|w| w.trim().parse::<f32>().ok());
+    assert!(
+        numbers
+            .zip([0.9, 0.6, 0.2])
+            .all(|(a, b)| (a - b).abs() < 1e-6),
+        "{color}"
+    );
+}
+
+#[test]
 fn the_other_sides_of_faces_are_a_loss_where_they_would_be_seen() {
     let scene = |faces: &str| {
         let text = "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }

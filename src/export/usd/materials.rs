@@ -1,4 +1,5 @@
-//! Materials as `UsdPreviewSurface`, with the mapping that glTF has.
+//! Materials as `UsdPreviewSurface`, with the mapping that glTF has: metals by its metallic
+//! workflow, and all others by the specular one.
 
 use std::collections::HashMap;
 
@@ -7,7 +8,7 @@ use ivcam_render::scene::model::{Material, Model, Part};
 
 use super::text::{UsdText, asset, tuple};
 use crate::export::appearance::Appearance;
-use crate::export::color::linear3;
+use crate::export::color::{base_color, linear3};
 use crate::export::highlight::{reflectance, roughness};
 use crate::export::names::picture_name;
 use crate::export::target::Target;
@@ -88,7 +89,7 @@ impl<'m> UsdMaterials<'m> {
         self.surface(path, material, look, used);
         if let (Some(picture), Some(texture)) = (picture, texture) {
             let wrap = |repeats: bool| if repeats { "repeat" } else { "clamp" };
-            let [r, g, b] = linear3(look.color);
+            let [r, g, b] = base_color(look.color.to_array(), material.diffuse_share());
             let wraps = texture.repeat.map(wrap);
             self.texture(path, &picture, wraps, [r, g, b, look.opacity]);
         }
@@ -129,7 +130,7 @@ impl<'m> UsdMaterials<'m> {
         } else {
             out.line(format_args!(
                 "color3f inputs:{input} = {}",
-                tuple(linear3(look.color))
+                tuple(base_color(look.color.to_array(), material.diffuse_share()))
             ));
         }
         let picture = look.image.as_ref();
@@ -147,23 +148,7 @@ impl<'m> UsdMaterials<'m> {
         } else if look.opacity < 1.0 {
             out.line(format_args!("float inputs:opacity = {}", look.opacity));
         }
-        out.line("int inputs:useSpecularWorkflow = 1");
-        if look.unlit {
-            out.line("color3f inputs:diffuseColor = (0, 0, 0)");
-            out.line("color3f inputs:specularColor = (0, 0, 0)");
-            out.line("float inputs:roughness = 1");
-        } else {
-            if material.emissive != Vec3::ZERO {
-                let light = tuple(linear3(material.emissive));
-                out.line(format_args!("color3f inputs:emissiveColor = {light}"));
-            }
-            let specular = tuple(reflectance(material));
-            out.line(format_args!("color3f inputs:specularColor = {specular}"));
-            out.line(format_args!(
-                "float inputs:roughness = {}",
-                roughness(material)
-            ));
-        }
+        highlight(out, material, look.unlit);
         out.line("token outputs:surface");
         out.close();
     }
@@ -199,4 +184,43 @@ impl<'m> UsdMaterials<'m> {
         out.line(format_args!("{kind} outputs:result"));
         out.close();
     }
+}
+
+/// Writes the inputs of a surface's highlight and of the light that it emits. Metals have the
+/// metallic workflow, in which the diffuse color is that of the metal.
+fn highlight(out: &mut UsdText, material: &Material, is_unlit: bool) {
+    let metal = material.physical.filter(|own| own.metallic > 0.0);
+    let is_specular = i32::from(metal.is_none());
+    out.line(format_args!(
+        "int inputs:useSpecularWorkflow = {is_specular}"
+    ));
+    if is_unlit {
+        out.line("color3f inputs:diffuseColor = (0, 0, 0)");
+        out.line("color3f inputs:specularColor = (0, 0, 0)");
+        out.line("float inputs:roughness = 1");
+        return;
+    }
+    if material.emissive != Vec3::ZERO {
+        let light = tuple(linear3(material.emissive));
+        out.line(format_args!("color3f inputs:emissiveColor = {light}"));
+    }
+    match metal {
+        Some(own) => {
+            out.line(format_args!("float inputs:metallic = {}", own.metallic));
+            // F₀ = ((1 − n) / (1 + n))² of the part that is no metal.
+            let root = (own.dielectric.element_sum() / 3.0).clamp(0.0, 0.9).sqrt();
+            out.line(format_args!(
+                "float inputs:ior = {}",
+                (1.0 + root) / (1.0 - root)
+            ));
+        }
+        None => {
+            let specular = tuple(reflectance(material));
+            out.line(format_args!("color3f inputs:specularColor = {specular}"));
+        }
+    }
+    out.line(format_args!(
+        "float inputs:roughness = {}",
+        roughness(material)
+    ));
 }
