@@ -12,6 +12,7 @@
 
 mod appearance;
 mod base64;
+mod clipping;
 mod color;
 mod companions;
 mod conversion;

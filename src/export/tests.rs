@@ -140,6 +140,42 @@ fn what_moves_becomes_an_animation() {
     assert_eq!(gltf["accessors"][times]["max"][0], 2.0);
 }
 
+/// A box moves away by 20 m and back, and a camera toward it from 30 m to 10 m.
+#[test]
+fn the_planes_of_a_camera_enclose_the_scene_at_all_times() {
+    let scene = "#VRML V2.0 utf8\nDEF T TimeSensor { cycleInterval 2 loop TRUE }
+        DEF V Viewpoint { position 0 0 30 } Viewpoint { position 0 0 10 }
+        DEF P PositionInterpolator { key [ 0 .5 1 ] keyValue [ 0 0 0, 0 0 -20, 0 0 0 ] }
+        DEF Q PositionInterpolator { key [ 0 .5 1 ] keyValue [ 0 0 30, 0 0 10, 0 0 30 ] }
+        DEF A Transform { children Transform { children Shape { geometry Box { } } } }
+        ROUTE T.fraction_changed TO P.set_fraction ROUTE P.value_changed TO A.translation
+        ROUTE T.fraction_changed TO Q.set_fraction ROUTE Q.value_changed TO V.position";
+    let gltf: Json = serde_json::from_slice(&converted(scene, Target::Gltf).bytes).expect("JSON");
+    let usd = String::from_utf8(converted(scene, Target::Usda).bytes).expect("text");
+    let ranges = usd
+        .lines()
+        .filter_map(|line| line.trim().strip_prefix("float2 clippingRange = "));
+    let ranges: Vec<Vec<f64>> = ranges
+        .map(|pair| {
+            pair.trim_matches(['(', ')'])
+                .split(", ")
+                .map(|n| n.parse().unwrap())
+                .collect()
+        })
+        .collect();
+    for (number, [nearest, farthest]) in [[9.0, 51.0], [9.0, 31.0]].into_iter().enumerate() {
+        let written = &gltf["cameras"][number]["perspective"];
+        for [near, far] in [
+            ["znear", "zfar"].map(|name| written[name].as_f64().expect("a distance")),
+            [ranges[number][0], ranges[number][1]],
+        ] {
+            // The sphere around a box is larger.
+            assert!(near < nearest && near > 0.0, "{number}: {near}");
+            assert!(far > farthest && far < farthest + 4.0, "{number}: {far}");
+        }
+    }
+}
+
 #[test]
 fn a_texture_is_embedded_with_its_transform() {
     let gltf = gltf(

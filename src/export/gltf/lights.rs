@@ -6,40 +6,17 @@
 //! light. A light whose intensity Inventor does not reduce by the inverse square of the distance
 //! gets the intensity that is right at the center of the scene.
 
-use glam::DVec3;
 use ivcam_inventor::pose::{Projection, ViewportMapping};
 use ivcam_render::scene::model::{self, Feature, LightShape, SceneLight};
 use serde_json::{Value, json};
 
 use super::schema::{Camera, Orthographic, Perspective};
+use crate::export::clipping::SceneSphere;
 use crate::export::color;
 use crate::export::losses::Losses;
 
-/// The center and the radius of a sphere around a scene.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct LightBounds {
-    pub center: DVec3,
-    pub radius: f64,
-}
-
-impl LightBounds {
-    /// The sphere around a box; around nothing it is the unit sphere.
-    pub(super) fn of(bounds: Option<(DVec3, DVec3)>) -> Self {
-        bounds.map_or(
-            Self {
-                center: DVec3::ZERO,
-                radius: 1.0,
-            },
-            |(min, max)| Self {
-                center: 0.5 * (min + max),
-                radius: (0.5 * (max - min).length()).max(1e-6),
-            },
-        )
-    }
-}
-
 /// Returns the entry of a light, and adds what it cannot say.
-pub(super) fn light(light: &SceneLight, around: LightBounds, losses: &mut Losses) -> Value {
+pub(super) fn light(light: &SceneLight, around: SceneSphere, losses: &mut Losses) -> Value {
     let linear = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
     let name = &light.name;
     if light.shape == LightShape::Directional {
@@ -82,13 +59,9 @@ pub(super) fn light(light: &SceneLight, around: LightBounds, losses: &mut Losses
     value
 }
 
-/// Returns the entry of a camera. Its clipping planes enclose the scene, because Inventor's viewers
-/// choose them so, whatever the file says.
-pub(super) fn camera(camera: &model::SceneCamera, around: LightBounds) -> Camera {
+/// Returns the entry of a camera with the distances of its near and far plane.
+pub(super) fn camera(camera: &model::SceneCamera, [nearest, zfar]: [f64; 2]) -> Camera {
     let pose = &camera.pose;
-    let depth = (around.center - pose.position).dot(pose.direction());
-    let zfar = (depth + 1.01 * around.radius).max(2.0 * around.radius);
-    let nearest = depth - 1.01 * around.radius;
     let name = camera.name.clone();
     match pose.projection {
         Projection::Perspective { height_angle } => Camera {

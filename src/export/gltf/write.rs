@@ -8,9 +8,10 @@ use serde_json::{Map, Value, json};
 use super::animation::animate;
 use super::assets::Assets;
 use super::container::{Packing, pack};
-use super::lights::{self, LightBounds};
+use super::lights;
 use super::nodes::NodeList;
 use super::schema::{Index, Node, Root, Scene};
+use crate::export::clipping::SceneSphere;
 use crate::export::losses::Losses;
 use crate::export::trs::{Trs, split};
 
@@ -25,14 +26,13 @@ pub(in crate::export) fn write(
     losses: &mut Losses,
 ) -> Result<Vec<u8>> {
     let mut assets = Assets::default();
-    let around = LightBounds::of(model.bounds());
     let mut root = Root {
         scenes: vec![Scene { nodes: vec![0] }],
         ..Root::default()
     };
     let mut nodes = nodes(model, &mut assets);
-    add_cameras(model, around, &mut root, &mut nodes);
-    let punctual = add_lights(model, around, &mut nodes, losses);
+    add_cameras(model, motion, &mut root, &mut nodes);
+    let punctual = add_lights(model, &mut nodes, losses);
     if !punctual.is_empty() {
         let name = "KHR_lights_punctual";
         root.extensions_used.insert(name);
@@ -143,14 +143,16 @@ fn below_root(list: &mut Vec<Node>, mut node: Node, position: DVec3, rotation: D
 }
 
 /// Adds the cameras.
-fn add_cameras(model: &Model, around: LightBounds, root: &mut Root, nodes: &mut NodeList) {
-    for camera in &model.cameras {
+fn add_cameras(model: &Model, motion: &Motion, root: &mut Root, nodes: &mut NodeList) {
+    let around = SceneSphere::in_motion(model, motion);
+    for (number, camera) in model.cameras.iter().enumerate() {
         let node = Node {
             name: camera.name.clone(),
             camera: Some(root.cameras.len()),
             ..Node::default()
         };
-        root.cameras.push(lights::camera(camera, around));
+        let planes = around.depths(number, camera, motion);
+        root.cameras.push(lights::camera(camera, planes));
         let (position, turn) = (camera.pose.position, camera.pose.orientation);
         let index = below_root(&mut nodes.list, node, position, turn);
         nodes.of_cameras.push(index);
@@ -158,12 +160,8 @@ fn add_cameras(model: &Model, around: LightBounds, root: &mut Root, nodes: &mut 
 }
 
 /// Adds the lights, and returns their entries.
-fn add_lights(
-    model: &Model,
-    around: LightBounds,
-    nodes: &mut NodeList,
-    losses: &mut Losses,
-) -> Vec<Value> {
+fn add_lights(model: &Model, nodes: &mut NodeList, losses: &mut Losses) -> Vec<Value> {
+    let around = SceneSphere::of(model.bounds());
     let mut entries = Vec::new();
     for light in &model.lights {
         let number = json!({ "light": entries.len() });

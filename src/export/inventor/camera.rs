@@ -1,12 +1,12 @@
 //! The cameras: the viewpoint that is bound first, and the others in a switch.
 
-use glam::DVec3;
 use ivcam_inventor::grammar::value::{NodeId, Value};
 use ivcam_inventor::iv::Limits;
 use ivcam_inventor::pose::{CameraPose, Projection};
 use ivcam_inventor::snapshot::Snapshot;
-use ivcam_render::scene::model::{Model, Place, SceneCamera};
+use ivcam_render::scene::model::{Model, Motion, Place, SceneCamera};
 
+use crate::export::clipping::SceneSphere;
 use crate::export::losses::Losses;
 use crate::export::nodes::{NodeBuilder, rotation, vec3};
 use crate::photo::overview::Overview;
@@ -43,16 +43,13 @@ impl Viewing {
     }
 }
 
-/// The center and the radius of a sphere around the scene, for clipping planes.
-type Sphere = (DVec3, f64);
-
 /// Returns the nodes of the cameras, and the node of the one that is in use.
 pub(super) fn cameras(
     model: &Model,
     viewing: &Viewing,
     nodes: &mut NodeBuilder,
 ) -> (Vec<NodeId>, Option<NodeId>) {
-    let around = sphere(model);
+    let around = SceneSphere::of(model.bounds());
     let first = model
         .cameras
         .iter()
@@ -61,7 +58,7 @@ pub(super) fn cameras(
     let mut others = Vec::new();
     let mut used = None;
     for (i, camera) in model.cameras.iter().enumerate() {
-        let id = node(camera, around, nodes);
+        let id = node((i, camera), around, nodes);
         if Some(i) == first {
             used = Some(id);
             found.push(id);
@@ -86,11 +83,15 @@ fn is_first(camera: &SceneCamera, model: &Model, viewing: &Viewing) -> bool {
 }
 
 /// Returns the node of a camera. Its clipping planes enclose the scene.
-fn node(camera: &SceneCamera, (center, radius): Sphere, nodes: &mut NodeBuilder) -> NodeId {
+fn node(
+    (number, camera): (usize, &SceneCamera),
+    around: SceneSphere,
+    nodes: &mut NodeBuilder,
+) -> NodeId {
     let pose = &camera.pose;
-    let depth = (center - pose.position).dot(pose.direction());
-    let far = (depth + 1.01 * radius).max(2.0 * radius);
-    let near = (depth - 1.01 * radius).max(1e-4 * far);
+    let [nearest, far] = around.depths(number, camera, &Motion::default());
+    let near = nearest.max(1e-4 * far);
+    let depth = (around.center - pose.position).dot(pose.direction());
     let number = |value: f64| Value::Float(value as f32);
     let mut fields = vec![
         ("position", vec3(pose.position)),
@@ -112,11 +113,4 @@ fn node(camera: &SceneCamera, (center, radius): Sphere, nodes: &mut NodeBuilder)
     let id = nodes.node(class, fields);
     nodes.name(id, &camera.name);
     id
-}
-
-/// Returns a sphere around the scene; around nothing it is the unit sphere.
-fn sphere(model: &Model) -> Sphere {
-    model.bounds().map_or((DVec3::ZERO, 1.0), |(min, max)| {
-        (0.5 * (min + max), (0.5 * (max - min).length()).max(1e-6))
-    })
 }

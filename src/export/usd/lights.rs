@@ -5,6 +5,7 @@ use ivcam_inventor::pose::Projection;
 use ivcam_render::scene::model::{self, Feature, LightShape, Motion, Pose, SceneLight};
 
 use super::text::{UsdText, matrix, tuple};
+use crate::export::clipping::SceneSphere;
 use crate::export::color::{illuminance, linear3};
 use crate::export::losses::Losses;
 
@@ -113,12 +114,11 @@ pub(super) fn camera(
     out: &mut UsdText,
     (name, camera, number): (&str, &model::SceneCamera, usize),
     motion: &Motion,
-    (center, size): (DVec3, f64),
+    around: SceneSphere,
 ) {
     let pose = &camera.pose;
-    let depth = (center - pose.position).dot(pose.direction());
-    let far = (depth + 0.51 * size).max(size);
-    let near = (depth - 0.51 * size).max(1e-4 * far);
+    let [nearest, far] = around.depths(number, camera, motion);
+    let near = nearest.max(1e-4 * far);
     let aspect = if pose.aspect_ratio > 0.0 {
         pose.aspect_ratio
     } else {

@@ -9,6 +9,7 @@ use super::geometry::MeshLook;
 use super::materials::UsdMaterials;
 use super::text::{UsdText, quoted};
 use super::{geometry, lights};
+use crate::export::clipping::SceneSphere;
 use crate::export::losses::Losses;
 use crate::export::names::Names;
 
@@ -45,10 +46,11 @@ pub(in crate::export) fn write(
         let named = (name.as_str(), light, number);
         lights::light(&mut stage.out, named, motion, (center, size), losses);
     }
+    let around = SceneSphere::in_motion(model, motion);
     for (number, camera) in model.cameras.iter().enumerate() {
         let name = names.identifier(&camera.name);
         let named = (name.as_str(), camera, number);
-        lights::camera(&mut stage.out, named, motion, (center, size));
+        lights::camera(&mut stage.out, named, motion, around);
     }
     stage.out.open("def Scope \"Materials\"");
     let materials = std::mem::take(&mut stage.materials.text);
