@@ -1,5 +1,6 @@
 //! Conversion of colors from a screen's values to linear light.
 
+use glam::Vec3;
 use ivcam_render::scene::ColorCoding;
 use ivcam_render::scene::model::{LightShape, SceneLight};
 
@@ -20,8 +21,16 @@ pub(super) fn illuminance(light: &SceneLight, distance: f64) -> f64 {
     std::f64::consts::PI * illuminance
 }
 
+/// Returns the linear color of a light, at most 1, and the factor of its intensity: what the color
+/// is above 1. Levels are limited to 0 … 1000, so that the product is a 32-bit number.
+pub(super) fn light_color(light: &SceneLight) -> ([f32; 3], f64) {
+    let color = linear3(light.color.clamp(Vec3::ZERO, Vec3::splat(1000.0)));
+    let most = color.into_iter().fold(1.0, f32::max);
+    (color.map(|c| c / most), f64::from(most))
+}
+
 /// Returns the linear light of a color.
-pub(super) fn linear3(color: glam::Vec3) -> [f32; 3] {
+pub(super) fn linear3(color: Vec3) -> [f32; 3] {
     color.to_array().map(linear)
 }
 

@@ -211,6 +211,18 @@ fn lights_and_cameras_have_their_places_and_units() {
         (lux - std::f64::consts::PI * 0.214_041).abs() < 1e-4,
         "{lux}"
     );
+    // A color above 1 is a stronger light: 0.5 on a screen is 0.214 of its light, and 2 is 4.954.
+    let bright = self::gltf("DirectionalLight { color 2 1 0.5 } Cube { }");
+    let bright = &bright["extensions"]["KHR_lights_punctual"]["lights"][0];
+    let number = |value: &Json| value.as_f64().expect("a number");
+    for (i, light) in [4.953_822, 1.0, 0.214_041].into_iter().enumerate() {
+        let product = number(&bright["intensity"]) * number(&bright["color"][i]);
+        assert!(
+            (product - std::f64::consts::PI * light).abs() < 1e-4,
+            "{bright}"
+        );
+        assert!(number(&bright["color"][i]) <= 1.0);
+    }
     let cone = lights[1]["spot"]["outerConeAngle"]
         .as_f64()
         .expect("a cone");

@@ -79,6 +79,7 @@ const OF_LIGHT: &[&str] = &[
     "light-ambient",
     "light-falloff",
     "light-radius",
+    "light-range",
     "light-scope",
     "lit-lines",
     "shading",

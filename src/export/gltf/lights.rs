@@ -17,12 +17,12 @@ use crate::export::losses::Losses;
 
 /// Returns the entry of a light, and adds what it cannot say.
 pub(super) fn light(light: &SceneLight, around: SceneSphere, losses: &mut Losses) -> Value {
-    let linear = color::linear3(light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE));
+    let (linear, factor) = color::light_color(light);
     let name = &light.name;
     if light.shape == LightShape::Directional {
         return json!({
             "name": name, "type": "directional", "color": linear,
-            "intensity": color::illuminance(light, 1.0),
+            "intensity": factor * color::illuminance(light, 1.0),
         });
     }
     if !light.linear {
@@ -31,7 +31,7 @@ pub(super) fn light(light: &SceneLight, around: SceneSphere, losses: &mut Losses
     }
     let distance = light.position.distance(around.center);
     let distance = distance.max(0.1 * around.radius);
-    let candela = color::illuminance(light, distance) * distance * distance;
+    let candela = factor * color::illuminance(light, distance) * distance * distance;
     let mut value = json!({
         "name": name, "type": "point", "color": linear, "intensity": candela,
     });

@@ -6,7 +6,7 @@ use ivcam_render::scene::model::{self, Feature, LightShape, Motion, Pose, SceneL
 
 use super::text::{UsdText, matrix, tuple};
 use crate::export::clipping::SceneSphere;
-use crate::export::color::{illuminance, linear3};
+use crate::export::color::{illuminance, light_color};
 use crate::export::losses::Losses;
 
 /// The number of time codes in a second.
@@ -66,14 +66,11 @@ pub(super) fn light(
     } else {
         out.open(format_args!("def {class} \"{name}\""));
     }
-    let color = light.color.clamp(glam::Vec3::ZERO, glam::Vec3::ONE);
-    out.line(format_args!(
-        "color3f inputs:color = {}",
-        tuple(linear3(color))
-    ));
+    let (color, factor) = light_color(light);
+    out.line(format_args!("color3f inputs:color = {}", tuple(color)));
     out.line("bool inputs:normalize = 1");
     if is_far {
-        let intensity = illuminance(light, 1.0);
+        let intensity = factor * illuminance(light, 1.0);
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line("float inputs:angle = 0");
     } else {
@@ -82,7 +79,7 @@ pub(super) fn light(
             losses.feature_stated(Feature::LightFalloff, &light.place, uses);
         }
         // A normalized sphere of radiance L = I / (4πr²) has the illuminance π L r² / d².
-        let intensity = 4.0 * illuminance(light, distance) * distance * distance;
+        let intensity = 4.0 * factor * illuminance(light, distance) * distance * distance;
         out.line(format_args!("float inputs:intensity = {intensity}"));
         out.line(format_args!("float inputs:radius = {}", 1e-3 * size));
         out.line("bool treatAsPoint = 1");

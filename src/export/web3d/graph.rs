@@ -14,8 +14,10 @@ use ivcam_render::scene::model::{
     SceneLight, SceneNode,
 };
 
+use super::levels::LightLevels;
 use crate::export::appearance::Appearance;
 use crate::export::base64::base64;
+use crate::export::clipping::SceneSphere;
 use crate::export::losses::Losses;
 use crate::export::names::picture_name;
 use crate::export::nodes::{
@@ -164,8 +166,9 @@ impl GraphBuilder<'_> {
         for camera in &model.cameras {
             head.push(self.viewpoint(camera));
         }
+        let around = SceneSphere::of(model.bounds());
         for light in &model.lights {
-            head.push(self.light(light));
+            head.push(self.light(light, around.radius));
         }
         head.extend(self.ambient_light());
         head
@@ -208,15 +211,16 @@ impl GraphBuilder<'_> {
         id
     }
 
-    fn light(&mut self, light: &SceneLight) -> NodeId {
+    /// Returns a light of a scene of a radius.
+    fn light(&mut self, light: &SceneLight, scene: f64) -> NodeId {
         let radius = match light.radius.is_finite() {
             true => light.radius,
             false => FAR,
         };
-        let [quadratic, linear, constant] = light.attenuation.to_array();
+        let levels = LightLevels::of(light, scene, self.options.target, self.losses);
         let mut fields = vec![
-            ("color", Value::Vec3(light.color)),
-            ("intensity", Value::Float(light.intensity)),
+            ("color", Value::Vec3(levels.color)),
+            ("intensity", Value::Float(levels.intensity)),
             (
                 "ambientIntensity",
                 Value::Float(light.ambient.clamp(0.0, 1.0)),
@@ -228,8 +232,7 @@ impl GraphBuilder<'_> {
         if light.shape != LightShape::Directional {
             fields.push(("location", vec3(light.position)));
             fields.push(("radius", Value::Float(radius)));
-            let attenuation = Vec3::new(constant, linear, quadratic);
-            fields.push(("attenuation", Value::Vec3(attenuation)));
+            fields.push(("attenuation", Value::Vec3(levels.attenuation)));
         }
         let class = match light.shape {
             LightShape::Directional => "DirectionalLight",
