@@ -721,6 +721,24 @@ fn a_mirrored_mesh_of_gltf_keeps_its_front() {
     assert_eq!(points(&sets[0]), points(&sets[1]));
 }
 
+/// glTF 2.0, 3.9.7: lines with normals are lit, which the program does not do.
+#[test]
+fn normals_of_lines_of_gltf_that_are_not_used_are_reported() {
+    let (json, chunk) = triangle();
+    let lines = json.replace(r#""indices": 3,"#, r#""mode": 3, "indices": 3,"#);
+    let with_normals = lines.replace(r#""POSITION": 0,"#, r#""POSITION": 0, "NORMAL": 0,"#);
+    let unlit = with_normals.replace(
+        r#""extensions": { "KHR_materials_emissive_strength""#,
+        r#""extensions": { "KHR_materials_unlit": { }, "KHR_materials_emissive_strength""#,
+    );
+    for (json, expected) in [(&lines, 0), (&with_normals, 1), (&unlit, 0)] {
+        let read = read(glb(json, &chunk));
+        let said = messages(&read);
+        let found = said.iter().filter(|said| said.contains("without lighting"));
+        assert_eq!(found.count(), expected, "{said:?}");
+    }
+}
+
 #[test]
 fn animations_of_gltf_move_nodes_at_a_time() {
     let (json, chunk) = triangle();

@@ -80,6 +80,12 @@ impl GltfReader<'_, '_, '_> {
         material.is_some_and(|material| material.double_sided)
     }
 
+    /// Returns whether a material is lit, as the one of primitives without a material is.
+    pub(super) fn is_lit(&self, material: Option<usize>) -> bool {
+        let material = material.and_then(|index| self.root.materials.get(index));
+        material.is_none_or(|material| material.extensions.unlit.is_none())
+    }
+
     /// Returns the appearance of faces, or of lines and points, with a material.
     ///
     /// # Errors

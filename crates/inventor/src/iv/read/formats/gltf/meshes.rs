@@ -152,6 +152,10 @@ impl GltfReader<'_, '_, '_> {
             .set(geometry, faces97::COORD, Value::Node(Some(coord)));
         if is_face {
             self.face_attributes(geometry, primitive, posing)?;
+        } else if primitive.attributes.contains_key("NORMAL") && self.is_lit(primitive.material) {
+            let message =
+                "the lines or points of a mesh have normals, and are drawn without lighting";
+            self.builder.warn(Span::at(0), message);
         }
         if flat.is_some() {
             self.builder
