@@ -19,6 +19,14 @@ pub(super) struct Names {
 }
 
 impl Names {
+    /// Hands out names that are different from some words too.
+    pub(super) fn apart_from(words: &[&str]) -> Self {
+        Self {
+            taken: words.iter().map(|word| (*word).to_owned()).collect(),
+            last: HashMap::new(),
+        }
+    }
+
     /// Returns a name, with a number behind it if it is taken. Other characters than letters of
     /// ASCII, digits and `_` become `_`, and a digit does not come first.
     pub(super) fn identifier(&mut self, wanted: &str) -> String {

@@ -40,11 +40,10 @@ pub(super) fn tree_of(
 
 /// A document that grows by one node at a time.
 pub(super) struct NodeBuilder {
-    /// The document so far, without roots.
-    pub document: Document,
+    /// The document so far, without roots. Names are those that are wanted.
+    document: Document,
     /// The dialects whose classes the nodes have.
     dialects: u8,
-    names: Names,
 }
 
 impl NodeBuilder {
@@ -53,11 +52,7 @@ impl NodeBuilder {
     pub(super) fn new(format: &str, dialects: u8) -> Self {
         let mut document = Document::default();
         document.format = format.to_owned();
-        Self {
-            document,
-            dialects,
-            names: Names::default(),
-        }
+        Self { document, dialects }
     }
 
     /// Adds a node with some fields. Fields with their defaults are left out.
@@ -106,10 +101,9 @@ impl NodeBuilder {
             .add(Node::synthetic(class, vec![entry], Vec::new()))
     }
 
-    /// Gives a node a name that is different from all others.
+    /// Gives a node a name, which gets a number behind it if a node before it in the file has it.
     pub(super) fn name(&mut self, id: NodeId, wanted: &str) {
-        let name = self.names.identifier(wanted);
-        self.document.nodes[id.0 as usize].name = Some(name.into());
+        self.document.nodes[id.0 as usize].name = Some(wanted.into());
     }
 
     /// Names a node that is used again, unless it has a name.
@@ -119,7 +113,51 @@ impl NodeBuilder {
         }
         id
     }
+
+    /// Returns the document with its roots and with names that are different from each other: of
+    /// equal ones the first in the file is as it was wanted.
+    pub(super) fn finish(self, roots: Vec<NodeId>) -> Document {
+        let mut document = self.document;
+        let mut names = Names::apart_from(&RESERVED);
+        let mut is_named = vec![false; document.nodes.len()];
+        // Files may nest deeper than recursion allows.
+        let mut open: Vec<NodeId> = roots.iter().rev().copied().collect();
+        while let Some(id) = open.pop() {
+            if std::mem::replace(&mut is_named[id.0 as usize], true) {
+                continue;
+            }
+            let node = &mut document.nodes[id.0 as usize];
+            node.name = node.name.take().map(|name| names.identifier(&name).into());
+            let held = node.fields.iter().flat_map(|field| match &field.value {
+                Value::Node(Some(id)) => std::slice::from_ref(id),
+                Value::Nodes(list) => list,
+                _ => &[],
+            });
+            let inner: Vec<NodeId> = held.chain(&node.children).copied().collect();
+            open.extend(inner.into_iter().rev());
+        }
+        document.roots = roots;
+        document
+    }
 }
+
+/// The words that VRML97 keeps to itself (A.3), of which most are Inventor's too.
+const RESERVED: [&str; 14] = [
+    "DEF",
+    "EXTERNPROTO",
+    "FALSE",
+    "IS",
+    "NULL",
+    "PROTO",
+    "ROUTE",
+    "TO",
+    "TRUE",
+    "USE",
+    "eventIn",
+    "eventOut",
+    "exposedField",
+    "field",
+];
 
 /// Returns the entry of a field, and whether its value is the default.
 fn entry(class: &'static Class, (name, value): (&str, Value)) -> (FieldEntry, bool) {

@@ -23,7 +23,5 @@ pub(in crate::export) fn write(
     let (shapes, beside) = tree(model, stem, &mut nodes);
     children.extend(shapes);
     let root = nodes.group("Separator", Vec::new(), children);
-    let mut document = nodes.document;
-    document.roots = vec![root];
-    (document.write(Format::Ascii), beside)
+    (nodes.finish(vec![root]).write(Format::Ascii), beside)
 }

@@ -126,10 +126,8 @@ pub(in crate::export) fn graph(
     };
     let mut roots = builder.head();
     roots.extend(builder.tree());
-    let mut document = builder.nodes.document;
-    document.roots = roots;
     Graph {
-        document,
+        document: builder.nodes.finish(roots),
         beside: builder.beside,
     }
 }
@@ -140,7 +138,7 @@ impl GraphBuilder<'_> {
         self.nodes.node(class, fields)
     }
 
-    /// Gives a node a name that is different from all others.
+    /// Gives a node a name.
     fn name(&mut self, id: NodeId, wanted: &str) {
         self.nodes.name(id, wanted);
     }

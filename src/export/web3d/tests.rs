@@ -157,6 +157,21 @@ fn names_are_identifiers_of_xml_and_each_is_given_once() {
     assert_eq!(given.len(), all);
 }
 
+/// VRML97, A.3: these words are no names.
+#[test]
+fn the_first_of_equal_names_stays_and_no_name_is_a_word_of_the_language() {
+    let group = |name: &str| format!("DEF {name} Separator {{ Cube {{ }} }}");
+    let text = ["A", "A", "TRUE", "field", "A"].map(group).join("\n");
+    let text = format!("#Inventor V2.1 ascii\nTranslation {{ translation 1 0 0 }}\n{text}");
+    let written = String::from_utf8(converted(&text, Target::Vrml97).bytes).unwrap();
+    let names = written
+        .split("DEF ")
+        .skip(1)
+        .filter_map(|rest| rest.split(' ').next());
+    let names: Vec<&str> = names.filter(|name| *name != "shape").collect();
+    assert_eq!(names, ["A", "A_2", "TRUE_2", "field_2", "A_3"], "{written}");
+}
+
 #[test]
 fn a_node_in_a_default_of_a_prototype_is_not_used_from_outside() {
     let found = scene(
