@@ -3,6 +3,7 @@
 use indexmap::IndexMap;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::pose::ViewportMapping;
 use ivcam_render::scene::model::{
     Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneNode,
 };
@@ -135,14 +136,7 @@ impl Losses {
         for lack in &model.not_applied {
             self.add("not-applied", &*lack.text, lack.place.clone(), lack.count);
         }
-        if lost(&Feature::Light) {
-            let lights = model.lights.iter();
-            lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));
-        }
-        if lost(&Feature::Camera) {
-            let cameras = model.cameras.iter();
-            cameras.for_each(|camera| self.feature(Feature::Camera, &camera.place, 1));
-        }
+        self.add_lights_and_cameras(model, target);
         for (mesh, material, _, node) in model.placed_meshes() {
             let is_thin = !matches!(mesh.primitives, Primitives::Triangles(_));
             let is_shaded = material.specular.max_element() > 0.0
@@ -184,6 +178,22 @@ impl Losses {
         if lost(&Feature::Hierarchy) && grouped.clone().any(|n| n.parts.is_empty()) {
             let groups = grouped.filter(|n| n.parts.is_empty());
             groups.for_each(|group| self.feature(Feature::Hierarchy, &group.place, 1));
+        }
+    }
+
+    /// Adds the lights and cameras of a model that a format cannot hold.
+    fn add_lights_and_cameras(&mut self, model: &Model, target: Target) {
+        if !target.holds(Feature::Light) {
+            let lights = model.lights.iter();
+            lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));
+        }
+        for camera in &model.cameras {
+            if !target.holds(Feature::Camera) {
+                self.feature(Feature::Camera, &camera.place, 1);
+            } else if camera.pose.viewport_mapping != ViewportMapping::AdjustCamera {
+                let text = "the `viewportMapping` is left out: a view of another shape may show more or less";
+                self.add("viewport-mapping", text, camera.place.clone(), 1);
+            }
         }
     }
 

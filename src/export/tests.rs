@@ -177,6 +177,28 @@ fn the_planes_of_a_camera_enclose_the_scene_at_all_times() {
 }
 
 #[test]
+fn a_viewport_mapping_is_a_loss_where_cameras_have_none() {
+    let scene = |mapping: &str| {
+        format!(
+            "#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }}
+             PerspectiveCamera {{ aspectRatio 2 viewportMapping {mapping} }} Cube {{ }}"
+        )
+    };
+    for (target, expected) in [
+        (Target::Glb, &["viewport-mapping"][..]),
+        (Target::X3d, &["viewport-mapping"]),
+        (Target::Inventor, &[]),
+    ] {
+        assert_eq!(
+            losses(&scene("LEAVE_ALONE"), target),
+            expected,
+            "{target:?}"
+        );
+        assert_eq!(losses(&scene("ADJUST_CAMERA"), target), [""; 0]);
+    }
+}
+
+#[test]
 fn a_texture_is_embedded_with_its_transform() {
     let gltf = gltf(
         "Texture2 { image 2 1 3 0xff0000 0x00ff00 wrapT CLAMP }
