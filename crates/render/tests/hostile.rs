@@ -240,6 +240,13 @@ fn what_a_scale_presses_flat_is_drawn_flat() {
         scene.census().diagnostics.len()
     });
     assert_eq!(lines, [1, 1]);
+    // glTF hides a node by a scale of 0.
+    let x3d = "#X3D V4.0 utf8\nPROFILE Full\nTransform { scale 0 0 0 children Shape { geometry Box { } } }";
+    let document = Document::read_headerless("a", x3d.into()).expect("the scene reads");
+    let scene = RenderScene::compile(&Snapshot::at(&document, 0.0), &CompileOptions::default());
+    assert!(scene.expect("compiles").census().diagnostics.is_empty());
+    let points = compile("Scale { scaleFactor 0 0 0 } Cube { }");
+    assert_eq!(points.census().diagnostics.len(), 1);
 }
 
 #[test]

@@ -70,6 +70,11 @@ impl Placement {
         areas.iter().all(|area| *area == DVec3::ZERO)
     }
 
+    /// Whether the matrix collapses every shape to a point, by a scale of 0 in all directions.
+    pub(crate) fn is_point(&self) -> bool {
+        self.scene_from_object.matrix3 == DMat3::ZERO
+    }
+
     /// Transforms a point to the scene.
     #[inline]
     pub(crate) fn point(&self, p: Vec3) -> Vec3 {

@@ -70,7 +70,9 @@ pub(super) fn draw<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canva
         let why = "this version does not draw it";
         out.census().ignore(class.name, why);
     }
-    if out.census().bad_corners > bad || out.placement().is_collapsed() {
+    // A scale of 0 in all directions hides a mesh of glTF 2.0, which is read as X3D.
+    let is_hidden = node.document.is_x3d() && out.placement().is_point();
+    if out.census().bad_corners > bad || out.placement().is_collapsed() && !is_hidden {
         out.report_bad_parts(node);
     }
     out.report_mistakes(node);
