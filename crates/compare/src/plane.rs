@@ -40,7 +40,7 @@ impl Plane {
         })
     }
 
-    /// Returns a plane whose rows the function fills. It is no generic one, so that what the threads
+    /// Returns a plane whose rows the function fills. It is not generic, so that what the threads
     /// do is compiled once.
     fn from_rows(width: usize, height: usize, fill: &(dyn Fn(usize, &mut [f32]) + Sync)) -> Self {
         let mut values = vec![0.0; width * height];
