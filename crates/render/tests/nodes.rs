@@ -154,7 +154,8 @@ fn a_clip_plane_of_x3d_leaves_where_its_equation_is_positive() {
     assert!(hit(&of("enabled FALSE"), 0.0, -0.1).is_some());
 }
 
-/// A cutoff is compared with the product of the opacities of material, vertex and texture at a point.
+/// A cutoff is compared with the product of the opacities of material, vertex and texture at each
+/// point.
 #[test]
 fn a_masked_place_is_there_or_not() {
     let transparency = |material: &str, cutoff: f32, color: &str, x: f32| {

@@ -1,8 +1,8 @@
 //! Exposes pairs of pixels that are not part of the picture, from which its error is estimated.
 //!
 //! `film::error` says which pixels are drawn, and why the estimate holds. The exposures of a pair
-//! have half of the pixel's samples each, so that its error is about that of the picture, or more if
-//! these are few.
+//! have half of the pixel's samples each, so that its error is about that of the picture, or more
+//! if these are few.
 
 use ivcam_optics::film::{
     DrawProbabilities, ErrorUnknown, Exposed, Film, MissedLight, Pair, Region, Resolution,
@@ -430,7 +430,7 @@ mod tests {
         LightModel { model BASE_COLOR } BaseColor { rgb 1 0 0 } Translation { translation 0 0 .5 }
         Rotation { rotation 0 0 1 .3 } Cube { width .011 height 3 depth .01 }";
 
-    /// The error of a line is seen where samples met it by chance, and also where they all missed it.
+    /// The error of a line is seen where samples met it by chance, and where all missed it.
     #[test]
     fn the_error_of_a_line_that_most_samples_miss_is_right_on_the_mean() {
         let document = Document::read_headerless("bar.iv", BAR.as_bytes().to_vec()).unwrap();
