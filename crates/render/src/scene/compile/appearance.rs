@@ -55,7 +55,7 @@ impl SceneBuilder {
         let alpha = match m.alpha {
             AlphaMode::Mask(_) if has_alpha || material.has_opacities() => m.alpha,
             _ => {
-                material = material.as_seen(m.alpha);
+                material = material.into_seen(m.alpha);
                 AlphaMode::Blend
             }
         };

@@ -67,7 +67,7 @@ impl MaterialColors {
     }
 
     /// Returns the colors with transparencies as the meaning of the opacity has them.
-    pub(crate) fn as_seen(mut self, alpha: AlphaMode) -> Self {
+    pub(crate) fn into_seen(mut self, alpha: AlphaMode) -> Self {
         for t in &mut self.transparency {
             *t = alpha.seen_transparency(*t);
         }

@@ -137,7 +137,7 @@ impl ModelSurface {
         let m = &state.material;
         let own = MaterialColors::of(state);
         let opacity = 1.0 - own.transparency[0];
-        let colors = own.as_seen(m.alpha);
+        let colors = own.into_seen(m.alpha);
         let element = state.texture.map(|element| TextureElement {
             alpha: element.alpha.under(opacity),
             ..element
