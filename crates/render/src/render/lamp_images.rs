@@ -165,13 +165,15 @@ impl LampImage {
         }
         let meets = |place: DVec2, pupil| {
             let at = place / size;
-            let ray = camera.at(at.x, at.y).ray(pupil)?;
+            let Some(ray) = camera.at(at.x, at.y).ray(pupil) else {
+                return false;
+            };
             let ray = Ray::new(ray.origin.as_vec3(), ray.direction.as_vec3());
             let share = render
                 .shader
                 .scene()
                 .share_of_shape(&ray, light.shape, f32::INFINITY);
-            Some(share > 0.0)
+            share > 0.0
         };
         let (mut window, mut seen, mut ray) = (window, Vec::new(), 0.0);
         // The second time the window is hardly larger than what is seen of the light.
@@ -256,14 +258,14 @@ fn window_around(points: &[DVec2], margin: f64) -> Option<[DVec2; 2]> {
 fn looks(
     [min, max]: [DVec2; 2],
     first: u64,
-    meets: impl Fn(DVec2, [f64; 2]) -> Option<bool>,
+    meets: impl Fn(DVec2, [f64; 2]) -> bool,
 ) -> Vec<DVec2> {
     let number = |look: u64, axis: u64| unit(mix(4 * look + axis));
     let places = (first..first + LOOKS).map(|look| {
         let place = min + DVec2::new(number(look, 0), number(look, 1)) * (max - min);
         (place, [number(look, 2), number(look, 3)])
     });
-    let seen = places.filter(|(place, pupil)| meets(*place, *pupil) == Some(true));
+    let seen = places.filter(|(place, pupil)| meets(*place, *pupil));
     seen.map(|(place, _)| place).collect()
 }
 

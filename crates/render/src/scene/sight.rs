@@ -4,6 +4,8 @@
 //! A face that its shape culls is there only for what sees its front, be it the camera or another
 //! point. Shapes below an `Annotation` are in front of everything for the camera only.
 
+use std::ops::ControlFlow;
+
 use glam::Vec3;
 
 use super::point::Point;
@@ -11,7 +13,7 @@ use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
 
 /// The largest number of transparent primitives that light passes between two points.
-pub(super) const MAX_PASSED: usize = 10_000;
+const MAX_PASSED: usize = 10_000;
 
 impl Point<'_> {
     /// The distance from the surface at which `MetPoint::leave` starts a ray, in meters.
@@ -46,10 +48,24 @@ impl RenderScene {
     /// Returns the fraction of light that comes to the ray's origin in a straight line from its
     /// end. Glass that bends light stops it: a bent ray finds its own way.
     pub(crate) fn clear_share(&self, ray: &Ray) -> f32 {
+        self.share_passed(ray, |ahead| {
+            let hit = self.hit_seen(ahead);
+            hit.map_or(ControlFlow::Break(true), ControlFlow::Continue)
+        })
+    }
+
+    /// Returns the fraction of light that comes along a ray in a straight line, through the hits
+    /// that `next` finds on it, until that says whether the light begins there.
+    pub(super) fn share_passed(
+        &self,
+        ray: &Ray,
+        next: impl Fn(&Ray) -> ControlFlow<bool, Hit>,
+    ) -> f32 {
         let (mut ahead, mut share) = (*ray, 1.0);
         for _ in 0..MAX_PASSED {
-            let Some(hit) = self.hit_seen(&ahead) else {
-                return share;
+            let hit = match next(&ahead) {
+                ControlFlow::Continue(hit) => hit,
+                ControlFlow::Break(is_lit) => return if is_lit { share } else { 0.0 },
             };
             let point = self.point(&ahead, &hit);
             if point.surface.refraction != 1.0 {

@@ -5,12 +5,13 @@
 //! shapes; images in mirrors and behind glass that bends light are not, nor are glyphs that are
 //! prototypes.
 
+use std::ops::ControlFlow;
+
 use glam::{DVec3, Vec3};
 use ivcam_optics::sampling::{mix, unit};
 
 use super::RenderScene;
 use super::placed::Primitive;
-use super::sight::MAX_PASSED;
 use crate::bvh::{Hit, Ray};
 
 /// The largest number of luminous shapes of prototypes that are examined, each as often as it is
@@ -192,25 +193,16 @@ impl RenderScene {
     }
 
     /// Returns the share of the light of a shape that comes along a ray, through other shapes that
-    /// light passes in a straight line. It is 0 if the ray does not meet the shape, or what is
-    /// farther away than a distance.
+    /// light passes in a straight line. A ray without a hit nearer than a finite distance counts as
+    /// one that meets the shape; otherwise the share is 0 if the ray does not meet it.
     pub(crate) fn share_of_shape(&self, ray: &Ray, shape: (u32, u64), distance: f32) -> f32 {
-        let (mut ahead, mut share) = (*ray, 1.0);
-        for _ in 0..MAX_PASSED {
-            let Some(hit) = self.hit(&ahead).filter(|hit| hit.t < distance) else {
-                return if distance.is_finite() { share } else { 0.0 };
-            };
-            if self.shape_of(&hit) == shape {
-                return share;
+        self.share_passed(ray, |ahead| match self.hit(ahead) {
+            Some(hit) if hit.t < distance && self.shape_of(&hit) == shape => {
+                ControlFlow::Break(true)
             }
-            let point = self.point(&ahead, &hit);
-            share *= point.transparency;
-            if point.surface.refraction != 1.0 || !(share > 0.0) {
-                return 0.0;
-            }
-            ahead = self.continue_behind(&ahead, &hit);
-        }
-        0.0
+            Some(hit) if hit.t < distance => ControlFlow::Continue(hit),
+            _ => ControlFlow::Break(distance.is_finite()),
+        })
     }
 
     /// The number of the surface of a hit, and the place where it is drawn.
