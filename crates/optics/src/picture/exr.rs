@@ -338,6 +338,20 @@ mod tests {
 
     use super::*;
 
+    fn written_and_read(
+        attributes: exr::ImageAttributes,
+        layers: exr::Layers<exr::AnyChannels<exr::FlatSamples>>,
+    ) -> Result<Raster> {
+        let image = exr::Image::from_layers(attributes, layers);
+        let mut bytes = Cursor::new(Vec::new());
+        image
+            .write()
+            .non_parallel()
+            .to_buffered(&mut bytes)
+            .unwrap();
+        decode(&bytes.into_inner(), &mut |_| Ok(()))
+    }
+
     /// Returns the channels of the picture of a file of 2x1 pixels with some parts, by the values
     /// 1, 2, 3 ... of all channels in their order, or the error.
     fn read(parts: &[&[&str]]) -> std::result::Result<Vec<f32>, String> {
@@ -359,14 +373,8 @@ mod tests {
         };
         let layers: exr::Layers<_> = parts.iter().enumerate().map(&mut layer).collect();
         let window = exr::IntegerBounds::from_dimensions((2, 1));
-        let image = exr::Image::from_layers(exr::ImageAttributes::new(window), layers);
-        let mut bytes = Cursor::new(Vec::new());
-        image
-            .write()
-            .non_parallel()
-            .to_buffered(&mut bytes)
-            .unwrap();
-        let raster = decode(&bytes.into_inner(), &mut |_| Ok(())).map_err(|e| e.message)?;
+        let raster = written_and_read(exr::ImageAttributes::new(window), layers);
+        let raster = raster.map_err(|e| e.message)?;
         Ok((0..raster.channels).map(|c| raster.sample(1, c)).collect())
     }
 
@@ -409,14 +417,7 @@ mod tests {
             let encoding = exr::Encoding::UNCOMPRESSED;
             let layer = exr::Layer::new((4, 3), attributes, encoding, channels);
             let attributes = exr::ImageAttributes::new(window);
-            let image = exr::Image::from_layers(attributes, vec![layer]);
-            let mut bytes = Cursor::new(Vec::new());
-            image
-                .write()
-                .non_parallel()
-                .to_buffered(&mut bytes)
-                .unwrap();
-            let raster = decode(&bytes.into_inner(), &mut |_| Ok(())).unwrap();
+            let raster = written_and_read(attributes, vec![layer].into()).unwrap();
             let samples: Vec<f32> = (0..raster.pixels()).map(|i| raster.sample(i, 0)).collect();
             (raster.width, raster.height, samples)
         };

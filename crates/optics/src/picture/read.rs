@@ -25,7 +25,7 @@ impl Raster {
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = read_file(path, MAX_PICTURE)?;
         let name = path.to_string_lossy();
-        Self::decode_turned(&bytes, &name, Turn::Upright, &mut |_| Ok(()))
+        Self::decode_oriented(&bytes, &name, OrientationUse::Applied, &mut |_| Ok(()))
     }
 
     /// Decodes a file's bytes, as a texture has them: pixels are not turned. `name` is for messages
@@ -47,13 +47,13 @@ impl Raster {
         name: &str,
         ask: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<Self> {
-        Self::decode_turned(bytes, name, Turn::AsStored, ask)
+        Self::decode_oriented(bytes, name, OrientationUse::Ignored, ask)
     }
 
-    fn decode_turned(
+    fn decode_oriented(
         bytes: &[u8],
         name: &str,
-        turn: Turn,
+        orientation_use: OrientationUse,
         ask: &mut dyn FnMut(u64) -> Result<()>,
     ) -> Result<Self> {
         let decoded = if bytes.starts_with(&sgi::MAGIC) {
@@ -61,7 +61,7 @@ impl Raster {
         } else if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
             exr::decode(bytes, ask)
         } else {
-            decode_other(bytes, name, turn, ask)
+            decode_other(bytes, name, orientation_use, ask)
         };
         decoded.map_err(|mut e| {
             if e.kind != ErrorKind::Limit {
@@ -72,11 +72,11 @@ impl Raster {
     }
 }
 
-/// Whether the orientation that a file states is applied.
+/// What becomes of the orientation that a file states.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Turn {
-    AsStored,
-    Upright,
+enum OrientationUse {
+    Ignored,
+    Applied,
 }
 
 /// The largest number of bytes that a decoder may allocate for any picture, and for each pixel.
@@ -87,7 +87,7 @@ const DECODER_PIXEL: u64 = 32;
 fn decode_other(
     bytes: &[u8],
     name: &str,
-    turn: Turn,
+    orientation_use: OrientationUse,
     ask: &mut dyn FnMut(u64) -> Result<()>,
 ) -> Result<Raster> {
     let by_content = match tiff::is_big(bytes) {
@@ -108,7 +108,7 @@ fn decode_other(
         true => decode_without_end(bytes, ask)?,
         false => decode_format(bytes, format, ask)?,
     };
-    if turn == Turn::Upright {
+    if orientation_use == OrientationUse::Applied {
         picture.apply_orientation(orientation);
     }
     // The decoder adds alpha to every GIF, but only one with a transparent color has any.
@@ -390,7 +390,7 @@ mod tests {
         assert_eq!(turned.color(15 * 8), stored.color(7 * 16 + 15));
     }
 
-    /// As of a file whose transfer was interrupted.
+    /// An interrupted transfer leaves the beginning of a file.
     #[test]
     fn a_jpeg_that_is_cut_is_refused_and_one_without_its_end_marker_is_not() {
         let picture = image::RgbImage::from_fn(64, 64, |x, y| {
