@@ -289,7 +289,7 @@ fn measure(
         psnr: metric::psnr(mse),
         ssim: windows.mean(&metric::ssim(&new, &matched)),
         flip: mask.mean(&flip::flip(&new, &matched, pixels_per_degree)),
-        // At the border, where the outside creates edges, none is looked for a counterpart.
+        // The outside creates edges at the border, so those there need no counterpart.
         edges: edges::distance(&a, &b, &mask.eroded(2)),
         unmatched_mse,
         unmatched_psnr: metric::psnr(unmatched_mse),

@@ -103,9 +103,11 @@ impl Player {
     /// it was sent, and a sensor that another's time starts depends on when it was sent, so with
     /// them time also passes in frames.
     fn pass_time(&mut self, time: f64) {
-        let is_watched = !self.world.borrow().viewer_sensors.is_empty()
-            || self.world.borrow().times_sensors_by_time();
-        let frame = if self.scripts.any_runs() || is_watched {
+        let depends_on_frames = self.scripts.any_runs() || {
+            let world = self.world.borrow();
+            !world.viewer_sensors.is_empty() || world.times_sensors_by_time()
+        };
+        let frame = if depends_on_frames {
             FRAME.max(time / MAX_FRAMES)
         } else {
             f64::INFINITY
