@@ -7,8 +7,8 @@ use glam::Vec3;
 /// attenuation are of linear light, as glTF's are, and not of the levels of a screen.
 pub const LINEAR_LIGHT: &str = "linear light";
 
-/// Returns the linear light of a value of a screen.
-pub(crate) fn linear_of_display(value: f32) -> f32 {
+/// Returns the linear light of a value of a screen. Above 1 the curve goes on as a power.
+pub fn linear_of_display(value: f32) -> f32 {
     match value <= 0.04045 {
         true => value / 12.92,
         false => libm::powf((value + 0.055) / 1.055, 2.4),

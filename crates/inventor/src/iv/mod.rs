@@ -25,7 +25,7 @@ pub use crate::grammar::value::{NodeId, Value};
 pub use declarations::Route;
 pub use descendants::Descendants;
 pub(crate) use display::display_color;
-pub use display::{LINEAR_LIGHT, display_of_linear};
+pub use display::{LINEAR_LIGHT, display_of_linear, linear_of_display};
 pub use document::{ClassRef, Connection, Document, FieldEntry, Node, NodeRef};
 pub(crate) use in_inventor::CREASE_ANGLE;
 pub use limits::Limits;

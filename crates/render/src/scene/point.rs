@@ -3,7 +3,7 @@
 use glam::{Vec2, Vec3, Vec4};
 use ivcam_inventor::traversal::state::TextureModel;
 
-use super::looks::{Mapping, Surface, TextureUse, between, decoded_texel};
+use super::looks::{Mapping, Surface, TextureUse, between};
 use super::placed::Primitive;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
@@ -402,13 +402,8 @@ impl TextureUse {
     #[inline(always)]
     fn texel(&self, point: &Point<'_>, ray: &Ray, stored: Vec3, texels: f32) -> Vec4 {
         let at = self.at(point, ray, stored);
-        let texel = self
-            .texture
-            .sample_deep(at, texels, self.filter, self.repeat);
-        match self.is_coded {
-            true => decoded_texel(texel),
-            false => texel,
-        }
+        self.texture
+            .sample_deep(at, texels, self.filter, self.repeat)
     }
 
     /// Returns the transparency of a surface with the texture.

@@ -77,7 +77,7 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
         };
         for fields in pictures {
             // Pictures are not kept.
-            let mut files = TextureFiles::new(&options.texture_folders);
+            let mut files = TextureFiles::new(&options.texture_folders, options.colors);
             let mut memory = MemoryBudget::new(options.memory);
             if let Err(diagnostic) = files.of_fields(node, fields, &mut memory) {
                 let mut names = fields.iter().flat_map(|field| field.names(node));

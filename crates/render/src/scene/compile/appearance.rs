@@ -15,7 +15,7 @@ use crate::scene::looks::{
     CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, PhysicalSurface,
     Repeat, Surface, Texture, TextureFiles, TextureUse, usual_filter,
 };
-use crate::scene::options::{ColorCoding, TextureFilter};
+use crate::scene::options::TextureFilter;
 
 /// The lights and textures that shapes share.
 #[derive(Debug, Default)]
@@ -148,7 +148,6 @@ impl SceneBuilder {
         Some(TextureUse {
             model: element.model,
             blend_color: self.options.colors.light(element.blend_color),
-            is_coded: self.options.colors == ColorCoding::Display,
             repeat: Repeat {
                 s: element.repeat_s,
                 t: element.repeat_t,
@@ -254,7 +253,6 @@ impl SceneBuilder {
             filter: TextureFilter::Nearest,
             matrix: Mat4::IDENTITY,
             mapping: Mapping::Stored,
-            is_coded: false,
         });
         self.shape.uses.coordinates = true;
         self.scene.census.transparent = true;

@@ -111,7 +111,7 @@ impl SceneBuilder {
             },
             owners: Owners::default(),
             shared: Shared {
-                files: TextureFiles::new(&options.texture_folders),
+                files: TextureFiles::new(&options.texture_folders, options.colors),
                 ..Shared::default()
             },
             memory: MemoryBudget::new(options.memory),

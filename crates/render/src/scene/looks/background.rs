@@ -13,7 +13,6 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::rotation_of;
 use ivcam_inventor::traversal::state::State;
 
-use super::decode::decoded_texel;
 use super::texture::{Repeat, Texture};
 use super::texture_files::{PANORAMA, TextureFiles};
 use crate::scene::options::{ColorCoding, TextureFilter};
@@ -29,8 +28,6 @@ pub struct Background {
     pictures: [Option<Arc<Texture>>; 6],
     /// The rotation from world space to the background's space.
     turn: Quat,
-    /// Whether the colors of the pictures are levels of a display, to be decoded.
-    is_coded: bool,
 }
 
 /// The directions to the center, the right and the top of each picture, in the order of
@@ -88,12 +85,11 @@ impl Background {
         }
     }
 
-    /// Returns the background with its colors decoded to light, if `colors` says that they are
-    /// levels of a display.
+    /// Returns the background with the colors of its bands decoded to light, if `colors` says that
+    /// they are levels of a display. Its pictures are decoded as they are read.
     pub(in crate::scene) fn into_light(mut self, colors: ColorCoding) -> Self {
         let bands = self.sky.iter_mut().chain(&mut self.ground);
         bands.for_each(|(_, color)| *color = colors.light(*color));
-        self.is_coded = colors == ColorCoding::Display;
         self
     }
 
@@ -144,11 +140,7 @@ impl Background {
             }
             if let Some(picture) = picture {
                 let across = Vec2::new(direction.dot(right), direction.dot(top)) / depth;
-                let mut texel =
-                    picture.sample(0.5 * across + 0.5, TextureFilter::Linear, Repeat::NONE);
-                if self.is_coded {
-                    texel = decoded_texel(texel);
-                }
+                let texel = picture.sample(0.5 * across + 0.5, TextureFilter::Linear, Repeat::NONE);
                 return plain.lerp(texel.truncate(), texel.w);
             }
         }

@@ -1,51 +1,47 @@
 //! Decoding of colors that were made for a display, for a model that computes with light.
 
-use std::sync::OnceLock;
+use std::sync::LazyLock;
 
 use glam::{Vec3, Vec4};
+use ivcam_inventor::iv::{display_of_linear, linear_of_display};
 
 use crate::scene::options::ColorCoding;
 
 impl ColorCoding {
-    /// Returns the light of a level.
+    /// Returns the light of a level. Above 1 the curve goes on as a power.
     pub fn light_of(self, level: f32) -> f32 {
         match self {
             Self::Linear => level,
-            Self::Display => decoded(level),
+            Self::Display => linear_of_display(level),
         }
     }
 
-    /// Returns the light of a color. Above 1 the curve goes on as a power.
+    /// Returns the light of a color.
     pub(in crate::scene) fn light(self, color: Vec3) -> Vec3 {
         color.map(|level| self.light_of(level))
     }
 }
 
-/// Decodes a level by the sRGB curve (IEC 61966-2-1).
-fn decoded(level: f32) -> f32 {
-    if level <= 0.040_45 {
-        level / 12.92
-    } else {
-        libm::powf((level + 0.055) / 1.055, 2.4)
+/// The light of each level of 8 bits, from 0 to 255.
+static LIGHTS: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|level| 255.0 * linear_of_display(level as f32 / 255.0)));
+
+/// Decodes the colors of texels. Levels and light are from 0 to 255, and levels are whole.
+#[inline]
+pub(super) fn decode_texels(texels: &mut [Vec4; 4]) {
+    let lights: &[f32; 256] = &LIGHTS;
+    let light = |level: f32| lights[usize::from(level as u8)];
+    for t in texels {
+        *t = Vec4::new(light(t.x), light(t.y), light(t.z), t.w);
     }
 }
 
-/// The intervals of the table.
-const STEPS: usize = 1024;
-
-/// Decodes the color of a texel by a table, to 1e-6.
-pub(in crate::scene) fn decoded_texel(texel: Vec4) -> Vec4 {
-    static TABLE: OnceLock<Vec<f32>> = OnceLock::new();
-    let table = TABLE.get_or_init(|| {
-        let levels = (0..=STEPS).map(|i| i as f32 / STEPS as f32);
-        levels.map(decoded).collect()
-    });
-    let light = |level: f32| {
-        let at = level.clamp(0.0, 1.0) * STEPS as f32;
-        let low = (at as usize).min(STEPS - 1);
-        table[low] + (table[low + 1] - table[low]) * (at - low as f32)
-    };
-    Vec4::new(light(texel.x), light(texel.y), light(texel.z), texel.w)
+/// Returns the level with the mean light of four levels, each with its weight.
+pub(super) fn mean_level(levels: [u8; 4], weights: [u32; 4]) -> u8 {
+    let all: u32 = weights.iter().sum();
+    let parts = levels.into_iter().zip(weights);
+    let sum: f32 = parts.map(|(l, w)| LIGHTS[usize::from(l)] * w as f32).sum();
+    (255.0 * display_of_linear(sum / (255 * all.max(1)) as f32)).round() as u8
 }
 
 #[cfg(test)]
@@ -56,14 +52,20 @@ mod tests {
     fn a_display_shows_half_the_level_with_a_fifth_of_the_light() {
         let light = ColorCoding::Display.light(Vec3::new(0.5, 1.0, 0.0));
         assert!((light - Vec3::new(0.214_041, 1.0, 0.0)).abs().max_element() < 1e-6);
-        for i in 0..=3000 {
-            let level = i as f32 / 3000.0;
-            let texel = decoded_texel(Vec4::splat(level));
-            assert!(
-                (texel.x - decoded(level)).abs() < 2e-6 && texel.w == level,
-                "{level}"
-            );
+        for level in 0..=255 {
+            let mut texels = [Vec4::splat(level.into()); 4];
+            decode_texels(&mut texels);
+            let light = ColorCoding::Display.light_of(f32::from(level) / 255.0);
+            assert!((texels[3].x / 255.0 - light).abs() < 1e-7);
+            assert_eq!(texels[3].w, f32::from(level));
+            assert_eq!(mean_level([level; 4], [0, 3, 0, 255]), level);
         }
-        assert!(ColorCoding::Display.light(Vec3::splat(2.0)).x > 4.0);
+        assert!(ColorCoding::Display.light_of(2.0) > 4.0);
+    }
+
+    #[test]
+    fn black_and_white_have_the_mean_level_of_half_the_light() {
+        assert_eq!(mean_level([0, 255, 0, 255], [1; 4]), 188);
+        assert_eq!(mean_level([9, 255, 255, 255], [255, 0, 0, 0]), 9);
     }
 }

@@ -39,8 +39,6 @@ pub struct TextureUse {
     pub matrix: Mat4,
     /// The source of texture coordinates.
     pub mapping: Mapping,
-    /// Whether its colors are levels of a display, to be decoded.
-    pub is_coded: bool,
 }
 
 /// The texture of a `TextureUnit` other than the first.

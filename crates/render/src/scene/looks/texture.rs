@@ -7,7 +7,8 @@ use ivcam_inventor::grammar::value::Image;
 use ivcam_inventor::traversal::state::AlphaMode;
 use ivcam_optics::picture::{Raster, Samples};
 
-use crate::scene::options::TextureFilter;
+use super::decode::{decode_texels, mean_level};
+use crate::scene::options::{ColorCoding, TextureFilter};
 
 /// The coordinates along which a texture repeats. Along the others it is clamped to its edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +45,8 @@ pub(crate) struct Texture {
     pub(super) deeper: Vec<Texture>,
     /// The number of components: 1 gray, 2 gray and alpha, 3 color, 4 color and alpha.
     pub components: usize,
+    /// What the colors of its texels mean. Texels are filtered by their light.
+    colors: ColorCoding,
 }
 
 /// The largest texture whose texels are unpacked, in texels. A texture of the memory that its file
@@ -76,6 +79,16 @@ impl Texture {
             2,
             coverage.iter().flat_map(|&c| [255, c]).collect(),
         )
+    }
+
+    /// Returns the texture with another meaning of its colors.
+    pub(super) fn with_colors(self, colors: ColorCoding) -> Self {
+        let deeper = self.deeper.into_iter();
+        Self {
+            colors,
+            deeper: deeper.map(|layer| layer.with_colors(colors)).collect(),
+            ..self
+        }
     }
 
     /// Makes a texture of its components, row by row from the bottom.
@@ -173,7 +186,7 @@ impl Texture {
                 };
                 all.into_iter().take(components)
             });
-        Self::new(self.width, self.height, components, texels.collect())
+        Self::new(self.width, self.height, components, texels.collect()).with_colors(self.colors)
     }
 
     /// Returns the factors of roughness and of metal in glTF's texture of both: the root of the
@@ -202,7 +215,7 @@ impl Texture {
         self.components >= 3
     }
 
-    /// Returns the color at (s, t), interpolated between texel centers.
+    /// Returns the color at (s, t) in light, interpolated between texel centers.
     pub(crate) fn sample(&self, at: Vec2, filter: TextureFilter, repeat: Repeat) -> Vec4 {
         if self.is_empty() || !at.is_finite() {
             return Vec4::ONE;
@@ -215,7 +228,7 @@ impl Texture {
         let (y0, y1, fy) = side(at.y, self.height, repeat.t);
         let (low, high) = (y0 * self.width, y1 * self.width);
         let places = [low + x0, low + x1, high + x0, high + x1];
-        let [a, b, c, d] = match &self.texels {
+        let mut four = match &self.texels {
             Texels::Unpacked(texels) => {
                 let [a, b, c, d] = places;
                 [
@@ -228,6 +241,10 @@ impl Texture {
             Texels::Packed(texels) => packed_colors(texels, self.components, places),
             Texels::OfScene(texels) => packed_colors(texels, self.components, places),
         };
+        if self.colors == ColorCoding::Display {
+            decode_texels(&mut four);
+        }
+        let [a, b, c, d] = four;
         let low = self.mix(a, b, fx);
         let high = self.mix(c, d, fx);
         self.mix(low, high, fy) / 255.0
@@ -374,25 +391,36 @@ impl Texture {
                 let second = low.len() - n;
                 let four = [&low[..n], &high[..n], &low[second..], &high[second..]];
                 let alpha = self.has_alpha().then_some(n - 1);
-                texels.extend((0..n).map(|i| mean(four, i, alpha.filter(|a| *a != i))));
+                let mean = |i| {
+                    let (levels, weights) = weighted(four, i, alpha.filter(|a| *a != i));
+                    match self.colors {
+                        ColorCoding::Display if alpha != Some(i) => mean_level(levels, weights),
+                        _ => mean(levels, weights),
+                    }
+                };
+                texels.extend((0..n).map(mean));
             }
         }
         Self {
             components: self.components,
+            colors: self.colors,
             ..Self::new(width, height, n, texels)
         }
     }
 }
 
-/// Returns the rounded mean of a component of four texels, each with the weight of its component
-/// `weight`, if there is one.
-fn mean(texels: [&[u8]; 4], component: usize, weight: Option<usize>) -> u8 {
-    let weights = texels.map(|texel| weight.map_or(1, |weight| u32::from(texel[weight])));
+/// Returns a component of four texels, and the weight of each: its component `weight`, or 1 if there
+/// is none.
+fn weighted(texels: [&[u8]; 4], component: usize, weight: Option<usize>) -> ([u8; 4], [u32; 4]) {
+    let weight = |texel: &[u8]| weight.map_or(1, |weight| u32::from(texel[weight]));
+    (texels.map(|texel| texel[component]), texels.map(weight))
+}
+
+/// Returns the rounded mean of four levels, each with its weight.
+fn mean(levels: [u8; 4], weights: [u32; 4]) -> u8 {
     let all: u32 = weights.iter().sum();
-    let parts = texels.iter().zip(weights);
-    let sum: u32 = parts
-        .map(|(texel, w)| u32::from(texel[component]) * w)
-        .sum();
+    let parts = levels.into_iter().zip(weights);
+    let sum: u32 = parts.map(|(level, w)| u32::from(level) * w).sum();
     ((sum + all / 2) / all.max(1)) as u8
 }
 
@@ -480,6 +508,29 @@ mod tests {
                 .x
         };
         assert_eq!((at(0.25), at(0.5), at(0.75)), (0.0, 0.5, 1.0));
+    }
+
+    #[test]
+    fn levels_of_a_display_are_filtered_by_their_light() {
+        let checker = |colors| {
+            let texels = (0..64).map(|i| 255 * ((i / 8 + i) % 2) as u8);
+            Texture::new(8, 8, 1, texels.collect()).with_colors(colors)
+        };
+        for colors in [ColorCoding::Linear, ColorCoding::Display] {
+            let texture = checker(colors);
+            let at = |s: f32, texels: f32| {
+                let at = Vec2::new(s, 0.0625);
+                let seen = texture.sample_wide(at, texels, TextureFilter::Smooth, ALL);
+                (seen.x, seen.w)
+            };
+            // A dark texel's center, and the edge between a dark and a bright one.
+            assert_eq!((at(0.0625, 1.0), at(0.125, 1.0)), ((0.0, 1.0), (0.5, 1.0)));
+            // From afar all of them are one, to half a level.
+            assert!((at(0.3, 99.0).0 - 0.5).abs() < 0.004, "{:?}", at(0.3, 99.0));
+        }
+        let half = Texture::new(1, 1, 2, vec![128, 128]).with_colors(ColorCoding::Display);
+        let seen = half.sample(Vec2::ZERO, TextureFilter::Linear, ALL);
+        assert!((seen.x - 0.215_861).abs() < 1e-6 && seen.w == 128.0 / 255.0);
     }
 
     #[test]

@@ -13,6 +13,7 @@ use ivcam_inventor::iv::NodeRef;
 use ivcam_optics::picture::Raster;
 
 use super::texture::Texture;
+use crate::scene::options::ColorCoding;
 
 /// A field with file names.
 #[derive(Clone, Copy)]
@@ -57,6 +58,8 @@ pub(crate) const PICTURES: [FileField; 3] = [
 pub(crate) struct TextureFiles {
     /// The folders besides the scene's own that are searched.
     folders: Vec<PathBuf>,
+    /// What the colors of textures mean.
+    colors: ColorCoding,
     /// The textures by the name of their file.
     read: HashMap<String, Arc<Texture>>,
     /// The textures by the file that names them, and the name there.
@@ -67,9 +70,10 @@ pub(crate) struct TextureFiles {
 
 impl TextureFiles {
     /// Creates an empty store for files beside the scene and in some folders.
-    pub(crate) fn new(folders: &[PathBuf]) -> Self {
+    pub(crate) fn new(folders: &[PathBuf], colors: ColorCoding) -> Self {
         Self {
             folders: folders.to_vec(),
+            colors,
             ..Self::default()
         }
     }
@@ -200,11 +204,12 @@ impl TextureFiles {
     /// until it does not, so that something is left for those after it.
     fn fitted(
         &mut self,
-        mut texture: Texture,
+        texture: Texture,
         name: &str,
         memory: &mut MemoryBudget,
     ) -> Result<Arc<Texture>> {
         let (width, height) = (texture.width, texture.height);
+        let mut texture = texture.with_colors(self.colors);
         while texture.bytes() > memory.remaining() / 2 && texture.width.max(texture.height) > 1 {
             texture = texture.halved();
         }
@@ -234,7 +239,7 @@ fn decoded(bytes: &[u8], name: &str, mut memory: MemoryBudget) -> Result<Texture
 /// cannot be decoded.
 pub fn components(node: NodeRef<'_>, folders: &[PathBuf]) -> Option<usize> {
     let mut memory = MemoryBudget::of_machine();
-    let texture = TextureFiles::new(folders)
+    let texture = TextureFiles::new(folders, ColorCoding::Linear)
         .of_node(node, &mut memory)
         .ok()??;
     Some(texture.components)
@@ -273,7 +278,7 @@ mod tests {
                     Texture2 { filename \"a.png\" } Texture2 { filename \"./a.png\" }";
         std::fs::write(folder.join("scene.iv"), text).unwrap();
         let document = Document::open(folder.join("scene.iv")).unwrap();
-        let mut files = TextureFiles::new(&[]);
+        let mut files = TextureFiles::new(&[], ColorCoding::Linear);
         let mut memory = MemoryBudget::new(budget);
         let read = |node| files.of_node(node, &mut memory);
         let textures = document.roots().map(read).collect();

@@ -49,7 +49,7 @@ impl Images {
         Self {
             list: Vec::new(),
             decoded: HashMap::new(),
-            files: TextureFiles::new(&options.texture_folders),
+            files: TextureFiles::new(&options.texture_folders, options.colors),
             memory: MemoryBudget::new(options.memory),
         }
     }
