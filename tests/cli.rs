@@ -836,6 +836,7 @@ fn flags_without_effect_and_flags_that_combine_are_reported() {
         idle.contains("`--focus`, `--efl` and `--aperture` do nothing"),
         "{idle}"
     );
+    assert!(said("--lens none --film 24x36").contains("without a lens, `--film` does nothing"));
     assert!(said("--efl 20mm --zoom 2").contains("40 mm"));
     let of_paths = said("--sky 30 --clamp 2 --colors linear --emission 2");
     assert!(
@@ -2081,7 +2082,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 93] = [
+const MISTAKES: [(&str, &str, &str); 94] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2117,6 +2118,11 @@ const MISTAKES: [(&str, &str, &str); 93] = [
     (
         "render SCENE --fov 60 --efl 50mm",
         "`--fov` and `--efl`",
+        "leave one out",
+    ),
+    (
+        "render SCENE --shading path --sky 30 --environment-light background",
+        "`--environment-light` and `--sky`",
         "leave one out",
     ),
     (

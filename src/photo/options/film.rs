@@ -21,6 +21,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
         Takes::One("WxH"),
         "film size in millimeters [36x24]",
     )
+    .needs(OptionNeeds::Lens)
     .plan(
         |plan, words, _| {
             let size = words.parsed("film", "a film size in millimeters, such as 36x24, which is film of 35 mm", film_size)?;
@@ -33,7 +34,10 @@ pub(super) static OPTIONS: [Opt; 16] = [
             })
         },
     )
-    .describe(|plan| Some(format!("{}x{} mm", plan.film.width, plan.film.height)))
+    .describe(|plan| {
+        let FilmFormat { width, height } = plan.film;
+        (plan.optics != Optics::Pinhole).then(|| format!("{width}x{height} mm"))
+    })
     .examples(&["--film 24x36", "--film 10.26x7.49mm"]),
     Opt::new(
         "fov",

@@ -130,6 +130,10 @@ pub(super) static OPTIONS: [Opt; 10] = [
         |plan, words, _| {
             let expects = "an angle from 1 to 90 and one from -360 to 360, such as 30,45";
             if let Some(sky) = words.parsed("sky", expects, clear_sky)? {
+                if plan.light.surroundings.is_some() {
+                    let message = "`--environment-light` and `--sky` both surround the scene with light";
+                    return Err(Diagnostic::error(message).with_help("leave one out"));
+                }
                 plan.light.surroundings = Some(Surroundings::Sky(sky));
             }
             Ok(())
