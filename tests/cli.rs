@@ -403,6 +403,18 @@ fn help_is_grouped_short_and_names_the_spellings_of_its_form() {
     }
     assert!(long.contains("--film-radius") && !long.contains("--batch"));
     assert!(!help("view --help").contains("--batch"));
+    for refused in [
+        "gallery --efl",
+        "gallery --region",
+        "pull-focus --aov",
+        "converge --time",
+    ] {
+        let (command, option) = refused.split_once(' ').unwrap();
+        assert!(
+            !help(&format!("{command} --help")).contains(option),
+            "{refused}"
+        );
+    }
     for line in ["-help", "-batch --help", "-batch -help scene.iv"] {
         let text = help(line);
         for old in ["-batch", "-camread FILE", "-j ", "-headlight"] {
@@ -582,6 +594,43 @@ fn damaged_files_are_a_class_of_their_own_and_can_be_listed_alone() {
     assert_eq!(objects[0]["diagnostics"][0]["severity"], "warning");
     assert_eq!(objects[0]["diagnostics"][1]["severity"], "damaged");
     assert!(messages.contains(sum), "{messages}");
+}
+
+/// A `MovieTexture` shows a picture as other textures do, and of a `Texture3` each layer is a file.
+#[test]
+fn every_picture_that_is_not_there_is_missing_by_its_own_name() {
+    let scratch = Scratch::new("check-pictures");
+    let layer = image::RgbImage::from_pixel(2, 2, image::Rgb([200, 9, 9]));
+    layer.save(scratch.0.join("layer.png")).unwrap();
+    let layers = "Texture3 { filenames [ \"layer.png\", \"gone.png\" ] }\nCube { }";
+    scratch.inventor("layers.iv", layers);
+    let movie = "Shape { appearance Appearance { texture MovieTexture { url \"gone.mpg\" } }\n\
+        geometry Box { } }";
+    scratch.file("movie.wrl", &format!("#VRML V2.0 utf8\n{movie}\n"));
+    for (scene, missing) in [("layers.iv", "gone.png"), ("movie.wrl", "gone.mpg")] {
+        let run = must_run(&scratch, &format!("check DIR/{scene} --json"));
+        let facts: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+        assert_eq!(facts["missing"], serde_json::json!([missing]), "{scene}");
+    }
+}
+
+/// A browser of the 1990s showed a world without a `Viewpoint` from 0 0 10, with a height of 45°.
+#[test]
+fn the_look_of_a_viewer_shows_a_world_from_ten_meters() {
+    let scratch = Scratch::new("look");
+    let material = "appearance Appearance { material Material { emissiveColor 1 1 1 } }";
+    let shape = format!("Shape {{ {material} geometry Box {{ size 2 2 2 }} }}");
+    scratch.file("box.wrl", &format!("#VRML V2.0 utf8\n{shape}\n"));
+    must_run(
+        &scratch,
+        "render DIR/box.wrl --look viewer --size 60x60 --quiet -o DIR/a.ppm",
+    );
+    let bright = levels(&scratch.0.join("a.ppm"))[5..]
+        .chunks(3)
+        .filter(|p| p[0] > 99)
+        .count();
+    // The front of the box, 2 across at a distance of 9: 60/9/tan 22.5° = 16.1 pixels.
+    assert_eq!(bright, 16 * 16);
 }
 
 #[test]
@@ -2082,7 +2131,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 94] = [
+const MISTAKES: [(&str, &str, &str); 95] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2471,6 +2520,11 @@ const MISTAKES: [(&str, &str, &str); 94] = [
     ),
     ("nodes Kube", "no node class `Kube`", "`Cube`"),
     ("help rendr", "no command `rendr`", "`render`"),
+    (
+        "gallery SCENE -o OUT --fov 30",
+        "`--fov` is for one picture",
+        "leave it out",
+    ),
     (
         "pull-focus SCENE",
         "`--from` is missing",

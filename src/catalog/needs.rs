@@ -132,11 +132,10 @@ pub(super) fn units(document: &Document) -> Option<String> {
         );
     }
     let stated = names.join(", ").to_lowercase().replace('_', " ");
-    let format = &document.format;
-    match (
-        stated.is_empty(),
-        ["OBJ", "PLY", "STL"].contains(&&**format),
-    ) {
+    // A format's version may follow its name.
+    let format = document.format.split(' ').next();
+    let has_no_unit = format.is_some_and(|name| ["OBJ", "PLY", "STL"].contains(&name));
+    match (stated.is_empty(), has_no_unit) {
         (false, _) => Some(format!("{stated} (Units)")),
         (true, false) => Some("meters (the format's)".to_owned()),
         (true, true) => None,
@@ -154,6 +153,9 @@ mod tests {
         Document::read("a", bytes, Arc::new(NoFiles), &Limits::default()).unwrap()
     }
 
+    const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\n\
+        property float y\nproperty float z\nend_header\n0 0 0\n";
+
     #[test]
     fn units_are_those_of_the_file_or_of_its_format() {
         let inventor = "#Inventor V2.1 ascii\nCube { }\n";
@@ -163,6 +165,7 @@ mod tests {
             (inventor, Some("meters (the format's)")),
             (feet, Some("feet, nautical miles (Units)")),
             ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", None),
+            (PLY, None),
         ] {
             assert_eq!(units(&read(text)).as_deref(), expected, "{text}");
         }

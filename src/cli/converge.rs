@@ -13,6 +13,7 @@ use ivcam_render::render::Stop;
 use ivcam_render::render::report::{Across, Convergence, Peer, Row, percent};
 
 use super::render::{OutputOptions, plan, print_notices, refuse_region};
+use super::render_outputs::listed;
 use super::{flags, parsed, print_warnings, scene_argument, text, value};
 use crate::photo::{Era, Plan, Session};
 
@@ -20,7 +21,7 @@ use crate::photo::{Era, Plan, Session};
 pub(crate) fn command() -> Command {
     Command::new("converge")
         .about("Measures error against samples and run time, for a list of methods")
-        .args(flags::photograph())
+        .args(flags::photograph().map(|arg| listed(arg, "converge", &["region"])))
         .after_help(flags::MORE)
         .mut_arg("output", |arg| arg.hide(true))
         .arg(value(

@@ -197,7 +197,7 @@ fn run_command(
         Some(("check", m)) => check::run(m, out),
         Some(("compare", m)) => compare::run(m, words, out),
         Some(("completions", m)) => completions::run(m, commands(), out),
-        Some(("expose", m)) => expose::run(m, out),
+        Some(("expose", m)) => expose::run(m, &command_line(words), out),
         Some(("farm", m)) => farm::run(m),
         Some(("frames", m)) => frames::run(m, out),
         Some(("pull-focus", m)) => pull_focus::run(m, words),

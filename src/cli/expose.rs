@@ -12,6 +12,7 @@ use ivcam_optics::picture::{Depth, Picture, PictureFormat, Raster, exr_text};
 
 use super::outputs::{is_standard_stream, picture_format, save_picture};
 use super::{exit_code, parsed, switch, text, value};
+use crate::compare::difference::provenance;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -47,7 +48,7 @@ pub(crate) fn command() -> Command {
 }
 
 /// Runs the command and returns the exit code.
-pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+pub(crate) fn run(matches: &ArgMatches, command: &str, out: &mut dyn Write) -> Result<i32> {
     let names: Vec<&String> = matches.get_many("pictures").into_iter().flatten().collect();
     let weights = weights(matches, names.len())?;
     let output = Path::new(text(matches, "output").unwrap_or_default());
@@ -72,10 +73,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
         .zip(&weights)
         .map(|(n, w)| format!("{w} {n}"))
         .collect();
-    film.provenance.insert(
-        "Software".into(),
-        concat!("ivcam ", env!("CARGO_PKG_VERSION")).into(),
-    );
+    film.provenance = provenance(command);
     film.provenance
         .insert("ivcam:exposures".into(), list.join("; "));
     if let Some(words) = response(text(matches, "response"), &stated, format)? {
@@ -219,7 +217,7 @@ mod tests {
 
     fn run_words(words: &[&str]) -> Result<i32> {
         let matches = command().no_binary_name(true).get_matches_from(words);
-        run(&matches, &mut Vec::new())
+        run(&matches, "ivcam expose", &mut Vec::new())
     }
 
     #[test]

@@ -13,14 +13,25 @@ use ivcam_optics::picture::{Depth, Picture};
 use ivcam_optics::prescription::About;
 
 use super::folder_mode::{FileProgress, create_folder, refuse_standard_output};
-use super::render::{on_threads, plan, refuse_region, set_arithmetic, threads};
+use super::render::{on_threads, plan, set_arithmetic, threads};
+use super::render_outputs::listed;
 use super::{ERROR, flags, scene_argument, text, value};
 use crate::compare::sheet::{ComparisonSheet, ContactPicture, format_of};
 use crate::photo::options::command_line;
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
 /// The options of one picture through one lens.
-const OF_ONE: [&str; 6] = ["lens", "efl", "zoom", "zoom-position", "film", "report"];
+const OF_ONE: [&str; 9] = [
+    "lens",
+    "efl",
+    "fov",
+    "zoom",
+    "zoom-position",
+    "film",
+    "report",
+    "progress",
+    "region",
+];
 /// The pictures in a row of the contact sheet.
 const COLUMNS: usize = 6;
 /// The style of the page.
@@ -42,7 +53,7 @@ struct GalleryEntry {
 pub(crate) fn command() -> Command {
     Command::new("gallery")
         .about("Photographs one scene through every lens that comes with the program")
-        .args(flags::photograph())
+        .args(flags::photograph().map(|arg| listed(arg, "gallery", &OF_ONE)))
         .after_help(flags::MORE)
         .mut_arg("output", |arg| {
             arg.value_name("FOLDER")
@@ -76,7 +87,6 @@ pub(crate) fn run(m: &ArgMatches, words: &[std::ffi::OsString]) -> Result<i32> {
     sheet_file.map(format_of).transpose()?;
     set_arithmetic(m)?;
     let plan = plan(m, Era::Modern)?;
-    refuse_region(&plan)?;
     create_folder(&folder)?;
     let (threads, command) = (threads(m)?, command_line(words));
     let progress = FileProgress::new(shipped_names().count(), m.get_flag("quiet"));

@@ -4,13 +4,13 @@ use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
-use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 
 use super::outputs::{picture_format, save_picture};
 use super::{text, value};
+use crate::compare::difference::provenance;
 use crate::photo::UNFINISHED;
 use crate::photo::checkpoint::Checkpoint;
 use crate::photo::merge::merge;
@@ -91,13 +91,8 @@ fn write_picture(
         let error = format!("the samples 0 to {} are missing", place.first - 1);
         return Err(Diagnostic::error(error).with_help("merge the parts from the first sample on"));
     }
-    let mut provenance = IndexMap::new();
+    let mut provenance = provenance(command);
     let mut say = |key: &str, value: String| provenance.insert(key.to_owned(), value);
-    say(
-        "Software",
-        concat!("ivcam ", env!("CARGO_PKG_VERSION")).into(),
-    );
-    say("Command", command.into());
     say("ivcam:error", "unknown: not measured".into());
     if let Some(stopped) = whole.sums.stopped() {
         say(UNFINISHED, stopped.describe(planned(&whole)));

@@ -14,7 +14,7 @@ use ivcam_optics::picture::PictureFormat;
 use super::movie_warnings::movie_warnings;
 use super::outputs::{check_picture_space, keep_inputs};
 use super::render::{OutputOptions, movie_plan};
-use super::render_outputs::outputs_have_a_render;
+use super::render_outputs::{listed, outputs_have_a_render};
 use super::{flags, parsed, print_diagnostic, print_warnings, scene_argument, text, value};
 use crate::movie::{
     Container, Ease, RATES, RATES_TEXT, Shoot, ShootEvent, Timeline, folder_beside, has_ffmpeg,
@@ -34,7 +34,7 @@ const LONGEST_EXPIRY: Duration = Duration::from_secs(3600);
 pub(crate) fn command() -> Command {
     Command::new("pull-focus")
         .about("Renders a movie that pulls focus or follows a timeline")
-        .args(flags::photograph())
+        .args(flags::photograph().map(|arg| listed(arg, "pull-focus", &[])))
         .after_help(flags::MORE)
         .mut_arg("output", |arg| {
             arg.value_name("MOVIE")

@@ -141,6 +141,7 @@ fn refuse_options_of_one_scene(m: &ArgMatches) -> Result<()> {
         "sample-range",
         "every",
         "tev",
+        "progress",
     ] {
         if text(m, option).is_some() {
             let error = format!("`--{option}` is for one scene, and this is a folder");

@@ -278,7 +278,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "depth",
         Takes::One("8|16"),
-        "bits per channel in PNG and PPM [8]",
+        "bits per channel in PNG, PPM, TIFF and SGI files [8]",
     )
     .plan(
         |plan, words, _| {

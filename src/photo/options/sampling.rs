@@ -62,7 +62,7 @@ pub(super) static OPTIONS: [Opt; 9] = [
     Opt::new("seed", Takes::One("N"), "seed of all random numbers [0]")
         .plan(
             |plan, words, _| {
-                let seed = words.parsed("seed", "a whole number from 0", |w| w.parse().ok())?;
+                let seed = words.parsed("seed", "a whole number from 0 to 18446744073709551615", |w| w.parse().ok())?;
                 set(&mut plan.seed, seed);
                 Ok(())
             },

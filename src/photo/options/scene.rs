@@ -161,7 +161,7 @@ pub(super) static OPTIONS: [Opt; 17] = [
     Opt::new(
         "look",
         Takes::One("viewer"),
-        "the picture that a viewer of the 1990s made: model g, no lens, one sample in the middle of each pixel, the headlight, and the front of a scene without a camera; other options go before it",
+        "the picture that a viewer of the 1990s made: model g, no lens, one sample in the middle of each pixel, the headlight, and for a scene without a camera the front, in VRML97 from 0 0 10; other options go before it",
     )
     .plan(
         |_, _, _| Ok(()), // `Plan::from_options` reads it before all others.
@@ -191,7 +191,9 @@ pub(super) static OPTIONS: [Opt; 17] = [
     .plan(
         |plan, words, _| {
             let side = |word: &str| Override::parse(word, WholeView::named);
-            plan.view = words.parsed("view", "a side, such as front or 35,25", side)?;
+            if let Some(view) = words.parsed("view", "a side, such as front or 35,25", side)? {
+                plan.view = Some(view);
+            }
             Ok(())
         },
         |plan, _| if_any(plan.view, |view| view.word(WholeView::name)),

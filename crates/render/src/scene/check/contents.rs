@@ -3,7 +3,7 @@
 use ivcam_inventor::grammar::{class, level_of_detail, lod, vrml97_lod};
 use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 
-use crate::scene::looks::PICTURES;
+use crate::scene::looks::{PICTURES, shows_picture};
 
 /// The number of entries of a line; of more, the line says how many there are.
 const SHOWN: usize = 6;
@@ -13,7 +13,7 @@ pub(super) fn lines(document: &Document) -> Vec<(&'static str, String)> {
     let (mut textures, mut levels) = (Vec::new(), Vec::new());
     for index in 0..document.nodes.len() {
         let node = document.node(NodeId(index as u32));
-        textures.extend(texture(node));
+        textures.extend(self::textures(node));
         levels.extend(levels_of(node));
     }
     let lines = [("textures", textures), ("levels", levels)];
@@ -23,18 +23,20 @@ pub(super) fn lines(document: &Document) -> Vec<(&'static str, String)> {
         .collect()
 }
 
-/// Returns the name of the file of a texture.
-fn texture(node: NodeRef<'_>) -> Option<String> {
-    let is_texture = matches!(
-        node.class_id(),
-        Some(class::TEXTURE2 | class::TEXTURE3 | class::IMAGE | class::IMAGE_TEXTURE)
-    );
-    if !is_texture {
-        return None;
+/// Returns the names of the files of a texture: of several names for one picture the first that is
+/// there, or the first.
+fn textures(node: NodeRef<'_>) -> Vec<String> {
+    let Some(class) = node.class_id().filter(|class| shows_picture(*class)) else {
+        return Vec::new();
+    };
+    let names = PICTURES.iter().flat_map(|field| field.names(node));
+    let mut names: Vec<&str> = names.filter(|name| !name.starts_with("data:")).collect();
+    if class != class::TEXTURE3 && names.len() > 1 {
+        let is_there = |name: &&str| node.document.load_beside(node.id, name).is_ok();
+        let used = names.iter().position(is_there).unwrap_or(0);
+        names = vec![names[used]];
     }
-    let mut names = PICTURES.iter().flat_map(|field| field.names(node));
-    let name = names.find(|name| !name.starts_with("data:") && !name.is_empty());
-    name.map(str::to_owned)
+    names.into_iter().map(str::to_owned).collect()
 }
 
 /// Returns what selects the levels of a node: the area on the screen in pixels, or the distance.

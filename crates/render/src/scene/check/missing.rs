@@ -3,10 +3,10 @@
 use ivcam_base::diag::{Diagnostic, ErrorKind, Severity, excerpt, excerpt_path};
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::grammar::{class, inline, www_inline};
-use ivcam_inventor::iv::NodeId;
+use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 
-use crate::scene::looks::{FileField, PANORAMA, PICTURES, TextureFiles};
+use crate::scene::looks::{FileField, PANORAMA, PICTURES, TextureFiles, shows_picture};
 use crate::scene::options::CompileOptions;
 
 /// A file that a scene names and that cannot be read.
@@ -50,45 +50,33 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
             continue;
         };
         let pictures: Vec<&[FileField]> = match class.id {
-            class::TEXTURE2 | class::TEXTURE3 | class::IMAGE | class::IMAGE_TEXTURE => {
-                vec![&PICTURES]
-            }
+            id if shows_picture(id) => vec![&PICTURES],
             class::BACKGROUND | class::VRML97_BACKGROUND => PANORAMA.chunks(1).collect(),
             class::FILE | class::WWW_INLINE | class::INLINE
                 if !document.included.contains_key(&id) =>
             {
-                for field in INCLUDED {
-                    // A file that can be read but is not included includes itself or is not a
-                    // scene.
-                    let names = field.names(node).filter(|n| !n.starts_with('<'));
-                    missing.extend(names.filter_map(|name| {
-                        let error = document.load_beside(id, name).err()?;
-                        Some(Missing {
-                            name: shortened(name),
-                            diagnostic: None,
-                            outside: error.kind == ErrorKind::OutsideFolder,
-                            opened: None,
-                        })
-                    }));
-                }
+                missing.extend(included(node));
                 continue;
             }
             _ => continue,
         };
+        // Pictures are not kept.
+        let mut files = TextureFiles::new(&options.texture_folders, options.colors);
+        let mut memory = MemoryBudget::new(options.memory);
         for fields in pictures {
-            // Pictures are not kept.
-            let mut files = TextureFiles::new(&options.texture_folders, options.colors);
-            let mut memory = MemoryBudget::new(options.memory);
-            if let Err(diagnostic) = files.of_fields(node, fields, &mut memory) {
-                let mut names = fields.iter().flat_map(|field| field.names(node));
-                let name = names.next().unwrap_or_default();
-                let opened = document.load_beside(id, name).ok();
-                missing.push(Missing {
-                    name: shortened(name),
-                    opened: opened.map(|(file, _)| file),
-                    outside: diagnostic.kind == ErrorKind::OutsideFolder,
-                    diagnostic: Some(diagnostic.at_most(Severity::Warning)),
-                });
+            let names = fields.iter().flat_map(|field| field.names(node));
+            if class.id == class::TEXTURE3 {
+                missing.extend(names.filter_map(|name| {
+                    let error = files.file(node, name, &mut memory).err()?;
+                    let error = match node.source() {
+                        Some(source) => error.at(source, node.span()),
+                        None => error,
+                    };
+                    Some(picture(node, name, error))
+                }));
+            } else if let Err(error) = files.of_fields(node, fields, &mut memory) {
+                let name = names.into_iter().next().unwrap_or_default();
+                missing.push(picture(node, name, error));
             }
         }
     }
@@ -102,4 +90,34 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
         same
     });
     missing
+}
+
+/// Returns the files of a node that includes a scene, and does not.
+fn included(node: NodeRef<'_>) -> impl Iterator<Item = Missing> {
+    // A file that can be read but is not included includes itself or is not a scene.
+    let names = INCLUDED
+        .into_iter()
+        .flat_map(move |field| field.names(node));
+    names
+        .filter(|name| !name.starts_with('<'))
+        .filter_map(move |name| {
+            let error = node.document.load_beside(node.id, name).err()?;
+            Some(Missing {
+                name: shortened(name),
+                diagnostic: None,
+                outside: error.kind == ErrorKind::OutsideFolder,
+                opened: None,
+            })
+        })
+}
+
+/// Returns the picture of a node that cannot be read.
+fn picture(node: NodeRef<'_>, name: &str, error: Box<Diagnostic>) -> Missing {
+    let opened = node.document.load_beside(node.id, name).ok();
+    Missing {
+        name: shortened(name),
+        opened: opened.map(|(file, _)| file),
+        outside: error.kind == ErrorKind::OutsideFolder,
+        diagnostic: Some(error.at_most(Severity::Warning)),
+    }
 }

@@ -21,5 +21,5 @@ pub(crate) use surface::{
 };
 pub(crate) use texture::{Repeat, Texture};
 pub use texture_files::components;
-pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles};
+pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles, shows_picture};
 pub(in crate::scene) use usual_filter::usual_filter;

@@ -409,8 +409,8 @@ impl Texture {
     }
 }
 
-/// Returns a component of four texels, and the weight of each: its component `weight`, or 1 if there
-/// is none.
+/// Returns a component of four texels, and the weight of each: its component `weight`, or 1 if
+/// there is none.
 fn weighted(texels: [&[u8]; 4], component: usize, weight: Option<usize>) -> ([u8; 4], [u32; 4]) {
     let weight = |texel: &[u8]| weight.map_or(1, |weight| u32::from(texel[weight]));
     (texels.map(|texel| texel[component]), texels.map(weight))

@@ -8,7 +8,9 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::grammar::value::{Image, Text};
-use ivcam_inventor::grammar::{Field, image_texture, texture2, texture3, vrml97_background};
+use ivcam_inventor::grammar::{
+    ClassId, Field, class, image_texture, texture2, texture3, vrml97_background,
+};
 use ivcam_inventor::iv::NodeRef;
 use ivcam_optics::picture::Raster;
 
@@ -45,6 +47,15 @@ pub(crate) const PANORAMA: [FileField; 6] = [
     FileField::Several(vrml97_background::RIGHT_URL),
     FileField::Several(vrml97_background::TOP_URL),
 ];
+
+/// Returns whether the nodes of a class show a picture that their fields name.
+pub(crate) fn shows_picture(class: ClassId) -> bool {
+    use class::{IMAGE, IMAGE_TEXTURE, MOVIE_TEXTURE, TEXTURE2, TEXTURE3};
+    matches!(
+        class,
+        TEXTURE2 | TEXTURE3 | IMAGE | IMAGE_TEXTURE | MOVIE_TEXTURE
+    )
+}
 
 /// The fields of texture nodes that name pictures.
 pub(crate) const PICTURES: [FileField; 3] = [
@@ -167,7 +178,10 @@ impl TextureFiles {
     }
 
     /// Returns the texture of a file next to the scene or in one of the folders.
-    fn file(
+    ///
+    /// # Errors
+    /// Returns the errors of [`TextureFiles::of_node`].
+    pub(crate) fn file(
         &mut self,
         node: NodeRef<'_>,
         name: &str,

@@ -179,5 +179,5 @@ features! {
     /// The tree of groups.
     Hierarchy, "hierarchy", "the tree of groups is reduced to a list";
     /// The distance by which a scene was moved to the origin.
-    Offset, "offset", "the scene is moved to the origin, and the offset is left out";
+    Offset, "offset", "the scene is moved to the origin; the offset is kept in a comment where the format has comments";
 }
