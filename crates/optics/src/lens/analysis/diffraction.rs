@@ -234,7 +234,8 @@ impl Wavefront {
 
     /// The optical transfer function at a frequency in cycles per millimeter along the film's x
     /// axis (0) or y axis (1), as a complex number. It is the autocorrelation of the pupil, shifted
-    /// by the frequency (Hopkins). Directions are approximated as linear over the grid.
+    /// by the frequency (Hopkins), over its area. Directions are approximated as linear over the
+    /// grid.
     pub fn transfer(&self, frequency: f64, axis: usize) -> DVec2 {
         let shift = frequency * TAU / (self.wave_number * self.cosine_step(axis));
         let (k, part) = (shift as usize, shift.fract());
@@ -248,14 +249,16 @@ impl Wavefront {
         let mut light = 0.0;
         for (i, cell) in self.cells.iter().enumerate() {
             let Some(a) = cell else { continue };
-            light += a.open * a.open;
+            // The open part of a cell covers all of itself, but only a share of another cell's.
+            light += a.open;
+            let open_at_k = |b: &Wave| if k == 0 { 1.0 } else { b.open };
             // The phase between two cells is interpolated linearly.
             let (phase, open) = match (shifted(i, k), shifted(i, k + 1)) {
                 (Some(b), Some(c)) => (
                     b.phase + part * (c.phase - b.phase),
-                    b.open + part * (c.open - b.open),
+                    open_at_k(b) + part * (c.open - open_at_k(b)),
                 ),
-                (Some(b), None) => (b.phase, (1.0 - part) * b.open),
+                (Some(b), None) => (b.phase, (1.0 - part) * open_at_k(b)),
                 (None, Some(c)) => (c.phase, part * c.open),
                 (None, None) => continue,
             };
@@ -520,8 +523,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn an_obstructed_pupil_makes_the_annular_pattern() {
+    /// A perfect lens of f/10 whose pupil is a ring with this share of its radius closed.
+    fn ring_lens(closed: f64) -> Lens {
         // The outline runs along a circle, and back along a smaller one.
         let ring = |radius: f64, sense: f64| {
             (0..=180).map(move |i| {
@@ -529,12 +532,56 @@ mod tests {
                 [radius * cos, radius * sin]
             })
         };
-        let corners = ring(0.999, 1.0).chain(ring(0.5, -1.0)).collect();
         let iris = Iris::Outline {
-            corners,
+            corners: ring(0.999, 1.0).chain(ring(closed, -1.0)).collect(),
             rotation: 0.0,
         };
-        let lens = perfect(10.0, iris);
+        perfect(10.0, iris)
+    }
+
+    /// The area that two circles have in common.
+    fn common_area(a: f64, b: f64, apart: f64) -> f64 {
+        let (small, large) = (a.min(b), a.max(b));
+        if apart >= a + b {
+            return 0.0;
+        }
+        if apart <= large - small {
+            return 0.5 * TAU * small * small;
+        }
+        let segment = |r: f64, chord: f64| {
+            r * r * libm::acos(chord / r) - chord * (r * r - chord * chord).sqrt()
+        };
+        let chord = (apart * apart + a * a - b * b) / (2.0 * apart);
+        segment(a, chord) + segment(b, apart - chord)
+    }
+
+    /// The modulation of a ring is the area that it has in common with itself, shifted.
+    #[test]
+    fn the_modulation_of_a_ring_is_the_autocorrelation_of_its_area() {
+        // The cells of a thin ring are as wide as a sixth of it.
+        for (closed, bound) in [(1e-3, 0.003), (0.3, 0.004), (0.6, 0.005), (0.8, 0.01)] {
+            let lens = ring_lens(closed);
+            let waves = waves(&lens, 64);
+            let sine = rim_sine(&lens, 0.9989 * 2.5);
+            let closed = closed / 0.999;
+            let ideal = |apart: f64| {
+                let [whole, mixed, inner] = [(1.0, 1.0), (1.0, closed), (closed, closed)]
+                    .map(|(a, b)| common_area(a, b, apart));
+                (whole - 2.0 * mixed + inner) / (0.5 * TAU * (1.0 - closed * closed))
+            };
+            assert_eq!(waves.transfer(0.0, 0), DVec2::X);
+            for apart in [0.01, 0.03, 0.1, 0.2, 0.5, 1.0, 1.5] {
+                let found = waves.transfer(apart * sine / (NM * 1e-6), 0).length();
+                let exact = ideal(apart);
+                let off = (found - exact).abs();
+                assert!(off < bound, "{closed} {apart}: {found} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn an_obstructed_pupil_makes_the_annular_pattern() {
+        let lens = ring_lens(0.5);
         let sine = rim_sine(&lens, 0.9989 * 2.5);
         let peak = annular(0.0, sine, 0.5 / 0.999);
         let pitch = 0.2e-3;

@@ -462,7 +462,7 @@ mod tests {
             };
             let total: f64 = EFFICIENCY.iter().map(|(_, efficiency)| efficiency).sum();
             let ideal = EFFICIENCY.iter().map(circle).sum::<f64>() / total;
-            assert!((m - ideal).abs() < 0.02, "{f} lp/mm: {m} against {ideal}");
+            assert!((m - ideal).abs() < 0.004, "{f} lp/mm: {m} against {ideal}");
         }
     }
 
