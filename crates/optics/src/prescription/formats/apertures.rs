@@ -66,8 +66,8 @@ impl SystemData {
         };
         let pupil = || {
             let sine = self.object_aperture.or_else(of_image)? / optics.n_object;
-            let place = optics.entrance_pupil.map_or(0.0, |pupil| pupil.z);
-            Some(2.0 * (distance? + place) * sine / (1.0 - sine * sine).sqrt())
+            let stop = optics.stop.unwrap_or(0);
+            Some(2.0 * (distance? + pupil_place(lens, stop)?) * sine / (1.0 - sine * sine).sqrt())
         };
         let f_number = || self.image_aperture.map(|aperture| 0.5 / aperture);
         let pupil = pupil().filter(|d| d.is_finite() && *d > 0.0);
@@ -148,11 +148,7 @@ pub(super) fn fill(lens: &mut Prescription, beam: SystemData) -> Vec<usize> {
     let widest = libm::tan(70_f64.to_radians());
     let tilted = heights(lens, &indices, (0.0, 1.0));
     // The chief ray goes through the center of the stop.
-    let shift = if ones[stop] == 0.0 {
-        0.0
-    } else {
-        -tilted[stop] / ones[stop]
-    };
+    let shift = -pupil_place(lens, stop).unwrap_or(0.0);
     let slope = match (beam.image_height, beam.object(), optics.focal) {
         (Some(height), _, Some(focal)) => (height / focal.efl).abs().min(widest),
         // The entrance pupil is `shift` in front of the first vertex.
@@ -246,6 +242,14 @@ pub(super) fn warn_if_afocal(lens: &Prescription, sink: &mut Sink) {
     }
 }
 
+/// The distance of the entrance pupil behind the front vertex, which does not depend on the stop's
+/// aperture; none if it is at infinity.
+fn pupil_place(lens: &Prescription, stop: usize) -> Option<f64> {
+    let indices = lens.indices(D_LINE);
+    let [one, tilted] = [(1.0, 0.0), (0.0, 1.0)].map(|ray| heights(lens, &indices, ray)[stop]);
+    (one != 0.0).then(|| tilted / one)
+}
+
 /// The heights on all surfaces of a first-order ray, which has the height y and the slope u at the
 /// plane of the front vertex.
 fn heights(lens: &Prescription, indices: &[f64], (mut y, u): (f64, f64)) -> Vec<f64> {
@@ -299,6 +303,31 @@ mod tests {
             ..near
         };
         assert_eq!(far.with_pupil(&lens).f_number, Some(5.0));
+    }
+
+    /// A stop 20 mm behind a thin lens of 50 mm has its image 100/3 mm behind the lens.
+    #[test]
+    fn a_numerical_aperture_is_that_of_the_entrance_pupil_of_a_stop_without_an_aperture() {
+        let free = f64::INFINITY;
+        let surfaces = vec![
+            Surface::sphere(50.0, 1e-12, Medium::constant(1.5), free),
+            Surface::sphere(-50.0, 20.0, Medium::air(), free),
+            Surface::stop(30.0, Medium::air(), free),
+        ];
+        let mut lens = Prescription::new("a", surfaces);
+        let beam = SystemData {
+            object_aperture: Some(0.1),
+            object_distance: Some(100.0),
+            ..SystemData::default()
+        };
+        let beam = beam.with_pupil(&lens);
+        let tangent = libm::tan(libm::asin(0.1));
+        let wanted = 2.0 * (100.0 + 100.0 / 3.0) * tangent;
+        assert!((beam.entrance_diameter.unwrap() - wanted).abs() < 1e-9);
+        fill(&mut lens, beam);
+        let pupil = lens.first_order(D_LINE).entrance_pupil.unwrap();
+        let found = pupil.semi_diameter / (100.0 + pupil.z);
+        assert!((found - tangent).abs() < 1e-12, "{found}");
     }
 
     /// A stop 10 mm in front of a thin lens: at 45 degrees the beam is 10 mm lower there.

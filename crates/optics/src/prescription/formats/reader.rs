@@ -224,8 +224,8 @@ impl Draft {
     pub(super) fn limit(&mut self, beam: SystemData, sink: &mut Sink) {
         let beam = beam.with_pupil(&self.lens);
         if beam.object_aperture.is_some() && beam.entrance_diameter.is_none() {
-            let message =
-                "the numerical aperture of the object is left out: the object is at infinity";
+            let message = "the numerical aperture of the object is left out: the object or the \
+                           entrance pupil is at infinity";
             sink.warn(beam.stated.unwrap_or(Span::at(0)), message)
                 .help("state the entrance pupil or the f-number in its place");
         }
