@@ -456,9 +456,12 @@ mod focusing {
         assert!(telescope.first_order().focal.is_none());
         assert!((telescope.first_order().matrix[3] + 1.0).abs() < 1e-12);
         for method in [FocusMethod::Film, FocusMethod::Lens, FocusMethod::Best] {
-            let fault = telescope.focus(method, Meters(1.0));
+            let fault = telescope.focus(method, Meters(f64::INFINITY));
             assert_eq!(fault, Err(FocusFault::Afocal), "{method:?}");
         }
+        // An object 100 mm in front of the lens is imaged 100 mm behind it in its own size.
+        let near = telescope.focus(FocusMethod::Film, Meters(0.1)).unwrap();
+        assert!((near.film_z - 400.0).abs() < 1e-9 && (near.magnification + 1.0).abs() < 1e-12);
         assert!(telescope.scaled_to(Mm(50.0)).is_err() && telescope.at_f_number(8.0).is_err());
         assert!(ivcam_optics::lens::analysis::sheet::LensSheet::of(&telescope).is_none());
         assert!(telescope.breathing(FocusMethod::Film, 10.0).is_empty());

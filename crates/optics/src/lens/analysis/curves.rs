@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use crate::lens::lens::{Lens, VISIBLE};
 use crate::lens::optics::chief_ray::angle_of;
+use crate::lens::optics::focus::{FocusMethod, focus};
 use crate::lens::trace::ray::{LensRay, Toward};
 
 /// The number of steps of the curves over the film's height.
@@ -194,7 +195,11 @@ impl Conjugate {
 
     /// The z of the paraxial image of the object.
     pub(super) fn paraxial_image(&self, lens: &Lens) -> Option<f64> {
-        let focal = lens.first_order().focal?;
+        let optics = lens.first_order();
+        let Some(focal) = optics.focal else {
+            let focus = focus(optics, FocusMethod::Film, self.distance).ok();
+            return focus.map(|focus| focus.film_z);
+        };
         let x = self.distance + focal.ffl;
         Some(focal.rear_focal_point + focal.efl * focal.front_efl / x).filter(|z| z.is_finite())
     }

@@ -55,10 +55,11 @@ pub struct Focus {
     /// The image height over the object height; negative if the image is upside down.
     pub magnification: f64,
     /// The distance from the rear principal plane to the film: the z of the paper's equations 6 and
-    /// 7.
+    /// 7. For an afocal lens it is that of a pinhole at the front vertex with the same picture of
+    /// the object.
     pub image_distance: f64,
     /// The distance by which the moving part has moved from its position for infinity: the film
-    /// backward, or the lens forward (the T of equation 5).
+    /// backward, or the lens forward (the T of equation 5). It is infinite for an afocal lens.
     pub extension: f64,
 }
 
@@ -86,7 +87,7 @@ pub enum FocusFault {
     /// The distance is 0, negative or NaN.
     #[error("the focus distance is not a positive number")]
     NotADistance,
-    /// The lens has no optical power.
+    /// The lens has no optical power, and the object is at infinity or the lens would move.
     #[error("the lens has no focal length (it is afocal)")]
     Afocal,
     /// The image is at infinity.
@@ -155,7 +156,10 @@ impl FocusFault {
             Self::NotADistance => "give a distance in meters, such as 1.2, or `inf`".to_owned(),
             Self::NoGroup => "move the film or the whole lens instead".to_owned(),
             Self::NoRays => "open the stop, or use another focus method".to_owned(),
-            Self::Afocal => "an afocal lens makes no image on a film".to_owned(),
+            Self::Afocal => {
+                "light from infinity leaves it parallel: give a near distance, and move the film"
+                    .to_owned()
+            }
             Self::FilmInsideLens {
                 nearest: Some(near),
                 ..
@@ -201,10 +205,11 @@ pub fn focus(optics: &FirstOrder, method: FocusMethod, distance: f64) -> Result<
     if !(distance > 0.0) {
         return Err(FocusFault::NotADistance);
     }
-    let focal = optics.focal.ok_or(FocusFault::Afocal)?;
-    match method {
-        FocusMethod::Lens => move_lens(optics, &focal, distance),
-        _ => move_film(optics, &focal, distance),
+    match (method, &optics.focal) {
+        (FocusMethod::Lens, Some(focal)) => move_lens(optics, focal, distance),
+        (_, Some(focal)) => move_film(optics, focal, distance),
+        (FocusMethod::Lens, None) => Err(FocusFault::Afocal),
+        (_, None) => move_film_of_afocal(optics, distance),
     }
 }
 
@@ -219,11 +224,12 @@ fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
     if x.abs() <= 4.0 * f64::EPSILON * (distance.min(1e300) + focal.ffl.abs()) {
         return Err(FocusFault::ObjectAtFocalPoint { nearest });
     }
-    if x < 0.0 {
-        return Err(FocusFault::VirtualImage { nearest });
-    }
     let extension = range / x;
     let film_z = focal.rear_focal_point + extension;
+    // A relay has a real image of an object inside its front focal point.
+    if x < 0.0 && film_z < optics.length {
+        return Err(FocusFault::VirtualImage { nearest });
+    }
     if film_z < optics.length {
         // A nearer object has its image farther back. Solve film_z = length for the distance.
         let nearest = (focal.bfl < 0.0).then(|| range / -focal.bfl - focal.ffl);
@@ -237,6 +243,27 @@ fn move_film(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
         magnification: -focal.front_efl / x,
         image_distance: focal.efl + extension,
         extension,
+    })
+}
+
+/// Moves the film of a lens without power, whose images of near objects all have the same scale.
+fn move_film_of_afocal(optics: &FirstOrder, distance: f64) -> Result<Focus, FocusFault> {
+    if distance.is_infinite() {
+        return Err(FocusFault::Afocal);
+    }
+    let [a, b, _, d] = optics.matrix;
+    let film_z = optics.length - optics.n_image * (a * distance / optics.n_object + b) / d;
+    if film_z < optics.length {
+        let nearest = Some(-b * optics.n_object / a).filter(|d| *d > 0.0);
+        return Err(FocusFault::FilmInsideLens { film_z, nearest });
+    }
+    Ok(Focus {
+        method: FocusMethod::Film,
+        distance,
+        film_z,
+        magnification: 1.0 / d,
+        image_distance: distance / d.abs(),
+        extension: f64::INFINITY,
     })
 }
 
@@ -288,6 +315,37 @@ fn move_lens(optics: &FirstOrder, focal: &Focal, distance: f64) -> Result<Focus,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prescription::{Medium, Prescription, Shape, Surface};
+
+    /// Two ideal lenses of 100 mm, 200 mm apart or a little more: by 1/s' = 1/f - 1/s twice, the
+    /// image of an object 50 mm in front is 150 mm behind, in life size and upside down.
+    #[test]
+    fn a_relay_has_a_real_image_of_a_near_object() {
+        let relay = |gap: f64| {
+            let lens = |t| {
+                let plane = Surface::sphere(0.0, t, Medium::air(), 20.0);
+                let shape = Shape::ThinLens {
+                    focal_length: 100.0,
+                };
+                Surface { shape, ..plane }
+            };
+            Prescription::new("relay", vec![lens(gap), lens(0.0)]).first_order(587.6)
+        };
+        assert!(relay(200.0).focal.is_none());
+        for gap in [200.0, 200.001] {
+            let near = focus(&relay(gap), FocusMethod::Film, 50.0).unwrap();
+            assert!((near.film_z - gap - 150.0).abs() < 0.01, "{near:?}");
+            assert!((near.magnification + 1.0).abs() < 1e-4, "{near:?}");
+        }
+        let far = focus(&relay(200.0), FocusMethod::Film, 300.0);
+        let fault = FocusFault::FilmInsideLens {
+            film_z: 100.0,
+            nearest: Some(200.0),
+        };
+        assert_eq!(far, Err(fault));
+        let parallel = focus(&relay(200.0), FocusMethod::Film, f64::INFINITY);
+        assert_eq!(parallel, Err(FocusFault::Afocal));
+    }
 
     #[test]
     fn the_quadratic_keeps_its_digits_at_any_distance() {
