@@ -116,6 +116,25 @@ impl Decenter {
         }
     }
 
+    /// The shift in the coordinates behind the decenter. What rounding made of 0 is 0.
+    pub(crate) fn shift_behind(&self) -> DVec3 {
+        let shift = -self.inverse().shift;
+        let noise = 1e-12 * shift.length();
+        shift.map(|v| if v.abs() <= noise { 0.0 } else { v })
+    }
+
+    /// Whether the shift is across the axis behind the decenter, but not across that before it.
+    pub(crate) fn shifts_across_axis_behind(&self) -> bool {
+        self.shift.z != 0.0 && self.shift_behind().z == 0.0
+    }
+
+    /// Removes the shift along the axis behind the decenter, and returns it.
+    pub(crate) fn take_shift_along_axis(&mut self) -> f64 {
+        let along = self.shift_behind().z;
+        self.shift -= self.affine().matrix3 * (along * DVec3::Z);
+        along
+    }
+
     /// The decenter in coordinates whose z axis has the opposite direction.
     pub(crate) fn turned_around(&self) -> Self {
         Self {

@@ -277,6 +277,36 @@ impl Prescription {
         lens
     }
 
+    /// Makes shifts along the axis parts of the gaps, so that these are distances along the axis.
+    /// Surfaces stay where they are relative to each other, and the first vertex is the origin. The
+    /// signs must be those of z along the light.
+    pub(crate) fn shifts_to_gaps(&mut self) {
+        for i in 0..self.surfaces.len() {
+            let Some(mut frame) = self.surfaces[i].frame.take() else {
+                continue;
+            };
+            let in_front = std::mem::take(&mut frame.before.shift.z);
+            let behind = frame.after.take_shift_along_axis();
+            self.surfaces[i].frame = frame.boxed();
+            if let Some(gap) = i.checked_sub(1) {
+                self.lengthen_gap(gap, in_front);
+            }
+            // The film is behind the last surface: without a distance it is counted from there.
+            if i + 1 < self.surfaces.len() || self.surfaces[i].thickness != 0.0 {
+                self.lengthen_gap(i, behind);
+            }
+        }
+    }
+
+    /// Makes the gap behind a surface longer, in all zoom positions.
+    fn lengthen_gap(&mut self, surface: usize, by: f64) {
+        self.surfaces[surface].thickness += by;
+        let gaps = self.zoom.iter_mut().flat_map(|zoom| &mut zoom.gaps);
+        for (_, gap) in gaps.filter(|(i, _)| *i == surface) {
+            *gap += by;
+        }
+    }
+
     /// The lens with front and rear exchanged. It has no zoom positions and no focusing group.
     pub fn reversed(&self) -> Self {
         let count = self.surfaces.len();

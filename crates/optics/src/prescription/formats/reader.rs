@@ -206,12 +206,13 @@ impl Draft {
         self.places.push(places);
     }
 
-    /// Turns the signs of the file behind mirrors into those of a [`Prescription`]. Its surfaces
-    /// and zoom positions are all read.
+    /// Turns the signs of the file behind mirrors into those of a [`Prescription`], and shifts
+    /// along the axis into parts of the gaps. Its surfaces and zoom positions are all read.
     pub(super) fn fold(&mut self) {
         if self.lens.has_mirrors() {
             self.lens = self.lens.folded();
         }
+        self.lens.shifts_to_gaps();
     }
 
     /// The medium behind the last surface, which is in front of the next.

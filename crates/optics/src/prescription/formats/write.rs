@@ -402,13 +402,18 @@ impl SurfaceNumbers {
         self.last
     }
 
-    /// Writes a decenter with the gap behind it, if there is one, as coordinate breaks. A shift
-    /// along the axis is the gap of a break.
+    /// Writes a decenter with the gap behind it, if there is one, as coordinate breaks. A break
+    /// has no shift along the axis: one that tilts first may do without, and otherwise the shift is
+    /// the gap of another break.
     fn breaks(&mut self, text: &mut String, decenter: &Decenter, gap: f64) {
         if decenter.is_none() {
             return;
         }
-        let Decenter { shift, tilt } = decenter;
+        let tilts_first = decenter.shifts_across_axis_behind();
+        let (shift, tilt) = match tilts_first {
+            true => (decenter.shift_behind(), -decenter.inverse().tilt),
+            false => (decenter.shift, decenter.tilt),
+        };
         if shift.z != 0.0 {
             let _ = writeln!(
                 text,
@@ -423,6 +428,9 @@ impl SurfaceNumbers {
             .enumerate()
         {
             let _ = writeln!(text, "  PARM {} {value}", i + 1);
+        }
+        if tilts_first {
+            *text += "  PARM 6 1\n";
         }
         let _ = writeln!(text, "  DISZ {gap}");
     }
@@ -976,6 +984,78 @@ mod tests {
         };
         let error = write(&lens, OutputFormat::CodeV).unwrap_err();
         assert!(error.message.contains("odd power"), "{error}");
+    }
+
+    const DECENTERED: [OutputFormat; 3] =
+        [OutputFormat::Json, OutputFormat::Zemax, OutputFormat::CodeV];
+
+    /// A lens of three surfaces, the second of them shifted and turned.
+    fn decentered(shift: DVec3, tilt: DVec3) -> Prescription {
+        let mut lens = Prescription::new(
+            "a",
+            vec![
+                Surface::stop(8.0, Medium::air(), 5.0),
+                Surface::sphere(50.0, 3.0, Medium::constant(1.6), 8.0),
+                Surface::sphere(-25.0, 15.0, Medium::air(), 8.0),
+            ],
+        );
+        let frame =
+            crate::prescription::decenter::SurfaceFrame::returning(Decenter { shift, tilt });
+        lens.surfaces[1].frame = frame.boxed();
+        lens
+    }
+
+    #[test]
+    fn a_shift_along_the_axis_is_a_part_of_the_gaps() {
+        let shifted = decentered(DVec3::new(0.0, 0.0, 1.5), DVec3::ZERO);
+        let mut wanted = decentered(DVec3::ZERO, DVec3::ZERO);
+        wanted.surfaces[0].thickness = 9.5;
+        wanted.surfaces[1].thickness = 1.5;
+        let read = bare(again(&shifted, OutputFormat::Json));
+        assert_eq!(read.surfaces, wanted.surfaces);
+        assert_eq!(read.first_order(D_LINE), wanted.first_order(D_LINE));
+        // That of the first surface moves the lens to the origin, and one of the last has no gap
+        // to be a part of.
+        for surface in [0, 2] {
+            let mut shifted = wanted.clone();
+            shifted.surfaces[surface].frame = decentered(1.5 * DVec3::Z, DVec3::ZERO).surfaces[1]
+                .frame
+                .clone();
+            shifted.surfaces[2].thickness = 0.0;
+            let mut wanted = shifted.clone();
+            wanted.surfaces[surface].frame = None;
+            match surface {
+                0 => wanted.surfaces[0].thickness -= 1.5,
+                _ => wanted.surfaces[1].thickness += 1.5,
+            }
+            let read = bare(again(&shifted, OutputFormat::Json));
+            assert_eq!(read.surfaces, wanted.surfaces);
+        }
+    }
+
+    /// The shift behind a surface that returns to the axis has a part along it.
+    #[test]
+    fn a_shifted_and_tilted_surface_reads_back_with_the_same_focal_length_and_rays() {
+        for shift in [DVec3::new(0.0, 1.0, 0.0), DVec3::new(0.4, -1.0, 0.8)] {
+            let lens = decentered(shift, DVec3::new(6.0, -3.0, 0.0));
+            let lens = again(&lens, OutputFormat::Json);
+            let mut plain = decentered(DVec3::ZERO, DVec3::ZERO);
+            plain.surfaces[0].thickness += shift.z;
+            plain.surfaces[1].thickness -= shift.z;
+            let efl = lens.first_order(D_LINE).efl() / plain.first_order(D_LINE).efl();
+            assert!((efl - 1.0).abs() < 1e-13, "{efl}");
+            for target in DECENTERED {
+                let read = again(&lens, target);
+                let efl = read.first_order(D_LINE).efl() / lens.first_order(D_LINE).efl();
+                assert!((efl - 1.0).abs() < 1e-13, "{target:?} {efl}");
+                let ray = LensRay::new(DVec3::new(1.0, 2.0, -10.0), DVec3::Z);
+                let [a, b] = [&lens, &read].map(|lens| {
+                    let path = Lens::new(lens.clone()).trace_path(&ray, Toward::Film, false);
+                    *path.hits.last().unwrap()
+                });
+                assert!((a - b).length() < 1e-11, "{target:?}: {a} {b}");
+            }
+        }
     }
 
     /// The plane that a file of CODE V has for the axis behind a decenter is no aperture: the beam

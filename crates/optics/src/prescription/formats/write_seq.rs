@@ -178,7 +178,13 @@ fn frame_lines(text: &mut String, surface: &Surface, glasses: &Glasses) {
     if has_plane_behind(surface) {
         let medium = glasses.word(&surface.medium);
         let _ = writeln!(text, "S 0 {} {medium}", surface.thickness);
-        decenter_lines(text, &frame.after);
+        match frame.after.shifts_across_axis_behind() {
+            false => decenter_lines(text, &frame.after),
+            true => {
+                decenter_lines(text, &frame.after.inverse());
+                *text += "  REV\n";
+            }
+        }
     }
 }
 
