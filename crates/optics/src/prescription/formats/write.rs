@@ -1058,6 +1058,29 @@ mod tests {
         }
     }
 
+    /// The stop of 5 mm is 40 mm unfolded behind a lens of f = 52: its image is 25.8 mm wide.
+    #[test]
+    fn the_entrance_pupil_in_a_file_of_code_v_is_that_of_the_light_behind_a_mirror() {
+        let mut mirror = Surface::sphere(0.0, 20.0, Medium::air(), 15.0);
+        mirror.is_mirror = true;
+        let lens = Prescription::new(
+            "a",
+            vec![
+                Surface::sphere(50.0, 5.0, Medium::from_abbe(1.6, 50.0), 10.0),
+                Surface::sphere(-80.0, 20.0, Medium::air(), 10.0),
+                mirror,
+                Surface::stop(5.0, Medium::air(), 5.0),
+            ],
+        );
+        let (text, _) = write(&lens, OutputFormat::CodeV).unwrap();
+        let line = text.lines().find_map(|line| line.strip_prefix("EPD "));
+        let pupil = lens.first_order(D_LINE).entrance_pupil.unwrap();
+        let off = line.unwrap().parse::<f64>().unwrap() / (2.0 * pupil.semi_diameter) - 1.0;
+        assert!(off.abs() < 1e-11, "{text}");
+        let thin = 5.0 / (1.0 - 40.0 / 52.0);
+        assert!((pupil.semi_diameter / thin - 1.0).abs() < 0.2, "{pupil:?}");
+    }
+
     /// The plane that a file of CODE V has for the axis behind a decenter is no aperture: the beam
     /// of a decentered lens is not where first-order optics has it.
     #[test]

@@ -10,13 +10,12 @@ use ivcam_base::diag::Result;
 
 use crate::prescription::about::About;
 use crate::prescription::decenter::Decenter;
-use crate::prescription::first_order::FirstOrder;
 use crate::prescription::formats::write::{
     FieldEdge, IDEAL, NORMAL, abbe_number, beyond_surfaces, is_even, refuse, tidy, wavelengths,
 };
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
 use crate::prescription::prescription::{Prescription, StatedBeam};
-use crate::prescription::surface::{Curvature, MAX_POWER, Meridian, Shape, Surface};
+use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 const FORMAT: &str = "CODE V's file";
 
@@ -77,7 +76,8 @@ fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
     };
     let reference = waves.len() - primary;
     let _ = writeln!(text, "WL {}\nREF {reference}\nWTW {}", words(0), words(1));
-    let optics = FirstOrder::of(lens, &lens.indices(D_LINE), Meridian::Y);
+    // The lens has the signs of files, and first-order optics those along the light.
+    let optics = lens.folded().first_order(D_LINE);
     let _ = match (lens.stated_beam, optics.entrance_pupil) {
         (Some(StatedBeam::EntrancePupil(diameter)), _) => writeln!(text, "EPD {diameter}"),
         (Some(StatedBeam::FNumber(number)), _) => writeln!(text, "FNO {number}"),
