@@ -57,8 +57,8 @@ impl Prescription {
         Ok(lens)
     }
 
-    /// Closes (or opens) the stop to a semi-diameter. Without a marked stop it is the surface that
-    /// limits an axial beam at the wavelength.
+    /// Closes (or opens) the stop to a semi-diameter, in all zoom positions. Without a marked stop
+    /// it is the surface that limits an axial beam at the wavelength.
     ///
     /// # Errors
     ///
@@ -79,6 +79,9 @@ impl Prescription {
         }
         let mut stopped = self.clone();
         stopped.surfaces[stop].semi_diameter = semi_diameter.0;
+        for position in &mut stopped.zoom {
+            position.stop_semi_diameter = None;
+        }
         stopped.stated_beam = None;
         Ok(stopped)
     }

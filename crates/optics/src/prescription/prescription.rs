@@ -346,7 +346,15 @@ impl Prescription {
         self
     }
 
-    /// The lens at one of its tabulated zoom positions, counted from 0.
+    /// Whether the gaps and the stop of the surfaces are those of a zoom position.
+    pub(crate) fn is_at(&self, zoom: &ZoomPosition) -> bool {
+        let gap = |i: usize| self.surfaces.get(i).map(|surface| surface.thickness);
+        let stop = self.stop().map(|stop| self.surfaces[stop].semi_diameter);
+        zoom.gaps.iter().all(|(i, at)| gap(*i) == Some(*at))
+            && (zoom.stop_semi_diameter.is_none() || zoom.stop_semi_diameter == stop)
+    }
+
+    /// The lens at one of its tabulated zoom positions, counted from 0. It keeps all positions.
     ///
     /// # Errors
     ///
@@ -365,15 +373,32 @@ impl Prescription {
         };
         let mut lens = self.clone();
         lens.stated_beam = None;
-        for &(surface, gap) in &zoom.gaps {
-            if let Some(surface) = lens.surfaces.get_mut(surface) {
-                surface.thickness = gap;
+        for &(i, gap) in &zoom.gaps {
+            let Some(surface) = lens.surfaces.get_mut(i) else {
+                continue;
+            };
+            let stated = std::mem::replace(&mut surface.thickness, gap);
+            for other in &mut lens.zoom {
+                other.state_gap(i, stated);
             }
         }
         if let (Some(radius), Some(stop)) = (zoom.stop_semi_diameter, lens.stop()) {
-            lens.surfaces[stop].semi_diameter = radius;
+            let stated = std::mem::replace(&mut lens.surfaces[stop].semi_diameter, radius);
+            let stated = Some(stated).filter(|radius| radius.is_finite());
+            for other in &mut lens.zoom {
+                other.stop_semi_diameter = other.stop_semi_diameter.or(stated);
+            }
         }
         Ok(lens)
+    }
+}
+
+impl ZoomPosition {
+    /// Gives the position the gap behind a surface, if it does not state one.
+    fn state_gap(&mut self, surface: usize, gap: f64) {
+        if self.gaps.iter().all(|(stated, _)| *stated != surface) {
+            self.gaps.push((surface, gap));
+        }
     }
 }
 

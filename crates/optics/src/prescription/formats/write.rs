@@ -526,7 +526,9 @@ fn configurations(text: &mut String, lens: &Prescription, numbers: &SurfaceNumbe
     if lens.zoom.is_empty() {
         return;
     }
-    let _ = writeln!(text, "MNUM {} 1", lens.zoom.len());
+    let current = lens.zoom.iter().position(|zoom| lens.is_at(zoom));
+    let current = current.map_or(1, |position| position + 1);
+    let _ = writeln!(text, "MNUM {} {current}", lens.zoom.len());
     let mut surfaces: Vec<usize> = lens
         .zoom
         .iter()
@@ -797,6 +799,7 @@ mod tests {
     use super::*;
     use crate::lens::{Lens, LensRay, Toward, shipped_names};
     use crate::prescription::glass::medium::{C_LINE, D_LINE, F_LINE};
+    use crate::prescription::prescription::ZoomPosition;
     use glam::DVec3;
     use ivcam_base::diag::{Sink, Source};
     use std::sync::Arc;
@@ -986,8 +989,67 @@ mod tests {
         assert!(error.message.contains("odd power"), "{error}");
     }
 
-    const DECENTERED: [OutputFormat; 3] =
+    /// A zoom lens whose positions state only what they change.
+    fn zoom_lens() -> Prescription {
+        let mut lens = Prescription::new(
+            "a",
+            vec![
+                Surface::sphere(30.0, 5.0, Medium::constant(1.6), 8.0),
+                Surface::sphere(-300.0, 5.0, Medium::air(), 8.0),
+                Surface::stop(3.0, Medium::air(), 5.0),
+                Surface::sphere(-65.0, 2.0, Medium::constant(1.5), 8.0),
+                Surface::sphere(155.0, 20.0, Medium::air(), 8.0),
+            ],
+        );
+        let position = |gap, stop| ZoomPosition {
+            name: String::new(),
+            gaps: vec![gap],
+            stop_semi_diameter: stop,
+        };
+        lens.zoom = vec![
+            position((1, 6.0), Some(3.0)),
+            position((1, 8.0), None),
+            position((2, 8.0), Some(4.0)),
+        ];
+        lens
+    }
+
+    const WITH_ZOOM: [OutputFormat; 3] =
         [OutputFormat::Json, OutputFormat::Zemax, OutputFormat::CodeV];
+
+    /// The gaps and the radius of the stop at a zoom position.
+    fn setting(lens: &Prescription, position: usize) -> (Vec<f64>, f64) {
+        let lens = lens.at_zoom(position).unwrap();
+        let gaps = lens.surfaces.iter().map(|s| s.thickness).collect();
+        (gaps, lens.surfaces[lens.stop().unwrap()].semi_diameter)
+    }
+
+    #[test]
+    fn a_zoom_lens_written_at_one_position_is_the_same_at_every_other() {
+        let lens = zoom_lens();
+        for (target, current) in WITH_ZOOM.into_iter().flat_map(|t| [(t, 0), (t, 1), (t, 2)]) {
+            let chosen = lens.at_zoom(current).unwrap();
+            let read = again(&chosen, target);
+            for position in 0..3 {
+                let wanted = setting(&lens, position);
+                assert_eq!(setting(&read, position), wanted, "{target:?} {position}");
+            }
+        }
+        let chosen = lens.at_zoom(1).unwrap();
+        let (text, _) = write(&chosen, OutputFormat::Zemax).unwrap();
+        assert!(text.contains("MNUM 3 2\n"), "{text}");
+    }
+
+    #[test]
+    fn a_zoom_lens_that_is_stopped_down_is_written_with_the_closed_stop() {
+        let lens = zoom_lens().at_zoom(1).unwrap();
+        let closed = lens.with_stop(ivcam_base::math::Mm(1.25), D_LINE).unwrap();
+        for target in WITH_ZOOM {
+            let read = again(&closed, target);
+            let radii = [0, 1, 2].map(|position| setting(&read, position).1);
+            assert_eq!(radii, [1.25; 3], "{target:?}");
+        }
+    }
 
     /// A lens of three surfaces, the second of them shifted and turned.
     fn decentered(shift: DVec3, tilt: DVec3) -> Prescription {
@@ -1044,7 +1106,7 @@ mod tests {
             plain.surfaces[1].thickness -= shift.z;
             let efl = lens.first_order(D_LINE).efl() / plain.first_order(D_LINE).efl();
             assert!((efl - 1.0).abs() < 1e-13, "{efl}");
-            for target in DECENTERED {
+            for target in WITH_ZOOM {
                 let read = again(&lens, target);
                 let efl = read.first_order(D_LINE).efl() / lens.first_order(D_LINE).efl();
                 assert!((efl - 1.0).abs() < 1e-13, "{target:?} {efl}");

@@ -14,7 +14,7 @@ use crate::prescription::formats::write::{
     FieldEdge, IDEAL, NORMAL, abbe_number, beyond_surfaces, is_even, refuse, tidy, wavelengths,
 };
 use crate::prescription::glass::medium::{C_LINE, D_LINE, Dispersion, F_LINE, Medium};
-use crate::prescription::prescription::{Prescription, StatedBeam};
+use crate::prescription::prescription::{Prescription, StatedBeam, ZoomPosition};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 const FORMAT: &str = "CODE V's file";
@@ -233,7 +233,7 @@ fn zoom_lines(text: &mut String, lens: &Prescription) {
     changed.dedup();
     let words = |values: Vec<String>| values.join(" ");
     for surface in changed {
-        let gap = |z: &crate::prescription::prescription::ZoomPosition| {
+        let gap = |z: &ZoomPosition| {
             let found = z.gaps.iter().find(|(i, _)| *i == surface);
             found
                 .map_or(lens.surfaces[surface].thickness, |(_, gap)| *gap)
@@ -243,12 +243,12 @@ fn zoom_lines(text: &mut String, lens: &Prescription) {
         let own = number_of(lens, surface) + usize::from(has_plane_behind(&lens.surfaces[surface]));
         let _ = writeln!(text, "ZOO THI S{own} {values}");
     }
-    let radii: Option<Vec<String>> = lens
-        .zoom
-        .iter()
-        .map(|z| z.stop_semi_diameter.map(|r| r.to_string()))
-        .collect();
-    if let (Some(stop), Some(radii)) = (lens.stop(), radii) {
+    let Some(stop) = lens.stop() else { return };
+    let own = Some(lens.surfaces[stop].semi_diameter).filter(|radius| radius.is_finite());
+    let radius = |z: &ZoomPosition| Some(z.stop_semi_diameter.or(own)?.to_string());
+    let radii: Option<Vec<String>> = lens.zoom.iter().map(radius).collect();
+    let changes = lens.zoom.iter().any(|z| z.stop_semi_diameter.is_some());
+    if let Some(radii) = radii.filter(|_| changes) {
         let _ = writeln!(text, "ZOO CIR S{} {}", number_of(lens, stop), words(radii));
     }
 }
