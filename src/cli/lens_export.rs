@@ -171,6 +171,7 @@ impl Export<'_> {
             .filter(|_| setting.focus.is_some() || gap == 0.0);
         if let (Some(last), Some(conjugate)) = (prescription.surfaces.last_mut(), focus) {
             last.thickness = conjugate.film_z - lens.length();
+            self.focus_zoom(&mut prescription);
         }
         let object = setting.focus.map_or(f64::INFINITY, Focus::object_distance);
         let (text, left_out) = write_at(&prescription, target, object)?;
@@ -178,6 +179,24 @@ impl Export<'_> {
             super::status!("warning: the file leaves out {what}");
         }
         Ok(Content::Text(text))
+    }
+
+    /// Gives the zoom positions of a focused prescription their gaps at the same focus.
+    fn focus_zoom(&self, prescription: &mut Prescription) {
+        let count = prescription.zoom.len();
+        let all: Result<Vec<_>> = (0..count).map(|i| self.request.gaps_at_zoom(i)).collect();
+        let Ok(all) = all else {
+            super::status!(
+                "warning: the file leaves out the zoom positions: not all of them have this focus"
+            );
+            prescription.zoom.clear();
+            return;
+        };
+        let surfaces = &prescription.surfaces;
+        for (position, gaps) in prescription.zoom.iter_mut().zip(all) {
+            let changed = |(i, gap): &(usize, f64)| *gap != surfaces[*i].thickness;
+            position.gaps = gaps.into_iter().enumerate().filter(changed).collect();
+        }
     }
 }
 
@@ -243,6 +262,22 @@ mod tests {
         let mut out = Vec::new();
         lens::run(&matches, &mut out)?;
         Ok(String::from_utf8(out).unwrap())
+    }
+
+    #[test]
+    fn every_zoom_position_is_exported_with_the_film_at_its_own_focus() {
+        let exported = |position: usize| -> serde_json::Value {
+            let line = format!("canon-70-200 --zoom-position {position} --focus 5 --export json");
+            serde_json::from_str(&printed(&line).unwrap()).unwrap()
+        };
+        let [wide, long] = [0, 1].map(exported);
+        let gap = |lens: &serde_json::Value| {
+            lens["surfaces"].as_array().unwrap().last().unwrap()["t"].clone()
+        };
+        let last = (wide["surfaces"].as_array().unwrap().len() - 1).to_string();
+        assert_ne!(gap(&wide), gap(&long));
+        assert_eq!(wide["zoom"][1]["gaps"][&last], gap(&long));
+        assert_eq!(long["zoom"][0]["gaps"][&last], gap(&wide));
     }
 
     #[test]

@@ -6,7 +6,10 @@ use std::path::PathBuf;
 
 use clap::ArgMatches;
 use ivcam_base::diag::{Diagnostic, Result, Sink, counted};
-use ivcam_optics::lens::{Aberrations, FieldPoint, Focus, Lens, LensSheet, SheetSetting};
+use ivcam_base::math::Meters;
+use ivcam_optics::lens::{
+    Aberrations, FieldPoint, Focus, FocusMethod, Lens, LensSheet, SheetSetting,
+};
 use ivcam_optics::picture::Picture;
 
 use super::trace_rays::{Traced, wavelength};
@@ -68,6 +71,7 @@ pub(super) struct LensRequest<'m> {
     /// The rays of `--trace`.
     pub(super) rays: Option<Traced>,
     unfocused: Lens,
+    distance: Option<Meters>,
     conditions: SheetSetting<'static>,
     sheet: OnceCell<Option<(LensSheet, Aberrations)>>,
 }
@@ -88,14 +92,7 @@ impl<'m> LensRequest<'m> {
             Some(nm) => unfocused.at_wavelength(wavelength(nm)?),
             None => unfocused.at_primary_wavelength(),
         };
-        let (lens, focus) = match distance {
-            None => (unfocused.clone(), None),
-            Some(distance) => {
-                let focused = unfocused.focused(choice.method, distance);
-                let (lens, focus) = focused.map_err(|fault| fault.diagnostic(unfocused.name()))?;
-                (lens, Some(focus))
-            }
-        };
+        let (lens, focus) = focused(&unfocused, choice.method, distance)?;
         let (conditions, film) = conditions(matches)?;
         let rays = text(matches, "trace").map(|file| Traced::read(&lens, file));
         let request = Self {
@@ -106,6 +103,7 @@ impl<'m> LensRequest<'m> {
             rays: rays.transpose()?,
             lens,
             unfocused,
+            distance,
             conditions,
             sheet: OnceCell::new(),
         };
@@ -135,6 +133,28 @@ impl<'m> LensRequest<'m> {
         self.focus.map(|f| f.film_z).or_else(at_infinity)
     }
 
+    /// Returns the gaps behind the surfaces at a zoom position with the same focus. The last one
+    /// reaches to the film.
+    ///
+    /// # Errors
+    /// Fails if the lens cannot be focused there, or has no image.
+    pub(super) fn gaps_at_zoom(&self, position: usize) -> Result<Vec<f64>> {
+        let unfocused = self.unfocused.at_zoom(position)?;
+        let (lens, focus) = focused(&unfocused, self.choice.method, self.distance)?;
+        let setting = SheetSetting {
+            unfocused: Some(&unfocused),
+            focus: focus.as_ref(),
+            ..self.conditions.clone()
+        };
+        let conjugate = setting.conjugate(&lens).ok_or_else(|| no_image(&lens))?;
+        let surfaces = lens.prescription().surfaces.iter();
+        let mut gaps: Vec<f64> = surfaces.map(|surface| surface.thickness).collect();
+        if let Some(last) = gaps.last_mut() {
+            *last = conjugate.film_z - lens.length();
+        }
+        Ok(gaps)
+    }
+
     /// Warns about the points of `--fields` that get no light.
     fn warn_of_dark_fields(&self) {
         let dark = self.setting().dark_fields(&self.lens);
@@ -145,6 +165,20 @@ impl<'m> LensRequest<'m> {
             print_diagnostic(&Diagnostic::warning(text));
         }
     }
+}
+
+/// Returns the lens focused at a distance, with its focus, if there is a distance.
+fn focused(
+    lens: &Lens,
+    method: FocusMethod,
+    distance: Option<Meters>,
+) -> Result<(Lens, Option<Focus>)> {
+    let Some(distance) = distance else {
+        return Ok((lens.clone(), None));
+    };
+    let focused = lens.focused(method, distance);
+    let (lens, focus) = focused.map_err(|fault| fault.diagnostic(lens.name()))?;
+    Ok((lens, Some(focus)))
 }
 
 /// Returns the error for an output of the image of a lens that has none.
