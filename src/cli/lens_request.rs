@@ -89,7 +89,10 @@ impl<'m> LensRequest<'m> {
         sink.items().iter().for_each(print_diagnostic);
         let mut unfocused = opened?;
         unfocused = match parsed(matches, "wavelength", POSITIVE, positive)? {
-            Some(nm) => unfocused.at_wavelength(wavelength(nm)?),
+            Some(nm) => {
+                warn_of_index(&unfocused, nm);
+                unfocused.at_wavelength(wavelength(nm)?)
+            }
             None => unfocused.at_primary_wavelength(),
         };
         let (lens, focus) = focused(&unfocused, choice.method, distance)?;
@@ -186,6 +189,14 @@ pub(super) fn no_image(lens: &Lens) -> Box<Diagnostic> {
     Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
         .with_help("an afocal lens, or one that lets no light through, has none")
 }
+/// Warns about a wavelength at which the index of a glass is not to be relied on.
+fn warn_of_index(lens: &Lens, nm: f64) {
+    if let Some((_, message)) = lens.prescription().doubtful_index(nm) {
+        let warning = Diagnostic::warning(message);
+        print_diagnostic(&warning.with_help("the glass may be opaque there"));
+    }
+}
+
 
 /// Reads the conditions of the data sheet, without the focus, and the sides of the film.
 fn conditions(matches: &ArgMatches) -> Result<(SheetSetting<'static>, Option<[f64; 2]>)> {

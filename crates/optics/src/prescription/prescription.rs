@@ -171,6 +171,30 @@ impl Prescription {
         self.surfaces.iter().any(|s| s.medium.is_dispersive()) || self.object_medium.is_dispersive()
     }
 
+    /// Makes a wavelength in nanometers the primary one, before those that the file states.
+    pub fn make_primary(&mut self, nm: f64) {
+        let at = self.wavelengths_nm.iter().position(|known| *known == nm);
+        for (list, new) in [
+            (&mut self.wavelengths_nm, nm),
+            (&mut self.wavelength_weights, 1.0),
+        ] {
+            let known = at.filter(|at| *at < list.len());
+            let moved = known.map_or(new, |at| list.remove(at));
+            list.insert(0, moved);
+        }
+        // Weights are those of all wavelengths, or none.
+        if self.wavelength_weights.len() != self.wavelengths_nm.len() {
+            self.wavelength_weights.clear();
+        }
+    }
+
+    /// The place of the first surface in front of a glass whose index at a wavelength in nanometers
+    /// is not to be relied on, and why.
+    pub fn doubtful_index(&self, nm: f64) -> Option<(Span, String)> {
+        let doubt = |s: &Surface| Some((s.span, s.medium.doubt_at(nm)?));
+        self.surfaces.iter().find_map(doubt)
+    }
+
     /// Whether the path or the transmittance depends on the wavelength.
     pub fn is_chromatic(&self) -> bool {
         let tints = |s: &Surface| s.coating == Coating::MagnesiumFluoride;

@@ -38,7 +38,7 @@ use crate::prescription::formats::json_text::{JsonPlaces, parse};
 use crate::prescription::formats::origin::at_zoom_list;
 use crate::prescription::formats::reader::{PrescriptionReader, spelling};
 use crate::prescription::glass::coating::Coating;
-use crate::prescription::glass::medium::{Dispersion, Formula, Medium};
+use crate::prescription::glass::medium::{D_LINE, Dispersion, Formula, Medium};
 use crate::prescription::prescription::{FocusGroup, Iris, Prescription, StatedBeam, ZoomPosition};
 use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface, polynomial};
 
@@ -404,8 +404,14 @@ impl LensJsonReader<'_> {
         if let Some([a, b]) = fields.cauchy.as_deref() {
             medium.dispersion = Dispersion::Cauchy { a: *a, b: *b };
         }
-        if let Some(glass) = fields.indices.as_deref().and_then(index_table::medium) {
-            medium = glass;
+        let table = fields.indices.as_deref().filter(|pairs| pairs.len() > 1);
+        if let Some(glass) = table.and_then(index_table::medium) {
+            // A table that does not reach the d line has no index there.
+            let stated = fields.n_d.or(fields.n);
+            medium = match stated.filter(|_| glass.doubt_at(D_LINE).is_some()) {
+                Some(n_d) => Medium { n_d, ..glass },
+                None => glass,
+            };
         }
         if let Some((formula, k)) = self.curve(i, fields)? {
             let k = std::array::from_fn(|j| k.get(j).copied().unwrap_or(0.0));

@@ -15,7 +15,7 @@ use crate::prescription::formats::apertures::{
     F_NUMBER_TOLERANCE, SystemData, fill, note_f_number,
 };
 use crate::prescription::formats::reading::Reading;
-use crate::prescription::glass::{Medium, named_line};
+use crate::prescription::glass::{D_LINE, Medium, named_line};
 use crate::prescription::prescription::{Column, Prescription, StatedBeam, check, check_count};
 use crate::prescription::surface::Surface;
 use crate::prescription::text::{self, Word};
@@ -278,23 +278,16 @@ pub(super) fn warn_of_image_curvature(place: Span, sink: &mut Sink) {
         .help("curve the film instead: `ivcam render --film-radius`");
 }
 
-/// Warns of a wavelength of the file at which it states no index of a glass that it states by a
-/// table.
+/// Warns of a wavelength of the file, or of the d line without one, at which the index of a glass
+/// is not to be relied on.
 fn warn_of_indices(lens: &Prescription, sink: &mut Sink) {
-    let beyond = |surface: &Surface| {
-        let [low, high] = surface.medium.stated_range()?;
-        // Nominal wavelengths are rounded.
-        let inside = low - 1.0..=high + 1.0;
-        let all = lens.wavelengths_nm.iter();
-        let nm = all.copied().find(|nm| !inside.contains(nm))?;
-        Some((surface.span, nm, [low, high]))
+    let all = match lens.wavelengths_nm.is_empty() {
+        true => &[D_LINE],
+        false => &lens.wavelengths_nm[..],
     };
-    if let Some((place, nm, [low, high])) = lens.surfaces.iter().find_map(beyond) {
-        let message = format!(
-            "the index of a glass at {nm:.0} nm is extrapolated from those at {low:.0} to {high:.0} nm"
-        );
+    if let Some((place, message)) = all.iter().find_map(|nm| lens.doubtful_index(*nm)) {
         sink.warn(place, message)
-            .help("state its index at the wavelengths of the file too");
+            .help("state the wavelengths of the lens, and the index of the glass at them");
     }
 }
 

@@ -441,7 +441,16 @@ fn glass_line(text: &mut String, glass: &Medium, glasses: &Catalogue, left_out: 
         return;
     }
     let abbe = abbe_number(glass).unwrap_or(0.0);
-    if glasses.find(&glass.name) == Some(glass) {
+    let is_same = |known: &Medium| {
+        let measured_nm = known.measured_nm;
+        let glass = glass.clone();
+        *known
+            == Medium {
+                measured_nm,
+                ..glass
+            }
+    };
+    if glasses.find(&glass.name).is_some_and(is_same) {
         let _ = writeln!(text, "  GLAS {} 0 0 {} {abbe}", glass.name, glass.n_d);
         return;
     }

@@ -19,7 +19,7 @@ use crate::prescription::surface::{Curvature, MAX_POWER, Shape, Surface};
 
 const FORMAT: &str = "CODE V's file";
 
-/// The wavelengths of private glasses in nanometers, the longest first: r, C, d, e, F, g and h.
+/// The wavelengths of private glasses in nanometers: r, C, d, e, F, g and h.
 const LINES: [f64; 7] = [
     706.5188, C_LINE, D_LINE, 546.074, F_LINE, 435.8343, 404.6561,
 ];
@@ -52,13 +52,7 @@ pub(super) fn code_v(lens: &Prescription, object: f64) -> Result<(String, Vec<St
     text += "SI 0 0\n";
     zoom_lines(&mut text, lens);
     text += "GO\n";
-    let curves = glasses
-        .private
-        .iter()
-        .filter(|(_, glass)| matches!(glass.dispersion, Dispersion::Catalogue { .. }));
-    left_out.extend(
-        curves.map(|(name, _)| format!("the curve of the glass {name} beyond seven wavelengths")),
-    );
+    left_out.extend(glasses.left_out());
     if lens.surfaces.iter().any(|s| !s.semi_diameter.is_finite()) {
         left_out.push("that some surfaces have no aperture".to_owned());
     }
@@ -256,6 +250,8 @@ fn zoom_lines(text: &mut String, lens: &Prescription) {
 /// The glasses that are written as tables, with their names.
 struct Glasses {
     private: Vec<(String, Medium)>,
+    /// The wavelengths of the lens in nanometers.
+    waves: Vec<f64>,
 }
 
 impl Glasses {
@@ -281,7 +277,40 @@ impl Glasses {
             };
             private.push((name, medium.clone()));
         }
-        Self { private }
+        let waves = wavelengths(lens).0.into_iter().map(|[nm, _]| nm).collect();
+        Self { private, waves }
+    }
+
+    /// The wavelengths of a glass's table, the longest first. Those of a curve are the lens's own,
+    /// and the visible lines or the one in the infrared where the glass has its index.
+    fn lines(&self, glass: &Medium) -> Vec<f64> {
+        let nominal = glass.nominal_nm();
+        let usual = match nominal == D_LINE {
+            true => LINES.to_vec(),
+            false => vec![nominal],
+        };
+        let mut lines = match &glass.dispersion {
+            Dispersion::None => vec![D_LINE],
+            Dispersion::ThreeLines { .. } => vec![C_LINE, D_LINE, F_LINE],
+            Dispersion::Table { lines } => lines.iter().map(|(nm, _)| *nm).collect(),
+            _ => [&usual[..], &self.waves].concat(),
+        };
+        lines.sort_by(|a, b| b.total_cmp(a));
+        lines.dedup();
+        lines
+    }
+
+    /// What the tables leave out of curves.
+    fn left_out(&self) -> impl Iterator<Item = String> {
+        let is_curve = |glass: &Medium| matches!(glass.dispersion, Dispersion::Catalogue { .. });
+        let curves = self
+            .private
+            .iter()
+            .filter(move |(_, glass)| is_curve(glass));
+        curves.map(|(name, glass)| {
+            let count = self.lines(glass).len();
+            format!("the curve of the glass {name} beyond {count} wavelengths")
+        })
     }
 
     /// The section of private glasses.
@@ -291,12 +320,7 @@ impl Glasses {
         }
         let mut text = String::from("PRV\n");
         for (name, glass) in &self.private {
-            let lines = match &glass.dispersion {
-                Dispersion::None => vec![D_LINE],
-                Dispersion::ThreeLines { .. } => vec![C_LINE, D_LINE, F_LINE],
-                Dispersion::Table { lines } => lines.iter().rev().map(|(nm, _)| *nm).collect(),
-                _ => LINES.to_vec(),
-            };
+            let lines = self.lines(glass);
             let words = |values: &mut dyn Iterator<Item = f64>| {
                 let words: Vec<String> = values.map(|v| v.to_string()).collect();
                 words.join(" ")

@@ -1,5 +1,6 @@
 //! Reads glass catalogues in Zemax's format: an `NM` line has the name and the formula of a glass,
-//! a `CD` line the coefficients. Prices, transmission and thermal data are skipped.
+//! a `CD` line the coefficients, an `LD` line the range of wavelengths. Prices, transmission and
+//! thermal data are skipped.
 
 use std::sync::Arc;
 
@@ -20,6 +21,12 @@ pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
             Some("CD") => {
                 if let Some((name, formula)) = open.take() {
                     glasses.push(glass(source, name, formula, &words[1..])?);
+                }
+            }
+            Some("LD") => {
+                if let (Some(glass), [_, low, high, ..]) = (glasses.last_mut(), &words[..]) {
+                    let micrometers = [low.number(source)?, high.number(source)?];
+                    glass.measured_nm = Some(micrometers.map(|um| 1e3 * um));
                 }
             }
             _ => {}
@@ -107,5 +114,15 @@ mod tests {
                 .message
                 .contains("not a glass catalogue")
         );
+    }
+
+    #[test]
+    fn the_index_of_a_glass_is_doubted_beyond_the_wavelengths_of_its_catalogue() {
+        let text = "NM A 2 0 1.5168 64.17\nCD 1.03961212 0.00600069867 0.231792344 \
+                    0.0200179144 1.01046945 103.560653\nLD 0.4 0.7\n";
+        let glass = &parse(text).unwrap()[0];
+        assert_eq!(glass.doubt_at(600.0), None);
+        let doubt = glass.doubt_at(1500.0).unwrap();
+        assert!(doubt.contains("those at 400 to 700 nm"), "{doubt}");
     }
 }

@@ -119,6 +119,19 @@ impl Formula {
         .find(|f| *f as u32 == number)
     }
 
+    /// The wavelength in nanometers of the index that a glass has as its `n_d`: the d line, or for
+    /// a glass that is opaque there the first of some in the infrared at which the formula has an
+    /// index.
+    fn nominal_nm(self, coefficients: &[f64; 10]) -> Option<f64> {
+        // Where a glass is opaque its formula may have any value.
+        let index = |nm: f64| self.index(coefficients, nm * 1e-3);
+        let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(index);
+        let is_visible = (1.0..3.0).contains(&d) && f >= d && d >= c;
+        let has_index = |nm: &f64| (1.0..10.0).contains(&index(*nm));
+        let infrared = || INFRARED.into_iter().find(has_index);
+        is_visible.then_some(D_LINE).or_else(infrared)
+    }
+
     /// The index at a wavelength in micrometers; NaN where the formula has no real value.
     pub(crate) fn index(self, k: &[f64; 10], um: f64) -> f64 {
         let l2 = um * um;
@@ -153,8 +166,8 @@ impl Formula {
     }
 }
 
-/// The wavelengths, in micrometers, at which a glass that is opaque at the d line gets its index.
-const INFRARED: [f64; 3] = [4.0, 10.0, 1.5];
+/// The wavelengths, in nanometers, at which a glass that is opaque at the d line gets its index.
+const INFRARED: [f64; 3] = [4000.0, 10_000.0, 1500.0];
 
 /// The index at a wavelength by a table, the shortest wavelength first: the polynomial in 1/λ²
 /// through the two lines on either side, or the last four at an end, or all of a shorter table.
@@ -188,6 +201,9 @@ pub struct Medium {
     pub n_d: f64,
     /// The name in the file, if the table does not have it and another glass takes its place.
     pub stands_for: Option<Box<str>>,
+    /// The shortest and the longest wavelength, in nanometers, at which the index was measured that
+    /// a formula has, if they are known.
+    pub measured_nm: Option<[f64; 2]>,
     /// The dependence of the index on the wavelength.
     pub dispersion: Dispersion,
 }
@@ -204,6 +220,7 @@ impl Medium {
             name: String::new(),
             n_d,
             stands_for: None,
+            measured_nm: None,
             dispersion: Dispersion::None,
         }
     }
@@ -256,14 +273,8 @@ impl Medium {
     /// A glass by a catalogue's formula; none if the formula has no index at the d line or at the
     /// first of some wavelengths in the infrared.
     pub(crate) fn from_formula(formula: Formula, coefficients: [f64; 10]) -> Option<Self> {
-        // Where a glass is opaque its formula may have any value.
-        let index = |um| formula.index(&coefficients, um);
-        let is_index = |n: &f64| (1.0..10.0).contains(n);
-        let [f, d, c] = [F_LINE, D_LINE, C_LINE].map(|nm| index(nm * 1e-3));
-        let is_visible = (1.0..3.0).contains(&d) && f >= d && d >= c;
-        let visible = is_visible.then_some(d);
-        let infrared = || INFRARED.into_iter().map(index).find(is_index);
-        let n_d = visible.or_else(infrared)?;
+        let nm = formula.nominal_nm(&coefficients)?;
+        let n_d = formula.index(&coefficients, nm * 1e-3);
         let dispersion = Dispersion::Catalogue {
             formula,
             coefficients,
@@ -285,12 +296,73 @@ impl Medium {
         }
     }
 
-    /// The shortest and the longest wavelength, in nanometers, at which the index is stated; none
-    /// of a medium that is known by a formula or by n_d and V_d.
-    pub(crate) fn stated_range(&self) -> Option<[f64; 2]> {
+    /// A glass by its indices at wavelengths in nanometers, the shortest first, none of which is at
+    /// or near the d line: its `n_d` is its index in the infrared, or that of the nearest
+    /// wavelength.
+    pub(crate) fn from_distant_table(lines: &[(f64, f64)]) -> Option<Self> {
+        let (first, last) = (lines.first()?, lines.last()?);
+        let reaches = |nm: &f64| (first.0..=last.0).contains(nm);
+        let nearest = if first.0 > D_LINE { first } else { last };
+        let nm = INFRARED.into_iter().find(reaches).unwrap_or(nearest.0);
+        Some(Self::from_table(tabulated(lines, nm), lines))
+    }
+
+    /// The wavelength in nanometers of the index `n_d`: the d line, or one in the infrared of a
+    /// glass that is opaque there.
+    pub(crate) fn nominal_nm(&self) -> f64 {
+        let stated = match &self.dispersion {
+            Dispersion::Catalogue {
+                formula,
+                coefficients,
+            } => formula.nominal_nm(coefficients),
+            _ => None,
+        };
+        stated.unwrap_or(D_LINE)
+    }
+
+    /// Why the index at a wavelength in nanometers is not to be relied on, if it is not: it lies
+    /// beyond the stated or measured ones, or a formula has a value there that no glass has.
+    pub(crate) fn doubt_at(&self, nm: f64) -> Option<String> {
+        if let Some([low, high]) = self.stated_range() {
+            // Nominal wavelengths are rounded.
+            return (!(low - 1.0..=high + 1.0).contains(&nm)).then(|| {
+                format!(
+                    "the index of a glass at {nm:.0} nm is extrapolated from those at {low:.0} to \
+                     {high:.0} nm"
+                )
+            });
+        }
+        let Dispersion::Catalogue {
+            formula,
+            coefficients,
+        } = &self.dispersion
+        else {
+            return None;
+        };
+        let index = formula.index(coefficients, nm * 1e-3);
+        // Where a glass is clear, its index falls with the wavelength, and by less than this: that
+        // of calcium fluoride has 0.75 of its n_d - 1 at 9 µm, that of SF57 1.13 at 365 nm.
+        let share = (index - 1.0) / (self.n_d - 1.0);
+        let is_clear = match nm < self.nominal_nm() {
+            true => (1.0 - 1e-9..1.4).contains(&share),
+            false => (0.7..1.0 + 1e-9).contains(&share),
+        };
+        (!is_clear).then(|| {
+            format!(
+                "the formula of the glass `{}` is not valid at {nm:.0} nm: its index there is \
+                 {index:.3}",
+                self.name
+            )
+        })
+    }
+
+    /// The shortest and the longest wavelength, in nanometers, at which the index is stated or was
+    /// measured; none if that is not known.
+    fn stated_range(&self) -> Option<[f64; 2]> {
         match &self.dispersion {
             Dispersion::ThreeLines { .. } => Some([F_LINE, C_LINE]),
             Dispersion::Table { lines } => Some([lines.first()?.0, lines.last()?.0]),
+            Dispersion::Catalogue { .. } => self.measured_nm,
             _ => None,
         }
     }
@@ -486,6 +558,25 @@ mod tests {
         let lines = Medium::from_lines(cauchy.index(F_LINE), 1.7, cauchy.index(C_LINE));
         for nm in [400.0, F_LINE, 550.0, D_LINE, C_LINE, 700.0] {
             assert!((lines.index(nm) - cauchy.index(nm)).abs() < 1e-12);
+        }
+    }
+
+    /// N-BK7 is opaque below 0.29 and above 2.7 µm by its maker's data sheet.
+    #[test]
+    fn a_formula_is_doubted_where_no_glass_is_clear() {
+        let table = crate::prescription::glass::Catalogue::builtin();
+        let is_doubted = |name: &str, nm: f64| table.find(name).unwrap().doubt_at(nm).is_some();
+        for nm in [150.0, 8000.0, 12_000.0] {
+            assert!(is_doubted("N-BK7", nm), "{nm} nm");
+        }
+        for nm in [300.0, D_LINE, 1550.0, 2500.0] {
+            assert!(!is_doubted("N-BK7", nm), "{nm} nm");
+        }
+        assert!(!is_doubted("CAF2", 8000.0) && !is_doubted("GERMANIUM", 10_000.0));
+        for glass in table.glasses().filter(|glass| glass.nominal_nm() == D_LINE) {
+            for nm in [F_LINE, D_LINE, C_LINE] {
+                assert_eq!(glass.doubt_at(nm), None);
+            }
         }
     }
 }

@@ -46,18 +46,10 @@ pub(super) fn with_private(
             // 587.6 is the d line, so that a table of three lines reaches them all.
             let lines = wavelengths.iter().map(|nm| named_line(*nm));
             let table: Vec<(f64, f64)> = lines.zip(file.numbers(words)?).collect();
-            let glass = match (index_table::medium(&table), &table[..]) {
-                (Some(glass), _) => glass,
-                (None, [(_, n)]) => Medium::constant(*n),
-                (None, _) => {
-                    let name = format!("the glass `{}`", name.text);
-                    let message = format!("{name} has no index at the d line (587.56 nm)");
-                    return Err(file.refuse(
-                        command[0].span,
-                        message,
-                        "`PWL` lists the wavelengths, in nanometers",
-                    ));
-                }
+            let Some(glass) = index_table::medium(&table) else {
+                let message = format!("the glass `{}` has no index at a wavelength", name.text);
+                let help = "`PWL` lists the wavelengths, in nanometers";
+                return Err(file.refuse(name.span, message, help));
             };
             options.glasses.add([glass.named(name.text)]);
         }

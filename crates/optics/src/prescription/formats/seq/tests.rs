@@ -180,7 +180,7 @@ fn zoom_positions_may_change_gaps_and_the_stop() {
 
 /// The lines of N-BK7 rounded as catalogues print wavelengths, and none of them in the visible.
 #[test]
-fn a_private_glass_needs_the_d_line_only() {
+fn a_private_glass_has_its_indices_at_any_wavelengths() {
     let text = |table: &str| {
         format!("RDM\nPRV\n{table}\nEND\nSO 0 1e9\nS 50 5 'G'\n STO\n CIR 9\nS -80 60\nSI 0 0\n")
     };
@@ -193,8 +193,16 @@ fn a_private_glass_needs_the_d_line_only() {
     let sparse =
         glass("PWL 404.7 486.1 546.1 643.8 706.5\n'G' 1.46961 1.46313 1.46008 1.45670 1.45515");
     assert!((sparse.unwrap().n_d - 1.458464).abs() < 1e-5);
-    let error = glass("PWL 1550 1310\n'G' 1.44 1.45").unwrap_err();
-    assert!(error.message.contains("`G` has no index"), "{error}");
+    // Of the infrared alone, it has the index that is nearest to the line.
+    let infrared = "PWL 1310 1064\n'G' 1.44 1.45";
+    assert_eq!(glass(infrared).unwrap().n_d, 1.45);
+    let warned = warnings(&text(infrared));
+    assert!(
+        warned
+            .iter()
+            .any(|m| m.contains("at 588 nm is extrapolated")),
+        "{warned:?}"
+    );
 }
 
 fn warnings(text: &str) -> Vec<String> {
