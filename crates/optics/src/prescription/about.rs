@@ -10,6 +10,11 @@
 //! # f-number: 2
 //! # source: US 2,673,491 (A. W. Tronnier)
 //! ```
+//!
+//! Lengths are in millimeters if they have no unit; the height of the image is then in the unit of
+//! the file.
+
+use ivcam_base::math::LengthUnit;
 
 use crate::prescription::prescription::Prescription;
 
@@ -59,15 +64,15 @@ pub struct About {
 impl About {
     /// The design data in the comments of a prescription, and what its format states of the field.
     pub fn of(lens: &Prescription) -> Self {
-        let mut about = Self::of_notes(&lens.notes);
+        let mut about = Self::of_notes(&lens.notes, 1.0);
         about.image_height = lens.image_height.or(about.image_height);
         let by_format = lens.half_field.map(|half| 2.0 * half);
         about.field_degrees = about.field_degrees.or(by_format);
         about
     }
 
-    /// The design data in comments.
-    pub(crate) fn of_notes(notes: &[String]) -> Self {
+    /// The design data in comments of a file whose unit is `unit` millimeters.
+    pub(crate) fn of_notes(notes: &[String], unit: f64) -> Self {
         let mut about = Self::default();
         for note in notes {
             let (key, value) = note.split_once(": ").unwrap_or(("", note));
@@ -76,13 +81,15 @@ impl About {
                 "name" => about.title = text,
                 "kind" => about.kind = text,
                 "year" => about.year = text,
-                "field" => (about.field, about.field_degrees) = (text, number(value)),
+                "field" => (about.field, about.field_degrees) = (text, degrees(value)),
                 "focal length" => {
-                    (about.focal_length, about.focal_length_mm) = (text, number(value));
+                    (about.focal_length, about.focal_length_mm) = (text, millimeters(value, 1.0));
                 }
-                "nominal" => about.nominal_mm = number(value).filter(|f| *f > 0.0),
-                "f-number" => about.f_number = number(value),
-                "image height" => about.image_height = number(value).filter(|h| *h > 0.0),
+                "nominal" => about.nominal_mm = millimeters(value, 1.0).filter(|f| *f > 0.0),
+                "f-number" => about.f_number = number(value).map(|(number, _)| number),
+                "image height" => {
+                    about.image_height = millimeters(value, unit).filter(|h| *h > 0.0);
+                }
                 "source" => about.source = text,
                 "note" => about.notes.push(value.to_owned()),
                 _ => about.notes.push(note.clone()),
@@ -92,10 +99,58 @@ impl About {
     }
 }
 
-/// The first word as a number; none if it is not a finite number.
-fn number(text: &str) -> Option<f64> {
+/// The finite number at the beginning of a text, and the text behind it, where its unit is.
+fn number(text: &str) -> Option<(f64, &str)> {
+    let text = text.trim_start();
     let word = text.split_whitespace().next()?;
-    word.parse().ok().filter(|v: &f64| v.is_finite())
+    let end = match word.parse::<f64>() {
+        Ok(_) => word.len(),
+        Err(_) => word.find(|c: char| c.is_alphabetic() || c == '\u{b0}')?,
+    };
+    let number = word[..end].parse().ok().filter(|v: &f64| v.is_finite())?;
+    Some((number, text[end..].trim_start()))
+}
+
+/// The length in millimeters at the beginning of a text. Without a unit it is in `unit`.
+pub(crate) fn millimeters(text: &str, unit: f64) -> Option<f64> {
+    let (number, rest) = number(text)?;
+    let mut words = rest.split_whitespace();
+    let word = words
+        .next()
+        .unwrap_or("")
+        .trim_end_matches([',', ';', '.', ')']);
+    // `100 in the patent` is no number of inches.
+    let is_unit = !word.eq_ignore_ascii_case("in") || words.next().is_none();
+    let stated = LengthUnit::parse(&word.to_ascii_lowercase()).filter(|_| is_unit);
+    Some(number * stated.map_or(unit, LengthUnit::millimeters))
+}
+
+/// The name of the unit that a comment such as `units: cm` or `Units in` states. Without a colon it
+/// may be a sentence, so the name has to be that of a unit.
+pub(crate) fn stated_unit(note: &str) -> Option<String> {
+    let words = note.replace([':', '='], " : ");
+    let words: Vec<&str> = words.split_whitespace().collect();
+    let (key, name) = words.split_first()?;
+    let is_key = ["unit", "units"]
+        .iter()
+        .any(|word| key.eq_ignore_ascii_case(word));
+    let stated = match name {
+        [":", name @ ..] => name.join(" "),
+        [name] => LengthUnit::parse(&name.to_ascii_lowercase()).map(|_| (*name).to_owned())?,
+        _ => return None,
+    };
+    is_key.then_some(stated)
+}
+
+/// The angle in degrees at the beginning of a text, which may be in radians.
+fn degrees(text: &str) -> Option<f64> {
+    let (number, rest) = number(text)?;
+    let is_radians = rest.to_ascii_lowercase().starts_with("rad");
+    Some(if is_radians {
+        number.to_degrees()
+    } else {
+        number
+    })
 }
 
 #[cfg(test)]

@@ -184,7 +184,7 @@ impl<'a> PrescriptionReader<'a> {
         warn_of_indices(&lens, sink);
         let mut lens = if unit == 1.0 { lens } else { lens.scaled(unit) };
         // A comment's height must follow the lens when that is scaled.
-        let noted = || About::of_notes(&lens.notes).image_height;
+        let noted = || About::of_notes(&lens.notes, 1.0).image_height;
         lens.image_height = lens.image_height.or_else(noted);
         Ok(lens)
     }

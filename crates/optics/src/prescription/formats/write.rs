@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 
-use crate::prescription::about::{About, KEYS};
+use crate::prescription::about::{About, KEYS, stated_unit};
 use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::dat::{NOMINAL_F_NUMBER, NOMINAL_FOCAL_LENGTH};
 use crate::prescription::formats::write_seq::code_v;
@@ -156,7 +156,7 @@ fn notes(lens: &Prescription) -> Vec<String> {
     let has_its_size = is_near(about.focal_length_mm, efl, NOMINAL_FOCAL_LENGTH);
     let has_its_stop = is_near(about.f_number, optics.f_number(), NOMINAL_F_NUMBER);
     let note = |note: &String| match note.split(':').next().unwrap_or(note) {
-        "units" => None,
+        _ if stated_unit(note).is_some() => None,
         "focal length" | "nominal" if !has_its_size => None,
         "f-number" if !has_its_stop => None,
         "image height" => about
@@ -245,7 +245,7 @@ fn beyond_columns(surface: &Surface, before: &Medium) -> Option<&'static str> {
 
 /// The comments for the field that a file states by numbers of its format.
 fn field_comments(lens: &Prescription) -> Vec<String> {
-    let about = About::of_notes(&lens.notes);
+    let about = About::of_notes(&lens.notes, 1.0);
     let field = lens.half_field.filter(|_| about.field_degrees.is_none());
     let height = lens.image_height.filter(|_| about.image_height.is_none());
     let field = field.map(|half| format!("field: {} degrees", 2.0 * half));

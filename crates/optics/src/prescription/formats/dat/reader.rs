@@ -2,7 +2,7 @@
 
 use ivcam_base::diag::{Result, Sink, Span};
 
-use crate::prescription::about::About;
+use crate::prescription::about::{About, millimeters, stated_unit};
 use crate::prescription::formats::apertures::{SystemData, fill, note_f_number};
 use crate::prescription::formats::dat::columns::{self, TableHeading};
 use crate::prescription::formats::dat::gap::{self, Candidate, Stated};
@@ -44,14 +44,14 @@ pub(super) fn read(file: PrescriptionReader<'_>, sink: &mut Sink) -> Result<Pres
     } = table(file.text());
     file.check_count(rows.len())?;
     let rows = parsed_rows(file, &rows, heading.as_ref())?;
-    let unit = unit(file)?;
-    let beam = beam(file, &notes, &rows)?;
+    let unit = unit(file, &notes)?;
+    let beam = beam(file, &notes, &rows, unit)?;
     let stated = Stated {
         heading: heading.as_ref().and_then(|h| h.gap),
         focal_length: stated_focal_length(&notes).map(|(f, _)| f / unit),
     };
     let Candidate { gap, mut lens } = candidate(file, &rows, &notes, beam, stated, unit, sink);
-    lens.image_height = About::of(&lens).image_height;
+    lens.image_height = beam.image_height;
     if !heading.is_some_and(|h| h.diameters_are_certain) {
         double_semi_diameters(&mut lens, rows.first().map(|row| row.spans[3]), sink);
     }
@@ -79,19 +79,25 @@ fn is_open(row: &LensRow) -> bool {
     row.diameter.is_infinite()
 }
 
-/// The beam that the comments state, which gives rows their apertures where they have none.
+/// The beam that the comments state, which gives rows their apertures where they have none. Its
+/// lengths are in the file's unit, of `unit` millimeters.
 ///
 /// # Errors
 ///
 /// Returns an error if a row needs the beam and the comments do not state it.
-fn beam(file: PrescriptionReader<'_>, notes: &[String], rows: &[LensRow]) -> Result<SystemData> {
-    let about = About::of_notes(notes);
+fn beam(
+    file: PrescriptionReader<'_>,
+    notes: &[String],
+    rows: &[LensRow],
+    unit: f64,
+) -> Result<SystemData> {
+    let about = About::of_notes(notes, unit);
     let f_number = stated_f_number(notes);
     let beam = SystemData {
         f_number: f_number.map(|(value, _)| value),
         stated: f_number.map(|(_, note)| file.find(note)),
         half_field: 0.5 * about.field_degrees.unwrap_or(0.0).abs(),
-        image_height: about.image_height,
+        image_height: about.image_height.map(|height| height / unit),
         ..SystemData::default()
     };
     let has_field = beam.half_field > 0.0 || beam.image_height.is_some();
@@ -236,10 +242,14 @@ fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
         let (before, after) = text.split_once("focal length")?;
         let is_another =
             before.trim_end().ends_with("back") || before.trim_end().ends_with("front");
-        let number = after
-            .split(|c: char| !matches!(c, '0'..='9' | '.'))
-            .find_map(|word| word.parse::<f64>().ok());
-        number.filter(|f| *f > 0.0 && !is_another)
+        let at = after.find(|c: char| c.is_ascii_digit())?;
+        let word = after[at..].split_whitespace().next().unwrap_or("");
+        // Of a zoom lens, `70-200 mm`, it is the shortest.
+        let stated = match word.split_once(['-', '\u{2013}']) {
+            Some((shortest, _)) => millimeters(shortest, 1.0),
+            None => millimeters(&after[at..], 1.0),
+        };
+        stated.filter(|f| *f > 0.0 && !is_another)
     };
     notes.iter().find_map(|note| Some((stated(note)?, &**note)))
 }
@@ -292,13 +302,12 @@ fn warn_of_focal_length(
     }
 }
 
-/// The length in millimeters of the unit that a comment such as `units: cm` names.
-fn unit(file: PrescriptionReader<'_>) -> Result<f64> {
-    let Some(at) = file.text().find("# units:") else {
-        return Ok(1.0);
-    };
-    let stated = file.text()[at + 8..].lines().next().unwrap_or("");
-    file.unit(stated.trim(), Span::new(at, at + 8 + stated.len()))
+/// The length in millimeters of the unit that the comments state.
+fn unit(file: PrescriptionReader<'_>, notes: &[String]) -> Result<f64> {
+    let stated = notes
+        .iter()
+        .find_map(|note| Some((note, stated_unit(note)?)));
+    stated.map_or(Ok(1.0), |(note, name)| file.unit(&name, file.find(note)))
 }
 
 /// Whether a comment that names no known columns is a heading all the same.

@@ -51,8 +51,68 @@ fn a_comment_may_name_the_unit() {
     let error = lens("ells").unwrap_err();
     assert_eq!(
         (place(&error), &*error.message),
-        ((1, 1), "`ells` is not a unit of length")
+        ((1, 3), "`ells` is not a unit of length")
     );
+}
+
+#[test]
+fn the_comment_of_the_unit_may_be_in_any_case_and_without_blanks() {
+    for comment in [
+        "# Units: in",
+        "# UNITS: IN",
+        "#units:in",
+        "#  units :  in",
+        "# units in",
+        "# Unit = inches",
+    ] {
+        let lens = parse(&format!("{comment}\n5 0.3 1.5 2\n-5 0 1 2\n"))
+            .0
+            .unwrap();
+        assert!(
+            (lens.surfaces[0].thickness - 7.62).abs() < 1e-12,
+            "{comment}"
+        );
+    }
+    // A sentence is no unit.
+    let lens = parse("# units unknown\n5 0.3 1.5 2\n-5 0 1 2\n").0.unwrap();
+    assert_eq!(lens.surfaces[0].thickness, 0.3);
+}
+
+#[test]
+fn a_length_of_a_comment_is_in_its_own_unit_or_in_that_of_the_file() {
+    for (unit, height, expected) in [
+        ("cm", "21.6 mm", 21.6),
+        ("cm", "2.16", 21.6),
+        ("cm", "0.85 in", 21.59),
+        ("mm", "2.16 cm", 21.6),
+        ("mm", "21.6mm", 21.6),
+        ("mm", "21.6", 21.6),
+        ("mm", "21.6 in the patent", 21.6),
+    ] {
+        let text = format!("# units: {unit}\n# image height: {height}\n5 0.3 1.5 2\n-5 0 1 2\n");
+        let found = parse(&text).0.unwrap().image_height.unwrap();
+        assert!((found - expected).abs() < 1e-9, "{unit}, {height}: {found}");
+    }
+}
+
+#[test]
+fn a_stated_focal_length_may_be_in_another_unit_and_a_field_in_radians() {
+    let rows = "100 5 1.5 20\n-100 5 1 20\n0 90 0 19\n";
+    let warned = |comment: &str| {
+        let (lens, sink) = parse(&format!("# {comment}\n{rows}"));
+        assert!(lens.is_ok());
+        sink.items()
+            .iter()
+            .any(|d| d.message.contains("states a focal length"))
+    };
+    // 1/f = 0.5 (2/100 - 0.5 * 5/(1.5 * 100 * 100)).
+    assert!(!warned("focal length: 10.08 cm") && !warned("Focal length = 3.97 in"));
+    assert!(warned("focal length: 10.08") && warned("focal length: 8 cm"));
+    let lens = parse(&format!("# field: 0.5 rad\n{rows}")).0.unwrap();
+    let field = crate::prescription::about::About::of(&lens)
+        .field_degrees
+        .unwrap();
+    assert!((field - 28.6479).abs() < 1e-4);
 }
 
 #[test]
