@@ -61,6 +61,16 @@ const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C 
                       sellmeier formula coefficients indices semi_diameter a obstruction stop mirror k radial_poly R_x c_x \
                       coating decenter tilt decenter_after tilt_after focal_length outline";
 
+/// The names of the fields of [`LensFields`], and of those beside them; the design data of
+/// [`KEYS`] may follow.
+const LENS_FIELDS: &str = "schema name title note surfaces units n_object object_medium h_max half_field_deg \
+                           entrance_pupil image_f_number wavelengths_nm wavelength_weights coating \
+                           iris zoom focus_group";
+
+/// The names of the fields of [`IrisFields`] and of [`ZoomFields`].
+const IRIS_FIELDS: &str = "blades outline rotation_deg";
+const ZOOM_FIELDS: &str = "name gaps stop";
+
 /// The names of the fields of each column of the table.
 const COLUMNS: [&[&str]; 4] = [
     &["R", "radius", "c"],
@@ -162,6 +172,113 @@ struct SurfaceFields {
     outline: Option<Vec<[f64; 2]>>,
 }
 
+/// Why a field has no effect beside the others of a surface.
+const FLAT: &str = "a surface of this kind has no curvature";
+const NO_PROFILE: &str = "a surface of this kind has no aspheric profile";
+const OF_TOROID: &str = "it is that of a toroid";
+
+/// A field of a surface, whether it is there and has no effect, and why.
+type IdleField = (&'static str, fn(&SurfaceFields) -> bool, &'static str);
+
+/// The fields that may have no effect.
+const IDLE: [IdleField; 17] = [
+    ("R", |s| s.is_flat() && is_given(s.r), FLAT),
+    ("radius", |s| s.is_flat() && is_given(s.radius), FLAT),
+    ("c", |s| s.is_flat() && is_given(s.c), FLAT),
+    ("curvature", |s| s.is_flat() && is_given(s.curvature), FLAT),
+    ("k", |s| s.has_no_profile() && is_given(s.k), NO_PROFILE),
+    (
+        "radial_poly",
+        |s| s.has_no_profile() && s.radial_poly.is_some(),
+        NO_PROFILE,
+    ),
+    (
+        "A4_A6_..",
+        |s| s.has_no_profile() && s.even_terms.is_some(),
+        NO_PROFILE,
+    ),
+    (
+        "R_x",
+        |s| !s.is(&["toroid"]) && is_given(s.radius_x),
+        OF_TOROID,
+    ),
+    (
+        "c_x",
+        |s| !s.is(&["toroid"]) && is_given(s.curvature_x),
+        OF_TOROID,
+    ),
+    (
+        "focal_length",
+        |s| !s.is(&["thin_lens"]) && s.focal_length.is_some(),
+        "it is that of a `thin_lens`",
+    ),
+    (
+        "n_F",
+        |s| s.n_f.is_some() && s.n_c.is_none(),
+        "there is no `n_C`",
+    ),
+    (
+        "n_C",
+        |s| s.n_c.is_some() && s.n_f.is_none(),
+        "there is no `n_F`",
+    ),
+    (
+        "cauchy",
+        |s| s.cauchy.as_ref().is_some_and(|k| k.len() != 2),
+        "it has two coefficients",
+    ),
+    (
+        "sellmeier",
+        |s| s.sellmeier.as_ref().is_some_and(|k| k.len() != 6),
+        "it has six coefficients",
+    ),
+    (
+        "formula",
+        |s| s.formula.is_some() && !s.has_coefficients(),
+        "there are no `coefficients`",
+    ),
+    (
+        "coefficients",
+        |s| s.formula.is_none() && s.has_coefficients(),
+        "there is no `formula`",
+    ),
+    (
+        "indices",
+        |s| s.indices.as_ref().is_some_and(|pairs| pairs.len() < 2),
+        "a curve has two pairs or more",
+    ),
+];
+
+impl SurfaceFields {
+    fn is(&self, kinds: &[&str]) -> bool {
+        kinds.contains(&self.kind.as_deref().unwrap_or(""))
+    }
+
+    fn is_flat(&self) -> bool {
+        self.is(&["plane", "thin_lens"])
+    }
+
+    fn has_no_profile(&self) -> bool {
+        self.is(&["cyl_x", "cyl_y", "thin_lens"])
+    }
+
+    fn has_coefficients(&self) -> bool {
+        self.coefficients.as_ref().is_some_and(|k| !k.is_empty())
+    }
+}
+
+/// Whether a number is there and is not 0, which is that of a field that is not there.
+fn is_given(value: Option<f64>) -> bool {
+    value.is_some_and(|v| v != 0.0 && v.is_finite())
+}
+
+/// The fields of an object that are not known.
+fn unknown<'a>(object: &'a Value, known: &[&str]) -> impl Iterator<Item = &'a str> {
+    let names = object.as_object().into_iter().flatten();
+    let names = names.map(|(name, _)| name.as_str());
+    names.filter(|name| !known.contains(name))
+}
+
 /// The name of a field of the wrong type, and the type that it should have.
 type WrongField<'a> = (&'a str, String);
 
@@ -235,9 +352,11 @@ impl LensJsonReader<'_> {
         if schema.is_none() {
             self.refuse_foreign(root, rows)?;
         }
+        self.warn_of_unknown_lens_fields(root, sink);
         for (i, row) in rows.iter().enumerate() {
             let surface = self.surface(i, row, draft.medium(), coating)?;
             self.warn_of_unknown_fields(i, row, sink);
+            self.warn_of_idle_fields(i, row, sink)?;
             draft.push(surface, self.places.columns(i, COLUMNS));
         }
         draft.lens.notes = notes(root);
@@ -368,16 +487,44 @@ impl LensJsonReader<'_> {
         })
     }
 
-    /// Warns of an unknown field, which is probably misspelt.
+    /// Warns of unknown fields of a surface, which are probably misspelt.
     fn warn_of_unknown_fields(&self, i: usize, row: &Value, sink: &mut Sink) {
         let known: Vec<&str> = FIELDS.split(' ').collect();
-        for (name, _) in row.as_object().into_iter().flatten() {
-            if !known.contains(&name.as_str()) && !name.starts_with("A4") {
-                let message = format!("surface {i}: there is no field `{name}`; it is not read");
-                sink.warn(self.places.value(i, &[name]), message)
+        for name in unknown(row, &known).filter(|name| !name.starts_with("A4")) {
+            let message = format!("surface {i}: there is no field `{name}`; it is not read");
+            sink.warn(self.places.value(i, &[name]), message)
+                .help(spelling(name, "fields", &known));
+        }
+    }
+
+    /// Warns of unknown fields beside the surfaces, of the iris and of zoom positions.
+    fn warn_of_unknown_lens_fields(&self, root: &Value, sink: &mut Sink) {
+        let own: Vec<&str> = LENS_FIELDS.split(' ').chain(KEYS).collect();
+        let iris = root.get("iris").map(|iris| (iris, IRIS_FIELDS));
+        let zoom = root.get("zoom").and_then(Value::as_array);
+        let zoom = zoom.into_iter().flatten().map(|zoom| (zoom, ZOOM_FIELDS));
+        let inner = iris.into_iter().chain(zoom);
+        let inner = inner.map(|(object, names)| (object, names.split(' ').collect()));
+        for (object, known) in std::iter::once((root, own)).chain(inner) {
+            for name in unknown(object, &known) {
+                let message = format!("there is no field `{name}`; it is not read");
+                sink.warn(self.file.find(&format!("\"{name}\"")), message)
                     .help(spelling(name, "fields", &known));
             }
         }
+    }
+
+    /// Warns of fields that have no effect beside the others of a surface.
+    fn warn_of_idle_fields(&self, i: usize, row: &Value, sink: &mut Sink) -> Result<()> {
+        let Some(row) = row.as_object() else {
+            return Ok(());
+        };
+        let fields = self.fields(i, row)?;
+        for (name, _, why) in IDLE.iter().filter(|(_, is_idle, _)| is_idle(&fields)) {
+            let message = format!("surface {i}: `{name}` is not read: {why}");
+            sink.warn(self.places.value(i, &[name]), message);
+        }
+        Ok(())
     }
 
     /// The medium behind a surface. A stop without an index, or with 0, keeps the medium in front
@@ -645,6 +792,73 @@ mod tests {
         assert_eq!((lens.stop(), lens.surfaces[3].medium.n_d), (Some(3), 1.5));
         assert_eq!(lens.surfaces[4].semi_diameter, f64::INFINITY);
         assert!(matches!(lens.surfaces[5].shape, Shape::Toroid { .. }));
+    }
+
+    #[test]
+    fn a_field_that_has_no_effect_is_named() {
+        let warned = |text: &str| {
+            let source = &Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
+            let (options, mut sink) = (&Reading::default(), Sink::new());
+            read(PrescriptionReader { source, options }, &mut sink).unwrap();
+            let found = sink.items().iter().map(|d| d.message.clone());
+            found.filter(|m| m.contains("not read")).collect::<Vec<_>>()
+        };
+        let row = r#""t": 1, "n_d": 1.5, "a": 9"#;
+        for (name, fields) in [
+            ("R", r#""kind": "plane", "R": -25"#),
+            ("k", r#""kind": "cyl_x", "R": 9, "k": 1"#),
+            (
+                "radial_poly",
+                r#""kind": "cyl_x", "R": 9, "radial_poly": {"4": 1}"#,
+            ),
+            ("n_F", r#""R": 9, "n_F": 1.6"#),
+            ("cauchy", r#""R": 9, "cauchy": [1.5]"#),
+            ("sellmeier", r#""R": 9, "sellmeier": [1, 2, 3, 4, 5]"#),
+            ("formula", r#""R": 9, "formula": 2"#),
+            ("coefficients", r#""R": 9, "coefficients": [2]"#),
+            ("indices", r#""R": 9, "indices": [[500, 1.6]]"#),
+            (
+                "focal_length",
+                r#""kind": "toroid", "R": 9, "focal_length": 50"#,
+            ),
+            ("R_x", r#""R": 9, "R_x": 9"#),
+        ] {
+            let found = warned(&format!(r#"{{"surfaces": [{{{fields}, {row}}}]}}"#));
+            assert_eq!(found.len(), 1, "{fields}: {found:?}");
+            assert!(
+                found[0].starts_with(&format!("surface 0: `{name}` is not read")),
+                "{found:?}"
+            );
+        }
+        for (name, beside) in [
+            ("wavelength_nm", r#""wavelength_nm": [900]"#),
+            ("focusgroup", r#""focusgroup": [0, 0]"#),
+            ("blade", r#""iris": {"blade": 6}"#),
+            ("gap", r#""zoom": [{"name": "a", "gap": {"0": 1}}]"#),
+        ] {
+            let found = warned(&format!(r#"{{"surfaces": [{{"R": 9, {row}}}], {beside}}}"#));
+            assert_eq!(
+                found,
+                [format!("there is no field `{name}`; it is not read")]
+            );
+        }
+        let whole = r#"{"schema": "ivlens-1", "name": "a", "title": "b", "year": "1900", "note": ["c"],
+            "units": "mm", "n_object": 1, "h_max": 9, "half_field_deg": 5, "entrance_pupil": 3,
+            "wavelengths_nm": [550], "wavelength_weights": [1], "coating": "none",
+            "iris": {"blades": 6, "rotation_deg": 5}, "zoom": [{"name": "x", "gaps": {"0": 1}, "stop": 1}],
+            "focus_group": [0, 0], "surfaces": [{"kind": "plane", "R": 0, "k": 0, "t": 1, "n_d": 1.5, "a": 9}]}"#;
+        assert_eq!(warned(whole), [""; 0]);
+    }
+
+    #[test]
+    fn a_table_of_the_infrared_leaves_the_stated_index_at_the_d_line() {
+        let row = r#""R": 9, "t": 1, "a": 9, "indices": [[1310, 1.45], [1550, 1.44]]"#;
+        let index = |more: &str, nm: f64| {
+            let lens = parse(&format!(r#"{{"surfaces": [{{{row}{more}}}]}}"#)).unwrap();
+            lens.surfaces[0].medium.index(nm)
+        };
+        assert_eq!(index(r#", "n_d": 1.47"#, 587.5618), 1.47);
+        assert_eq!(index(r#", "n_d": 1.47"#, 1550.0), 1.44);
     }
 
     #[test]
