@@ -133,6 +133,13 @@ fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
         .map_err(|error| Diagnostic::error(format!("this is not a JSON object: {error}")))?;
     *id = object.remove("id").unwrap_or_default();
     if object.contains_key("surfaces") {
+        if let Some((name, _)) = Quantity::ALL
+            .iter()
+            .find(|(name, _)| object.contains_key(*name))
+        {
+            let message = format!("`{name}` changes the lens, and `surfaces` is another lens");
+            return Err(Diagnostic::error(message));
+        }
         let source = Arc::new(Source::new("line", line.as_bytes().to_vec()));
         return read(&source, &mut Sink::new());
     }
@@ -156,7 +163,21 @@ fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
             });
         }
     }
+    refuse_two_bends(&changes)?;
     base.prescription().with_changes(&changes)
+}
+
+/// Refuses a radius and a curvature of one surface.
+fn refuse_two_bends(changes: &[Change]) -> Result<()> {
+    let of = |quantity| changes.iter().filter(move |c| c.quantity == quantity);
+    let mut radii = of(Quantity::Radius);
+    match radii.find(|radius| of(Quantity::Curvature).any(|c| c.surface == radius.surface)) {
+        None => Ok(()),
+        Some(Change { surface, .. }) => {
+            let message = format!("surface {surface} has both `R` and `c`");
+            Err(Diagnostic::error(message))
+        }
+    }
 }
 
 fn quantity(name: &str) -> Result<Quantity> {
@@ -221,9 +242,11 @@ impl ToleranceTable {
                     table.requirements.push(requirement);
                     table.required.push(rest.join(" "));
                 }),
-                _ => one_tolerance(&words, lens).map(|tolerance| {
+                _ => one_tolerance(&words, lens).and_then(|tolerance| {
+                    table.refuse_second(&tolerance)?;
                     table.tolerances.push(tolerance);
                     table.lines.push(words.join(" "));
+                    Ok(())
                 }),
             };
             row.map_err(|error| error.at(source, place))?;
@@ -235,6 +258,24 @@ impl ToleranceTable {
                 .with_help("such as `0 R 0.1%`, `2 t 0.02 normal` and `require rms 0.01`"));
         }
         Ok(table)
+    }
+}
+
+impl ToleranceTable {
+    /// Refuses a second tolerance of the same number. A radius and a curvature are one number.
+    fn refuse_second(&self, tolerance: &Tolerance) -> Result<()> {
+        let number = |t: &Tolerance| match t.quantity {
+            Quantity::Curvature => (t.surface, Quantity::Radius),
+            quantity => (t.surface, quantity),
+        };
+        let same = |known: &&Tolerance| number(known) == number(tolerance);
+        match self.tolerances.iter().position(|known| same(&known)) {
+            None => Ok(()),
+            Some(first) => {
+                let message = format!("`{}` is a tolerance of the same number", self.lines[first]);
+                Err(Diagnostic::error(message).with_help("leave one of the two out"))
+            }
+        }
     }
 }
 
@@ -254,9 +295,21 @@ fn one_tolerance(words: &[&str], lens: &Prescription) -> Result<Tolerance> {
     let surface: usize = surface
         .parse()
         .map_err(|_| Diagnostic::error(format!("`{surface}` is not the number of a surface")))?;
+    let value = lens.value_of(surface, quantity);
+    if quantity == Quantity::Radius && value == Some(0.0) {
+        let message = format!("surface {surface} is a plane, which has no radius");
+        return Err(Diagnostic::error(message).with_help(format!(
+            "give a tolerance of its curvature per millimeter: `{surface} c 1e-5`"
+        )));
+    }
+    if amount.ends_with('%') && value == Some(0.0) {
+        let message =
+            format!("`{name}` of surface {surface} is 0, of which no share is a tolerance");
+        return Err(Diagnostic::error(message).with_help("give the tolerance itself"));
+    }
     let amount = match amount.strip_suffix('%') {
         Some(share) => number(share)
-            .zip(lens.value_of(surface, quantity))
+            .zip(value)
             .map(|(share, value)| 0.01 * share * value.abs()),
         None => number(amount),
     };
@@ -266,7 +319,7 @@ fn one_tolerance(words: &[&str], lens: &Prescription) -> Result<Tolerance> {
         ["normal"] => Distribution::Normal,
         _ => return Err(Diagnostic::error(message).with_help("uniform or normal")),
     };
-    let amount = amount.filter(|_| lens.value_of(surface, quantity).is_some());
+    let amount = amount.filter(|_| value.is_some());
     Ok(Tolerance {
         surface,
         quantity,
@@ -293,6 +346,10 @@ fn requirement(words: &[&str], setting: &mut MeritSetting) -> Result<Requirement
         ("wavefront", Some([most])) => Ok(Requirement::Wavefront(*most)),
         ("distortion", Some([most])) => Ok(Requirement::Distortion(*most)),
         ("illumination", Some([least])) => Ok(Requirement::Illumination(*least)),
+        ("efl", Some([low, high])) if low > high => {
+            let message = format!("no focal length is from {low} to {high} mm");
+            Err(Diagnostic::error(message).with_help("`require efl` has the lower limit first"))
+        }
         ("efl", Some([low, high])) => Ok(Requirement::FocalLength(*low, *high)),
         (name, Some([least])) => {
             let frequency = name.strip_prefix("modulation@");
@@ -498,5 +555,65 @@ mod tests {
         };
         let [tight, wide] = ["0.001%", "8%"].map(yield_of);
         assert!(tight == 100.0 && wide < 80.0, "{tight} {wide}");
+    }
+
+    #[test]
+    fn a_line_of_a_batch_that_contradicts_itself_has_an_error() {
+        let file = "{\"R\": {\"0\": 20}, \"surfaces\": []}\n{\"c\": {\"0\": 0.02}, \"R\": {\"0\": 30}}\n\
+            {\"c\": {\"0\": 0.02}, \"R\": {\"1\": 30}}\n";
+        let text = run(&["double-gauss", "--batch"], file);
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(
+            lines[0].contains("`R` changes the lens, and `surfaces` is another"),
+            "{text}"
+        );
+        assert!(
+            lines[1].contains("surface 0 has both `R` and `c`"),
+            "{text}"
+        );
+        assert!(lines[2].contains("\"efl\""), "{text}");
+    }
+
+    #[test]
+    fn a_table_that_makes_no_sense_is_refused() {
+        let lens = std::env::temp_dir().join(format!("ivcam-plane-{}.dat", std::process::id()));
+        std::fs::write(&lens, "25 3 1.5 6\n0 48 1 6\n").unwrap();
+        let lens_name = lens.display().to_string();
+        let table = std::env::temp_dir().join(format!("ivcam-table-{}.txt", std::process::id()));
+        let error = |text: &str| {
+            std::fs::write(&table, text).unwrap();
+            let words = [&*lens_name, "--tolerance", &table.display().to_string()];
+            let words = words.map(str::to_owned);
+            lens_output(&words).unwrap_err().message.clone()
+        };
+        let require = "require efl 49 51\n";
+        for (text, says) in [
+            (
+                format!("1 R 0.1\n{require}"),
+                "surface 1 is a plane, which has no radius",
+            ),
+            (
+                format!("1 R 1%\n{require}"),
+                "surface 1 is a plane, which has no radius",
+            ),
+            (format!("1 c 1%\n{require}"), "`c` of surface 1 is 0"),
+            (
+                format!("0 R 0.1\n0 R 0.2\n{require}"),
+                "`0 R 0.1` is a tolerance of the same number",
+            ),
+            (
+                format!("0 R 0.1\n0 c 0.1\n{require}"),
+                "`0 R 0.1` is a tolerance of the same number",
+            ),
+            (
+                "0 R 0.1\nrequire efl 51 49\n".to_owned(),
+                "no focal length is from 51 to 49 mm",
+            ),
+        ] {
+            let found = error(&text);
+            assert!(found.contains(says), "{text}: {found}");
+        }
+        std::fs::remove_file(lens).unwrap();
+        std::fs::remove_file(table).unwrap();
     }
 }
