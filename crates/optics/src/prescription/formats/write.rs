@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
 
 use crate::prescription::about::{About, KEYS, stated_unit};
@@ -74,10 +74,34 @@ pub fn write_at(
     };
     match target {
         OutputFormat::Columns => columns(&written),
-        OutputFormat::Zemax => zemax(&written, object),
-        OutputFormat::CodeV => code_v(&written, object),
+        OutputFormat::Zemax => zemax(&with_outlined_stop(written), object),
+        OutputFormat::CodeV => code_v(&with_outlined_stop(written), object),
         OutputFormat::Json => Ok((json(&written), Vec::new())),
     }
+}
+
+/// The lens with an iris that is a rectangle as the aperture of its stop, as files state it. The
+/// stops of zoom positions are round.
+fn with_outlined_stop(mut lens: Prescription) -> Prescription {
+    let has_stops = lens.zoom.iter().any(|z| z.stop_semi_diameter.is_some());
+    let (Iris::Outline { corners, rotation }, Some(stop), false) =
+        (&lens.iris, lens.stop(), has_stops)
+    else {
+        return lens;
+    };
+    let mut surface = lens.surfaces[stop].clone();
+    let (sin, cos) = libm::sincos(*rotation);
+    let turn = DVec2::new(cos, sin);
+    let place = |corner: &[f64; 2]| {
+        let corner = turn.rotate(DVec2::from_array(*corner)) * surface.semi_diameter;
+        DVec2::new(tidy(corner.x), tidy(corner.y))
+    };
+    surface.outline = Some(corners.iter().map(place).collect());
+    if surface.rectangle().is_some() {
+        lens.surfaces[stop] = surface;
+        lens.iris = Iris::Round;
+    }
+    lens
 }
 
 /// The shortest decimal number near a value that counts as the same.
@@ -1195,5 +1219,61 @@ mod tests {
                 .message
                 .contains("no format")
         );
+    }
+
+    /// Germanium is opaque in the visible; its indices are those of Burnett (2016).
+    #[test]
+    fn a_lens_for_the_infrared_has_its_indices_there_in_code_v() {
+        let text = r#"{"schema": "ivlens-1", "wavelengths_nm": [10000, 8000, 12000], "surfaces": [
+            {"R": 100, "t": 5, "glass": "GERMANIUM", "semi_diameter": 20, "stop": true},
+            {"R": 150, "t": 100, "n_d": 1, "semi_diameter": 20}]}"#;
+        let source = Arc::new(Source::new("ge.json", text.as_bytes().to_vec()));
+        let lens = crate::prescription::formats::read(&source, &mut Sink::new()).unwrap();
+        let (written, _) = write(&lens, OutputFormat::CodeV).unwrap();
+        assert!(written.contains("PWL 12000 10000 8000 4000\n"), "{written}");
+        let read = again(&lens, OutputFormat::CodeV);
+        assert!((read.surfaces[0].medium.index(10_000.0) - 4.0042).abs() < 5e-4);
+        for nm in [8000.0, D_LINE, 12_000.0] {
+            let [own, other] = [&lens, &read].map(|lens| lens.first_order(nm).efl());
+            assert!((own / other - 1.0).abs() < 1e-13, "{nm} nm: {own} {other}");
+        }
+    }
+
+    /// A glass by Schott's formula at a wavelength that is none of the lines of tables.
+    #[test]
+    fn a_lens_at_its_own_wavelength_has_that_index_in_code_v() {
+        let text = "{\"schema\": \"ivlens-1\", \"wavelengths_nm\": [900], \"surfaces\": [\
+            {\"R\": 50, \"t\": 5, \"glass\": \"N-SF6\", \"semi_diameter\": 9, \"stop\": true},\
+            {\"R\": 0, \"t\": 90, \"n_d\": 1, \"semi_diameter\": 9}]}";
+        let source = Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
+        let lens = crate::prescription::formats::read(&source, &mut Sink::new()).unwrap();
+        let read = again(&lens, OutputFormat::CodeV);
+        let [own, other] = [&lens, &read].map(|lens| lens.surfaces[0].medium.index(900.0));
+        assert_eq!(own, other);
+    }
+
+    #[test]
+    fn a_stop_that_is_a_rectangle_is_one_again_in_zemax_and_code_v() {
+        let text = "{\"schema\": \"ivlens-1\", \"surfaces\": [\
+            {\"R\": 50, \"t\": 5, \"n_d\": 1.6, \"semi_diameter\": 9},\
+            {\"kind\": \"stop\", \"t\": 5, \"n_d\": 1, \"outline\": [[3,2],[-3,2],[-3,-2],[3,-2]]}]}";
+        let source = Arc::new(Source::new("a.json", text.as_bytes().to_vec()));
+        let lens = crate::prescription::formats::read(&source, &mut Sink::new()).unwrap();
+        for (target, says) in [
+            (OutputFormat::Zemax, "SQAP 3 2 0"),
+            (OutputFormat::CodeV, "REX 3; REY 2"),
+        ] {
+            let (text, left_out) = write(&lens, target).unwrap();
+            assert!(text.contains(says), "{text}");
+            assert!(
+                !left_out.iter().any(|what| what.contains("iris")),
+                "{left_out:?}"
+            );
+            let Iris::Outline { corners, .. } = again(&lens, target).iris else {
+                panic!("the iris is round: {text}");
+            };
+            let half = 2.0 / f64::hypot(3.0, 2.0);
+            assert!(corners.iter().all(|[_, y]| (y.abs() - half).abs() < 1e-11));
+        }
     }
 }
