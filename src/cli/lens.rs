@@ -18,7 +18,8 @@ use super::lens_request::{CONDITIONS, Content, LensRequest};
 use super::lens_survey::LensSurvey;
 use super::messages::heard;
 use super::{
-    flags, lens_batch, lens_export, lens_files, lens_json, lens_list, sheet, switch, text, value,
+    flags, lens_batch, lens_export, lens_files, lens_json, lens_list, print_diagnostic, sheet,
+    switch, text, value,
 };
 use crate::photo::{LensChoice, options};
 
@@ -351,7 +352,7 @@ fn survey(
         names => LensSurvey::of_names(names, &choice.reading()?, work),
     };
     if outputs.is_empty() {
-        return save(survey.text(), None, out);
+        save(survey.text(), None, out)?;
     }
     for output in outputs {
         let content = match output.flag {
@@ -361,7 +362,14 @@ fn survey(
         };
         save(content, output.file(matches), out)?;
     }
-    Ok(0)
+    // A file below a folder may be no lens; one that is named has to be.
+    match survey.unread().filter(|_| names.len() > 1) {
+        None => Ok(0),
+        Some(text) => {
+            print_diagnostic(&Diagnostic::error(text));
+            Ok(2)
+        }
+    }
 }
 
 /// Refuses the options of `--batch` and `--tolerance` without these.

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use ivcam_base::diag::{Diagnostic, Result, Severity, Sink};
+use ivcam_base::diag::{Diagnostic, Result, Severity, Sink, counted};
 use ivcam_base::files::escaped;
 use ivcam_base::work::{Budget, WorkLimit};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions};
@@ -44,6 +44,8 @@ struct SurveyedLens {
 /// The lens files of a folder and of those in it, each with its data.
 pub(super) struct LensSurvey {
     rows: Vec<SurveyRow>,
+    /// The files that are no lenses, of endings that other files have too.
+    others: usize,
 }
 
 impl LensSurvey {
@@ -66,9 +68,11 @@ impl LensSurvey {
         let rows: Vec<SurveyRow> = rows.collect();
         let is_listed =
             |row: &SurveyRow| row.lens.is_ok() || !SHARED.contains(&&*ending(&row.file));
-        let rows: Vec<SurveyRow> = rows.into_iter().filter(is_listed).collect();
+        let (rows, others): (Vec<SurveyRow>, Vec<SurveyRow>) =
+            rows.into_iter().partition(is_listed);
+        let others = others.len();
         match rows.is_empty() {
-            false => Ok(Self { rows }),
+            false => Ok(Self { rows, others }),
             true => {
                 let message = format!("`{}` has no lens files", folder.display());
                 let help = format!("their names end in .{}", ENDINGS.join(", ."));
@@ -85,7 +89,14 @@ impl LensSurvey {
         });
         Self {
             rows: rows.collect(),
+            others: 0,
         }
+    }
+
+    /// Says how many lenses are not read, if any.
+    pub(super) fn unread(&self) -> Option<String> {
+        let lost = self.rows.iter().filter(|row| row.lens.is_err()).count();
+        (lost > 0).then(|| format!("{lost} of {} lenses not read", self.rows.len()))
     }
 
     /// Returns a line for each lens.
@@ -125,6 +136,13 @@ impl LensSurvey {
             "{} lenses, {lost} files not read; lengths in mm; --json, --csv FILE and --sheet FILE.html have more",
             self.rows.len() - lost
         );
+        if self.others > 0 {
+            let (files, endings) = (counted(self.others, "file"), SHARED.join(", ."));
+            let _ = writeln!(
+                text,
+                "not listed, because it is no lens: {files} (.{endings})"
+            );
+        }
         Content::Text(text)
     }
 
