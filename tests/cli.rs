@@ -741,7 +741,7 @@ fn lens_writes_every_output_that_is_asked_for() {
             "%YAML",
         ),
         (
-            "--json --export zmx --output lens.zmx --write w.dat",
+            "--json --curves --export zmx --output lens.zmx --write w.dat",
             "{\n  \"name\": \"double-gauss\",",
         ),
     ] {
@@ -1761,6 +1761,9 @@ fn options_of_one_render_are_refused_by_a_movie_and_a_convergence_run() {
         ("converge", "--progress json"),
         ("converge", "--time 1s"),
         ("converge", "--sampler blue"),
+        ("converge", "--depth 16"),
+        ("converge", "--response linear"),
+        ("converge", "--white-balance 5000"),
     ] {
         let name = option.split(' ').next().unwrap();
         let line = format!("{command} {option} DIR/cube.iv");

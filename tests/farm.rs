@@ -56,6 +56,19 @@ fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
     must_fail(&scratch.frames("--frames 1-1 --folder file"), "file");
 }
 
+#[test]
+fn an_option_of_a_movie_is_refused_for_a_picture_and_the_other_way_around() {
+    let scratch = cube("idle");
+    for (option, whole) in [
+        ("--chunk 7", "render cube.iv -o a.png"),
+        ("--parts 2", "pull-focus cube.iv --from 1 --to 2 -o a.mp4"),
+    ] {
+        let farm = scratch.ivcam(&format!("farm slurm -o jobs {option} -- {whole}"));
+        must_fail(&farm, "does nothing with");
+        assert!(!scratch.0.join("jobs").exists());
+    }
+}
+
 #[cfg(target_os = "linux")]
 #[test]
 fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {

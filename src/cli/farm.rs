@@ -86,7 +86,16 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         cores,
     };
     let most = scheduler.most_tasks();
-    let (division, count) = if words.first().is_some_and(|word| word == "render") {
+    let is_picture = words.first().is_some_and(|word| word == "render");
+    let (idle, whole) = match is_picture {
+        true => ("chunk", "render"),
+        false => ("parts", "pull-focus"),
+    };
+    if m.contains_id(idle) {
+        let error = format!("`--{idle}` does nothing with `{whole}`");
+        return Err(Diagnostic::error(error).with_help("leave it out"));
+    }
+    let (division, count) = if is_picture {
         let parts = number("parts")?.unwrap_or(8) as usize;
         let picture = DividedPicture::of_command(&words, parts.min(most))?;
         create_folder(&picture.folder)?;

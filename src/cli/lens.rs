@@ -125,26 +125,86 @@ static OUTPUTS: [Output; 11] = [
     },
 ];
 
-/// The options of `--batch` and `--tolerance`, each with the name of its value, its help, and the
-/// outputs that it goes with.
-const BATCH: [(&str, &str, &str, &[&str]); 3] = [
+/// The options of `--batch` and `--tolerance`, each with the name of its value and its help.
+const BATCH: [(&str, &str, &str); 3] = [
     (
         "film-at",
         "PLACE",
         "with --batch and --tolerance: where the film of each lens stands: best, paraxial, or fixed where the lens itself has it [best]",
-        &["batch", "tolerance"],
     ),
     (
         "trials",
         "N",
         "with --tolerance: the number of lenses [1000]",
-        &["tolerance"],
     ),
     (
         "seed",
         "N",
         "with --tolerance: the seed of the random numbers [0]",
-        &["tolerance"],
+    ),
+];
+
+/// The options that some outputs do not use, each with those that do. `""` is the data sheet as
+/// text.
+const USES: [(&str, &[&str]); 11] = [
+    ("film-at", &["batch", "tolerance"]),
+    ("trials", &["tolerance"]),
+    ("seed", &["tolerance"]),
+    (
+        "defocus",
+        &[
+            "",
+            "diagram",
+            "sheet",
+            "csv",
+            "psf",
+            "export",
+            "curves",
+            "film-at fixed",
+        ],
+    ),
+    (
+        "fields",
+        &["", "sheet", "csv", "psf", "curves", "batch", "tolerance"],
+    ),
+    ("frequencies", &["", "sheet", "csv", "curves", "batch"]),
+    (
+        "film",
+        &[
+            "",
+            "write",
+            "diagram",
+            "sheet",
+            "csv",
+            "psf",
+            "export",
+            "curves",
+            "batch",
+            "tolerance",
+        ],
+    ),
+    ("coating", &["", "write", "sheet", "export", "json"]),
+    (
+        "size",
+        &[
+            "export opencv",
+            "export ros",
+            "export opentrackio",
+            "export lensfun",
+            "export stmap",
+            "export psf",
+            "export osl",
+        ],
+    ),
+    ("model", &["export opencv", "export ros"]),
+    (
+        "residual",
+        &[
+            "export opencv",
+            "export ros",
+            "export opentrackio",
+            "export lensfun",
+        ],
     ),
 ];
 
@@ -226,7 +286,7 @@ pub(crate) fn command() -> Command {
             arg.help("focus, in meters from the front vertex (or `inf`)")
         })
         .args(conditions.map(|arg| arg.allow_hyphen_values(true)))
-        .args(BATCH.map(|(name, of, help, _)| value(name, of, help)))
+        .args(BATCH.map(|(name, of, help)| value(name, of, help)))
         .arg(
             switch(
                 "curves",
@@ -275,16 +335,18 @@ pub fn lens_output(words: &[String]) -> Result<LensOutput> {
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let is_asked_for = |output: &&Output| output.is_asked_for(matches);
     let outputs: Vec<&Output> = OUTPUTS.iter().filter(is_asked_for).collect();
-    check_batch(&outputs, matches)?;
+    check_uses(&outputs, matches)?;
     let names = matches.get_many::<String>("lens");
     let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
     let Some(&name) = names.first() else {
-        return without_lens(&outputs, out);
+        return without_lens(&outputs, matches, out);
     };
     if names.len() > 1 || Path::new(name).is_dir() {
         return survey(&names, &outputs, matches, out);
     }
-    let is_file = Path::new(name).exists() || outputs.iter().any(|output| output.flag != "json");
+    let is_file = Path::new(name).exists()
+        || outputs.iter().any(|output| output.flag != "json")
+        || of_one_lens(matches).next().is_some();
     if !is_file && let Some(list) = lens_list::named_like(name, !outputs.is_empty())? {
         return save(list, None, out);
     }
@@ -296,6 +358,7 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let budget = Budget::new(u64::MAX, work);
     let made = budget.during(|| {
         let request = LensRequest::open(name, matches)?;
+        check_focus(&outputs, &request);
         match outputs.is_empty() {
             true => Ok(vec![sheet::text(&request)?]),
             false => outputs.iter().map(|output| output.make(&request)).collect(),
@@ -323,12 +386,8 @@ fn survey(
     out: &mut dyn Write,
 ) -> Result<i32> {
     const POSSIBLE: [&str; 6] = ["json", "csv", "sheet", "glass-catalogue", "gap", "work"];
-    let is_given =
-        |name: &&str| matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine);
-    let lens_options = options::lens_options().map(|option| option.name);
-    let conditions = CONDITIONS.iter().map(|(name, ..)| *name);
-    let others = lens_options.chain(conditions).filter(is_given);
-    let asked = outputs.iter().map(|output| output.flag).chain(others);
+    let flags = outputs.iter().map(|output| output.flag);
+    let asked = flags.chain(of_one_lens(matches));
     if let Some(other) = asked.into_iter().find(|name| !POSSIBLE.contains(name)) {
         let what = match names {
             [folder] => format!("`{folder}` is a folder"),
@@ -372,29 +431,71 @@ fn survey(
     }
 }
 
-/// Refuses the options of `--batch` and `--tolerance` without these.
-fn check_batch(outputs: &[&Output], matches: &ArgMatches) -> Result<()> {
-    let is_idle = |with: &[&str]| !outputs.iter().any(|output| with.contains(&output.flag));
-    let mut given = BATCH.iter().filter(|(name, ..)| matches.contains_id(name));
-    match given.find(|(.., with)| is_idle(with)) {
-        None => Ok(()),
-        Some((name, .., with)) => {
-            let with = with.iter().map(|flag| format!("`--{flag}`"));
-            let with = with.collect::<Vec<_>>().join(" or ");
-            let error = format!("`--{name}` does nothing without {with}");
-            Err(Diagnostic::error(error).with_help("leave it out"))
+/// Refuses options that none of the outputs uses. Those of the lens itself have a warning.
+fn check_uses(outputs: &[&Output], matches: &ArgMatches) -> Result<()> {
+    let mut users: Vec<String> = outputs
+        .iter()
+        .map(|output| output.flag.to_owned())
+        .collect();
+    for option in ["export", "film-at"] {
+        users.extend(text(matches, option).map(|value| format!("{option} {value}")));
+    }
+    if matches.get_flag("curves") {
+        users.push("curves".to_owned());
+    }
+    if outputs.is_empty() {
+        users.push(String::new());
+    }
+    let is_idle = |with: &[&str]| !users.iter().any(|user| with.contains(&user.as_str()));
+    let given = USES.iter().filter(|(name, _)| is_given(matches, name));
+    for (name, with) in given.filter(|(_, with)| is_idle(with)) {
+        let with = with.iter().filter(|flag| !flag.is_empty());
+        let with: Vec<String> = with.map(|flag| format!("`--{flag}`")).collect();
+        let with: Vec<&str> = with.iter().map(String::as_str).collect();
+        let text = format!("`--{name}` does nothing without {}", any_of(&with));
+        if !options::lens_options().any(|option| option.name == *name) {
+            return Err(Diagnostic::error(text).with_help("leave it out"));
         }
+        print_diagnostic(&Diagnostic::warning(text).with_help("leave it out"));
+    }
+    Ok(())
+}
+
+/// Whether an option is given, which may have a default.
+fn is_given(matches: &ArgMatches, name: &str) -> bool {
+    matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine)
+}
+
+/// Returns the options of one lens that are given.
+fn of_one_lens(matches: &ArgMatches) -> impl Iterator<Item = &'static str> {
+    let lens_options = options::lens_options().map(|option| option.name);
+    let conditions = CONDITIONS.iter().map(|(name, ..)| *name);
+    lens_options
+        .chain(conditions)
+        .filter(|name| is_given(matches, name))
+}
+
+/// Warns of a focus that moves the film alone if only surfaces are written or traced.
+fn check_focus(outputs: &[&Output], request: &LensRequest<'_>) {
+    let has_no_film = |output: &&Output| ["write", "trace"].contains(&output.flag);
+    if !outputs.is_empty() && outputs.iter().all(has_no_film) && request.moves_film_alone() {
+        let flag = outputs[0].flag;
+        let text = format!("`--focus` does nothing with `--{flag}`: it moves the film alone");
+        let help = "leave it out; `--export zmx -o FILE` writes the gap to the film";
+        print_diagnostic(&Diagnostic::warning(text).with_help(help));
     }
 }
 
-/// Lists the shipped lenses, if no output is asked for that needs a lens.
-fn without_lens(outputs: &[&Output], out: &mut dyn Write) -> Result<i32> {
-    match outputs.iter().find(|output| output.flag != "json") {
+/// Lists the shipped lenses, if nothing is asked for that needs a lens.
+fn without_lens(outputs: &[&Output], matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
+    let flags = outputs.iter().map(|output| output.flag);
+    let mut asked = flags
+        .filter(|flag| *flag != "json")
+        .chain(of_one_lens(matches));
+    match asked.next() {
         None => save(lens_list::list(!outputs.is_empty())?, None, out),
-        Some(output) => Err(
-            Diagnostic::error(format!("`--{}` needs a lens", output.flag))
-                .with_help("`ivcam lens` lists the lenses that come with the program"),
-        ),
+        Some(name) => Err(Diagnostic::error(format!("`--{name}` needs a lens"))
+            .with_help("`ivcam lens` lists the lenses that come with the program")),
     }
 }
 

@@ -160,15 +160,15 @@ impl Export<'_> {
         text(self.request.matches, "output").and_then(stem_of_exr)
     }
 
-    /// Writes the prescription as it is focused: with a focus, the gap behind the last surface
-    /// reaches to the film.
+    /// Writes the prescription as it is focused: with a focus or a defocus, the gap behind the last
+    /// surface reaches to the film.
     fn prescription(&self, target: OutputFormat) -> Result<Content> {
         let (lens, setting) = (&self.request.lens, self.request.setting());
         let mut prescription = restated(self.request, target);
         let gap = prescription.surfaces.last().map_or(0.0, |s| s.thickness);
         let focus = setting
             .conjugate(lens)
-            .filter(|_| setting.focus.is_some() || gap == 0.0);
+            .filter(|_| setting.focus.is_some() || gap == 0.0 || setting.defocus != 0.0);
         if let (Some(last), Some(conjugate)) = (prescription.surfaces.last_mut(), focus) {
             last.thickness = conjugate.film_z - lens.length();
             self.focus_zoom(&mut prescription);
@@ -201,12 +201,21 @@ impl Export<'_> {
 }
 
 /// Returns the prescription with what its file states, as far as the lens is still that of the
-/// file. In Zemax's and CODE V's formats it states the field of the data sheet, if its file does
-/// not state one.
+/// file. The film and the wavelength of the options are its field and its primary wavelength. In
+/// Zemax's and CODE V's formats it states the field of the data sheet, if its file does not state
+/// one.
 pub(super) fn restated(request: &LensRequest<'_>, target: OutputFormat) -> Prescription {
     let (lens, setting) = (&request.lens, request.setting());
     let mut prescription = lens.prescription().clone();
     drop_old_notes(&mut prescription, &request.choice);
+    if let Some(height) = setting.image_height {
+        drop_notes(&mut prescription, &["field:", "image height:"]);
+        prescription.half_field = None;
+        prescription.image_height = Some(height);
+    }
+    if text(request.matches, "wavelength").is_some() {
+        prescription.make_primary(lens.wavelength());
+    }
     let about = About::of(&prescription);
     let has_field = about.field_degrees.is_some() || about.image_height.is_some();
     let needs_field = matches!(target, OutputFormat::Zemax | OutputFormat::CodeV) && !has_field;
@@ -233,12 +242,16 @@ fn drop_old_notes(prescription: &mut Prescription, choice: &LensChoice) {
     if choice.efl.is_none() && choice.zoom == 1.0 && choice.f_number.is_none() {
         return;
     }
-    prescription.notes.retain(|note| {
+    drop_notes(prescription, &["focal length:", "f-number:"]);
+}
+
+/// Drops the notes that begin with any of some keys.
+fn drop_notes(prescription: &mut Prescription, keys: &[&str]) {
+    let is_one = |note: &String| {
         let note = note.to_ascii_lowercase();
-        !["focal length:", "f-number:"]
-            .iter()
-            .any(|key| note.starts_with(key))
-    });
+        keys.iter().any(|key| note.starts_with(key))
+    };
+    prescription.notes.retain(|note| !is_one(note));
 }
 
 /// Parses a width and a height greater than 0.
@@ -397,5 +410,128 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn an_option_that_no_output_uses_is_refused() {
+        for (line, option) in [
+            (
+                "double-gauss --trace rays.json --wavelength 450 --defocus 3",
+                "defocus",
+            ),
+            ("double-gauss --json --film 20", "film"),
+            ("double-gauss --json --fields 3", "fields"),
+            (
+                "double-gauss --as-scene a.iv --frequencies 3",
+                "frequencies",
+            ),
+            ("double-gauss --batch a.jsonl --defocus 1", "defocus"),
+            ("double-gauss --export zmx --size 30x20", "size"),
+            ("double-gauss --export osl --residual 1", "residual"),
+            ("double-gauss --trials 5", "trials"),
+        ] {
+            let error = printed(line).unwrap_err().message.clone();
+            assert!(
+                error.starts_with(&format!("`--{option}` does nothing without ")),
+                "{error}"
+            );
+        }
+        for line in ["--efl 50mm", "--aperture f/8 --json", "--fields 3"] {
+            let error = printed(line).unwrap_err();
+            assert!(error.message.ends_with("needs a lens"), "{error}");
+        }
+        assert!(printed("nikon --efl 50mm").is_err());
+    }
+
+    #[test]
+    fn an_option_of_the_lens_that_an_output_does_not_use_has_a_warning() {
+        let file = std::env::temp_dir().join(format!("ivcam-idle-{}.dat", std::process::id()));
+        let warned = |line: &str| {
+            let words = format!("double-gauss {line} --write {}", file.display());
+            let words: Vec<String> = words.split(' ').map(str::to_owned).collect();
+            lens::lens_output(&words).unwrap().messages
+        };
+        let focus = warned("--focus 2");
+        std::fs::remove_file(&file).unwrap();
+        assert!(
+            focus[0].contains("`--focus` does nothing with `--write`"),
+            "{focus:?}"
+        );
+        let [plain, coated] = ["", "--coating none "].map(|option| {
+            let line = format!("double-gauss {option}--as-scene {}.iv", file.display());
+            let words: Vec<String> = line.split(' ').map(str::to_owned).collect();
+            lens::lens_output(&words).unwrap().messages
+        });
+        std::fs::remove_file(format!("{}.iv", file.display())).unwrap();
+        assert!(plain.is_empty(), "{plain:?}");
+        assert!(
+            coated[0].contains("`--coating` does nothing without `--write`"),
+            "{coated:?}"
+        );
+    }
+
+    /// The film's diagonal is 36 mm; the paraxial image of the double Gauss is some millimeters
+    /// from its last gap.
+    #[test]
+    fn a_prescription_has_the_film_the_defocus_and_the_wavelength_of_the_options() {
+        let text =
+            |options: &str| printed(&format!("double-gauss --export zmx {options}")).unwrap();
+        let film = text("--film 28.8x21.6");
+        assert!(
+            film.contains("\nFTYP 3 0 3 3 ") && film.contains(" 12.6 18\n"),
+            "{film}"
+        );
+        let gap = |options: &str| {
+            let text = text(options);
+            let last = text
+                .lines()
+                .filter(|line| line.trim_start().starts_with("DISZ"));
+            let last: Vec<f64> = last
+                .filter_map(|line| line.split_whitespace().nth(1)?.parse().ok())
+                .collect();
+            last[last.len() - 2]
+        };
+        let moved = gap("--focus 2 --defocus 0.5") - gap("--focus 2");
+        assert!((moved - 0.5).abs() < 1e-9, "{moved}");
+        assert!((gap("--defocus 0.5") - gap("--defocus 0.2") - 0.3).abs() < 1e-9);
+        let blue = text("--wavelength 450");
+        assert!(
+            blue.contains("WAVM 1 0.45 1\n") && blue.contains("PWAV 1\n"),
+            "{blue}"
+        );
+    }
+
+    #[test]
+    fn a_lens_of_a_list_that_is_not_read_is_an_error_behind_the_list() {
+        let matches = lens::command().try_get_matches_from(["lens", "biotar", "no-such.zmx"]);
+        let mut out = Vec::new();
+        assert_eq!(lens::run(&matches.unwrap(), &mut out).unwrap(), 2);
+        assert!(
+            String::from_utf8(out)
+                .unwrap()
+                .contains("no-such.zmx  not read: ")
+        );
+    }
+
+    #[test]
+    fn a_folder_says_how_many_files_are_no_lenses() {
+        let folder = std::env::temp_dir().join(format!("ivcam-lenses-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        std::fs::write(folder.join("a.dat"), "50 5 1.5 9\n-50 0 1 9\n").unwrap();
+        std::fs::write(folder.join("empty.dat"), "").unwrap();
+        let text = printed(&folder.display().to_string());
+        std::fs::remove_dir_all(folder).unwrap();
+        let text = text.unwrap();
+        assert!(
+            text.ends_with("not listed, because it is no lens: 1 file (.dat, .json, .txt)\n"),
+            "{text}"
+        );
+    }
+
+    #[test]
+    fn the_sheet_says_how_many_frequencies_it_leaves_out() {
+        let text = |list: &str| printed(&format!("petzval --frequencies {list}")).unwrap();
+        assert!(text("1,2,3,4,5,6,7,8,9,10,11").contains("the first 8 of 11 frequencies"));
+        assert!(!text("1,2,3").contains("the first"));
     }
 }

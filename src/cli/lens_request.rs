@@ -130,6 +130,11 @@ impl<'m> LensRequest<'m> {
         self.sheet.get_or_init(compute).as_ref()
     }
 
+    /// Whether a distance is given, and the surfaces of the lens are where they are without it.
+    pub(super) fn moves_film_alone(&self) -> bool {
+        self.focus.is_some() && self.lens.prescription() == self.unfocused.prescription()
+    }
+
     /// Returns the z of the film: at the focus, or at the focal point if no distance is given.
     pub(super) fn film_z(&self) -> Option<f64> {
         let at_infinity = || self.lens.first_order().focal.map(|f| f.rear_focal_point);
@@ -184,11 +189,6 @@ fn focused(
     Ok((lens, Some(focus)))
 }
 
-/// Returns the error for an output of the image of a lens that has none.
-pub(super) fn no_image(lens: &Lens) -> Box<Diagnostic> {
-    Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
-        .with_help("an afocal lens, or one that lets no light through, has none")
-}
 /// Warns about a wavelength at which the index of a glass is not to be relied on.
 fn warn_of_index(lens: &Lens, nm: f64) {
     if let Some((_, message)) = lens.prescription().doubtful_index(nm) {
@@ -197,6 +197,11 @@ fn warn_of_index(lens: &Lens, nm: f64) {
     }
 }
 
+/// Returns the error for an output of the image of a lens that has none.
+pub(super) fn no_image(lens: &Lens) -> Box<Diagnostic> {
+    Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
+        .with_help("an afocal lens, or one that lets no light through, has none")
+}
 
 /// Reads the conditions of the data sheet, without the focus, and the sides of the film.
 fn conditions(matches: &ArgMatches) -> Result<(SheetSetting<'static>, Option<[f64; 2]>)> {

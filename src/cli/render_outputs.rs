@@ -33,6 +33,8 @@ pub(super) fn outputs_have_a_render(command: Option<&str>, m: &ArgMatches) -> Re
     }
 }
 
+const LINEAR: &str = "leave it out: the linear light on the film is compared";
+
 /// Returns an argument that the help of a command without a picture of its own does not list if the
 /// command refuses it: here, or as one of `others`.
 pub(super) fn listed(arg: Arg, command: &str, others: &[&str]) -> Arg {
@@ -71,7 +73,7 @@ const OF_A_RENDER: [(&str, &str); 8] = [
 
 /// The options of one render that a convergence run does not have, with what to do instead. A movie
 /// does not have the first two.
-const OF_ONE_RENDER: [(&str, &str); 5] = [
+const OF_ONE_RENDER: [(&str, &str); 8] = [
     (
         "report",
         "leave it out: the report is that of one picture of `ivcam render`",
@@ -89,4 +91,7 @@ const OF_ONE_RENDER: [(&str, &str); 5] = [
         "leave it out: `--samples` is the largest number of samples",
     ),
     ("sampler", "name the samplers in `--methods`"),
+    ("depth", LINEAR),
+    ("response", LINEAR),
+    ("white-balance", LINEAR),
 ];

@@ -323,6 +323,13 @@ fn points(page: &mut Page, sheet: &LensSheet) {
         page.row(&POINT, places.into_iter().chain(modulations));
     }
     page.line("  modulation tangential/sagittal, with the wave, in white light");
+    let all = sheet.frequencies.len();
+    if sheet.frequencies.first() != Some(&0.0) && shown.len() < all {
+        let count = shown.len();
+        page.line(format!(
+            "  the first {count} of {all} frequencies; --csv FILE has all"
+        ));
+    }
 }
 
 /// Adds Strehl ratios, wavefront errors, the working f-number and Seidel sums.
