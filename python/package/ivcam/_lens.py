@@ -407,7 +407,7 @@ class Lens:
         if model is not None:
             words.append(f"--model={model}")
         if tolerance is not None:
-            words.append(f"--tolerance={tolerance}")
+            words.append(f"--residual={tolerance}")
         return self._output(*words, *_conditions(conditions))
 
     def save(self, path: PathLike) -> None:
