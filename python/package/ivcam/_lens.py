@@ -364,7 +364,7 @@ class Lens:
         """Returns what `ivcam lens --json` prints; with `curves` also the data sheet's curves,
         fans, wavefronts and Seidel sums, under `curves` and `aberrations`.
 
-        `conditions` are `defocus` (mm), `fields`, `frequencies` (lp/mm) and `film` (mm).
+        `conditions` go with `curves`: `defocus` (mm), `fields`, `frequencies` (lp/mm) and `film` (mm).
         """
         words = _conditions(conditions)
         found = self._json("--json", *(["--curves"] if curves else []), *words)
@@ -397,7 +397,7 @@ class Lens:
             size: the width and height of the picture in pixels.
             model: the camera model, as `ivcam lens --model` takes it.
             tolerance: how well the model fits, in pixels.
-            **conditions: `film` (mm), `defocus` (mm) and others of `data`.
+            **conditions: `film` (mm) and `defocus` (mm).
         """
         words = [f"--export={format}"]
         if path is not None:
