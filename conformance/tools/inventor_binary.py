@@ -144,6 +144,8 @@ class Reader:
         flags = self.word() if self.version >= (2, 1) else 2 * self.is_group(word)
         types = self.types_first(made)
         count = 0 if self.lacks_count(word) else self.word()
+        if word == "GlobalField":
+            count = max(count, 1)  # SGI's library writes 0, Coin 1.
         if flags & ~3 or count & ~0x7fff:
             raise Damaged(f"{word} with flags {flags} and {count} fields at byte {self.at}")
         if count & 0x4000 and self.version >= (2, 1):
@@ -229,6 +231,24 @@ class Reader:
             return []
         raise Damaged(f"the type {kind} is not known, at byte {self.at}")
 
+    def pixels(self, count):
+        """Returns the bytes of an image, which Coin pads to a multiple of four and SGI's library does not."""
+        bare = self.at + count
+        data = self.bytes(count)
+        if self.continues(bare) or not self.continues(self.at):
+            self.at = bare
+        return data
+
+    def continues(self, at):
+        """Returns whether flags and counts, and then a name or the end of the file are at a place."""
+        for at in range(at, min(len(self.data), at + 1024), 4):
+            number, rest = int.from_bytes(self.data[at:at + 4], "big"), self.data[at + 4:at + 260]
+            if re.match(rb"[A-Za-z_]\w*$", rest[:number]) and number <= len(rest):
+                return True
+            if at + 4 > len(self.data) or number > (len(self.data) - at - 4) // 4:
+                return False
+        return at + 4 >= len(self.data)
+
     def image(self):
         width, height, components = self.numbers("I", 3)
         if components > 4:
@@ -237,7 +257,7 @@ class Reader:
         if self.version < (2, 1):
             words = self.numbers("I", pixels if components else 0)
             return [width, height, components] + [w & (256 ** components - 1) for w in words]
-        data = self.bytes(pixels * components)
+        data = self.pixels(pixels * components)
         steps = range(0, len(data), components or 1)
         return [width, height, components] + [int.from_bytes(data[i:i + components], "big") for i in steps]
 

@@ -153,7 +153,7 @@ class Writer:
         head = struct.pack(">III", width, height, components)
         if self.version < (2, 1):
             return head + struct.pack(f">{len(pixels)}I", *pixels)
-        return head + padded(b"".join(p.to_bytes(components, "big") for p in pixels))
+        return head + b"".join(p.to_bytes(components, "big") for p in pixels)
 
 
 def padded(data):

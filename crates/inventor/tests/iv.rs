@@ -750,6 +750,72 @@ fn a_field_of_a_binary_file_that_holds_its_default_may_be_connected() {
     );
 }
 
+/// Reads a binary file that must have no messages.
+fn clean_binary(bytes: Vec<u8>) -> Document {
+    let document =
+        Document::read("b.iv", bytes, Arc::new(NoFiles), &Limits::default()).expect("reads");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    document
+}
+
+/// SGI's library writes nothing between the pixels and the flags of the field, Coin zeros up to a
+/// multiple of four.
+#[test]
+fn a_binary_image_of_any_size_is_read_with_coins_padding_and_without() {
+    let ends = [
+        "} Cube { width 3 }",
+        "wrapS CLAMP }",
+        "} Group { } Group { Sphere { } }",
+        "}",
+    ];
+    for end in ends {
+        for (width, height, components) in [(1, 1, 1), (1, 1, 2), (1, 1, 3), (5, 3, 3), (2, 2, 3)] {
+            let pixels = vec!["0x7f"; width * height].join(" ");
+            let scene = clean(&format!(
+                "#Inventor V2.1 ascii\nSeparator {{ Separator {{ Texture2 {{
+                 image {width} {height} {components} {pixels} {end} }} }}"
+            ));
+            let unpadded = scene.write(ivcam_inventor::iv::Format::Binary);
+            assert_eq!(scene.difference(&clean_binary(unpadded.clone())), None);
+            let size = width * height * components;
+            let name = unpadded.windows(5).position(|w| w == b"image");
+            let after = name.expect("the field") + 8 + 12 + size;
+            let padding = vec![0; size.next_multiple_of(4) - size];
+            let padded = [&unpadded[..after], &padding, &unpadded[after..]].concat();
+            assert_eq!(
+                scene.difference(&clean_binary(padded)),
+                None,
+                "{size} {end}"
+            );
+        }
+    }
+}
+
+#[test]
+fn pixels_are_followed_at_once_by_the_flags_of_their_field_as_sgis_library_writes_them() {
+    let scene = clean("#Inventor V2.1 ascii\nTexture2 { image 1 1 3 0x7f7f7f }");
+    let bytes = scene.write(ivcam_inventor::iv::Format::Binary);
+    assert!(bytes.ends_with(&[0, 0, 0, 3, 0x7f, 0x7f, 0x7f, 0, 0, 0, 0]));
+}
+
+/// The number of fields of a `GlobalField` is 0 in files of SGI's library and 1 in Coin's.
+#[test]
+fn a_binary_global_field_has_one_field_whatever_its_number() {
+    let scene = clean(
+        "#Inventor V2.1 ascii\nSeparator { Cube { width = GlobalField { type \"SFFloat\" own 3 }
+         . own } Sphere { } }",
+    );
+    let bytes = scene.write(ivcam_inventor::iv::Format::Binary);
+    let kind = bytes.windows(8).position(|w| w == b"SFFloat\0");
+    let number = kind.expect("the type") + 8;
+    assert_eq!(bytes[number..number + 4], [0, 0, 0, 1]);
+    let mut of_sgi = bytes.clone();
+    of_sgi[number + 3] = 0;
+    for bytes in [bytes, of_sgi] {
+        assert_eq!(scene.difference(&clean_binary(bytes)), None);
+    }
+}
+
 #[test]
 fn old_texture_planes_become_directions() {
     use ivcam_inventor::grammar::{texture_coordinate_plane as plane, texture2_transform};

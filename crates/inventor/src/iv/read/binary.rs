@@ -341,6 +341,8 @@ impl<'s> BinaryReader<'_, '_, 's> {
         self.type_first(node)?;
         let fields = if self.lacks_field_count(class) {
             0
+        } else if class == ClassRef::Known(class::GLOBAL_FIELD) {
+            self.word()?.max(1) // SGI's library writes 0 before the one field, Coin 1.
         } else {
             self.word()?
         };

@@ -15,12 +15,16 @@ use nom::sequence::pair;
 use super::blocks::OnProgress;
 use super::enum_names::EnumNames;
 use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
+use super::tokens::is_word;
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
 use crate::iv::encoding::text;
 
 /// The number of values of a list after which its progress is reported.
 const PART: usize = 1 << 18;
+/// The number of words in which a name is searched for after an image. Only flags and counts may
+/// precede it, of which there are at most a few for each open group.
+const LOOKAHEAD: usize = 256;
 
 /// The parameters of the parser of a value, in addition to its type.
 pub(super) struct Context<'a, 'r> {
@@ -140,6 +144,40 @@ fn padded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
     let padding = promised.next_multiple_of(4) - promised;
     let (rest, _) = take(padding.min(rest.len()))(rest)?;
     Ok((rest, bytes))
+}
+
+/// Parses the bytes of an image. SGI's library writes nothing after them, Coin pads them to a
+/// multiple of four. The padding is skipped if the file can be read on only after it.
+fn unpadded(input: &[u8], promised: usize) -> Parsed<'_, &[u8]> {
+    let (after_padding, bytes) = padded(input, promised)?;
+    let after_bytes = &input[bytes.len()..];
+    let is_padded = !continues(after_bytes) && continues(after_padding);
+    Ok((
+        if is_padded {
+            after_padding
+        } else {
+            after_bytes
+        },
+        bytes,
+    ))
+}
+
+/// Returns whether bytes can follow the value of a field: flags and counts, and then a name or the
+/// end of the file. From a wrong offset a small word is a large one, which no count can be.
+fn continues(mut rest: &[u8]) -> bool {
+    for _ in 0..LOOKAHEAD {
+        let Ok((after, number)) = word.map(|n| n as usize).parse(rest) else {
+            return rest.is_empty();
+        };
+        if after.get(..number).is_some_and(is_word) {
+            return true;
+        }
+        if number > after.len() / 4 {
+            return false;
+        }
+        rest = after;
+    }
+    false
 }
 
 /// Parses a length and that many bytes of text.
@@ -263,7 +301,7 @@ fn image(input: &[u8], solid: bool, wide_pixels: bool) -> Parsed<'_, Image> {
             .unwrap_or(usize::MAX)
     };
     let (rest, bytes) = if !wide_pixels {
-        let (rest, bytes) = padded(rest, bytes_of(components))?;
+        let (rest, bytes) = unpadded(rest, bytes_of(components))?;
         (rest, Arc::from(bytes))
     } else if bytes_of(components) == 0 {
         (rest, Arc::from([]))

@@ -298,7 +298,12 @@ impl<'d> BinaryWriter<'d> {
             self.word(image.depth);
         }
         self.word(u32::from(image.components));
-        self.bytes(&image.bytes);
+        // SGI's library reads images without padding. It has no solid ones, which Coin pads.
+        if solid {
+            self.bytes(&image.bytes);
+        } else {
+            self.out.push_bytes(&image.bytes);
+        }
     }
 
     fn many<T>(&mut self, list: &[T], one: impl Fn(&mut Self, &T)) {
