@@ -158,6 +158,25 @@ fn a_file_declares_its_own_classes() {
     assert_eq!(widget.children().count(), 1);
 }
 
+/// SGI's library writes `fields [ SFFloat width, MFString isA ] isA "Cube"`, and neither it nor
+/// Coin reads an `isA` that is not among the fields.
+#[test]
+fn the_base_class_of_a_declared_class_is_among_its_fields() {
+    let text = "#Inventor V2.1 ascii
+MyCube { fields [ SFFloat width, MFString isA ] isA \"Cube\" width 4 }";
+    let document = read(text);
+    assert!(document.sink.items().is_empty());
+    let in_brackets = read(&text.replace("\"Cube\"", "[ \"Cube\" ]"));
+    assert_eq!(document.difference(&in_brackets), None);
+    let written =
+        String::from_utf8(document.write(ivcam_inventor::iv::Format::Ascii)).expect("text");
+    assert!(
+        written.contains("fields [ SFFloat width, MFString isA ]\n  isA [ \"Cube\" ]"),
+        "{written}"
+    );
+    assert_eq!(document.losses(ivcam_inventor::iv::Format::Binary), []);
+}
+
 #[test]
 fn a_wrong_field_costs_only_itself() {
     let document = read(

@@ -362,22 +362,22 @@ impl<'d> Ascii<'d> {
         }
     }
 
-    /// Writes `fields [ … ]` and `isA [ … ]` of a class that the file declares.
+    /// Writes `fields [ … ]` and `isA [ … ]` of a class that the file declares. SGI's library and
+    /// Coin read `isA` only if it is among the fields.
     fn declaration(&mut self, class: ClassRef, extension: &Extension, children: bool) {
         if has_type_first(self.document, class) || !extension.interface.is_empty() {
             return;
         }
-        if !extension.fields.is_empty() || children {
-            let fields: Vec<String> = extension
-                .fields
-                .iter()
-                .map(|(n, k)| format!("{} {n}", k.name()))
-                .collect();
+        let known = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
+        let is_a = !extension.is_a.is_empty() && !known;
+        if !extension.fields.is_empty() || children || is_a {
+            let own = extension.fields.iter();
+            let own = own.map(|(name, kind)| format!("{} {name}", kind.name()));
+            let fields: Vec<String> = own.chain(is_a.then(|| "MFString isA".into())).collect();
             self.start_line();
             self.put(&format!("fields [ {} ]\n", fields.join(", ")));
         }
-        let known = extension.is_a.len() == 1 && extension.is_a[0] == extension.name;
-        if !extension.is_a.is_empty() && !known {
+        if is_a {
             let names: Vec<String> = extension.is_a.iter().map(|n| quoted(n)).collect();
             self.start_line();
             self.put(&format!("isA [ {} ]\n", names.join(", ")));

@@ -1,6 +1,6 @@
 //! The formats in which a document is written, and the features that a format cannot express.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::io;
 
 use super::protos::protos_by_body;
@@ -96,8 +96,12 @@ impl Document {
             lost("script-interfaces", text, self.first_of(first));
         }
         let is_proto = |i: u32| self.protos.list.iter().any(|proto| proto.extension == i);
+        // An extension without fields may be that of a node before its declaration was read.
+        let classes: HashSet<ClassRef> = self.nodes.iter().map(|node| node.class).collect();
+        let is_used = |i: u32| classes.contains(&ClassRef::Extension(i));
         let unknown: Vec<(u32, &Extension)> = extensions()
-            .filter(|(i, e)| e.fields.is_empty() && e.is_a.is_empty() && !is_proto(*i))
+            .filter(|(_, e)| e.fields.is_empty() && e.is_a.is_empty())
+            .filter(|(i, _)| is_used(*i) && !is_proto(*i))
             .collect();
         if let Some((first, _)) = unknown.first() {
             let names = unknown.iter().map(|(_, e)| format!("`{}`", e.name));

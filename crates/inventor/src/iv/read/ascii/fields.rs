@@ -1,6 +1,7 @@
 //! Reads the body of a node: its fields, connections, and the fields that it declares.
 use ivcam_base::diag::{Result, Span, excerpt, nearest};
 
+use super::nodes::is_declaration;
 use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{ClassId, FieldType, Treatment, class, path};
@@ -24,7 +25,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let opens = after.first() == Some(&b'{');
         match token {
             b"DEF" | b"USE" => return self.child(node),
-            b"fields" | b"isA" if after.first() == Some(&b'[') => {
+            _ if is_declaration(token, after) => {
                 self.rest = after;
                 return self.declaration(node, token == b"isA");
             }
@@ -339,11 +340,11 @@ impl<'s> AsciiReader<'_, '_, 's> {
             .set(node, path::INDICES.index, Value::Ints(numbers), span);
     }
 
-    /// Reads `fields [ SFFloat width, … ]` or `isA [ "Group" ]`.
-    pub(super) fn declaration(&mut self, node: NodeId, is_a: bool) -> Result<()> {
-        let list = &self.rest[1..];
-        let mut rest = skip(list);
-        let mut words: Vec<(String, &'s [u8])> = Vec::new();
+    /// Reads the words of a declaration: a list, or one string without brackets.
+    fn declared_words(&mut self) -> Vec<(String, &'s [u8])> {
+        let is_list = self.rest.first() == Some(&b'[');
+        let mut rest = skip(&self.rest[usize::from(is_list)..]);
+        let mut words = Vec::new();
         while !matches!(rest.first(), None | Some(b']' | b'}')) {
             let at = rest;
             let (next, text) = match rest.first() {
@@ -360,8 +361,17 @@ impl<'s> AsciiReader<'_, '_, 's> {
                 words.push((text, at));
             }
             rest = skip(next);
+            if !is_list {
+                break;
+            }
         }
-        self.rest = &rest[usize::from(rest.first() == Some(&b']'))..];
+        self.rest = &rest[usize::from(is_list && rest.first() == Some(&b']'))..];
+        words
+    }
+
+    /// Reads `fields [ SFFloat width, … ]`, `isA [ "Group" ]` or `isA "Group"`.
+    pub(super) fn declaration(&mut self, node: NodeId, is_a: bool) -> Result<()> {
+        let words = self.declared_words();
         if is_a {
             let bare = |s: &str| s.strip_prefix("So").unwrap_or(s).into();
             self.asm.declare(

@@ -119,9 +119,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// Returns whether the body that comes next begins with a declaration of its fields.
     pub(super) fn declares(&mut self) -> bool {
         self.rest = skip(self.rest);
-        word(self.rest).is_ok_and(|(rest, w)| {
-            matches!(w, b"fields" | b"isA") && skip(rest).first() == Some(&b'[')
-        })
+        word(self.rest).is_ok_and(|(rest, token)| is_declaration(token, skip(rest)))
     }
 
     /// Warns about a node of an undeclared class, and skips its contents up to the closing brace.
@@ -275,4 +273,13 @@ impl<'s> AsciiReader<'_, '_, 's> {
             Some(Box::new(Connection { from, output }));
         self.tail(holder, entry)
     }
+}
+
+/// Returns whether a word and what follows it declare fields or base classes of a node: a list, or
+/// one base class without brackets.
+pub(super) fn is_declaration(token: &[u8], after: &[u8]) -> bool {
+    matches!(
+        (token, after.first()),
+        (b"fields" | b"isA", Some(b'[')) | (b"isA", Some(b'"'))
+    )
 }
