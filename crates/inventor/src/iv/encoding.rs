@@ -7,6 +7,16 @@ const WINDOWS_1252: [char; 32] = [
     '\u{90}', '‘', '’', '“', '”', '•', '–', '—', '˜', '™', 'š', '›', 'œ', '\u{9d}', 'ž', 'Ÿ',
 ];
 
+/// The characters that a backslash before them makes a part of a string in quotes. Any other
+/// backslash is kept, because files contain Windows paths.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Escapes {
+    /// Quotes, as in Inventor and VRML 1.0. Such a string cannot end in a backslash.
+    Quote,
+    /// Quotes and backslashes, as in VRML97 and X3D.
+    QuoteAndBackslash,
+}
+
 /// Decodes bytes as UTF-8, or as Windows-1252, which contains Latin-1, if they are not valid UTF-8.
 pub(super) fn text(bytes: &[u8]) -> String {
     text_of(bytes.to_vec())

@@ -152,6 +152,7 @@ mod tests {
     use std::fmt::Debug;
 
     use super::*;
+    use crate::iv::encoding::Escapes;
     use crate::iv::read::numbers::{float, int32};
     use crate::iv::read::tokens::string;
 
@@ -191,8 +192,11 @@ mod tests {
         most(compare(&lines("1 2.5, -3e2 4,\n"), pair));
         most(compare(&lines("12, 7, -1,\r\n"), int32));
         most(compare(&lines("1 2 # 3 ] { \" 4\n"), pair));
-        most(compare(&lines("\"a ] 1\\\" \" b,\n"), string));
-        compare(&lines("\"a\nb\"\n"), string);
+        fn quoted(text: &[u8]) -> Parsed<'_, String> {
+            string(text, Escapes::Quote)
+        }
+        most(compare(&lines("\"a ] 1\\\" \" b,\n"), quoted));
+        compare(&lines("\"a\nb\"\n"), quoted);
         // Pairs that lie on two lines, and no line endings at all.
         little(compare(&lines("1 2 3\n"), pair));
         little(compare(&lines("1 2 3 4 "), int32));

@@ -16,7 +16,7 @@ use quick_xml::reader::Reader;
 
 use super::syntax_error::{Parsed, SyntaxError};
 use crate::grammar::Dialect;
-use crate::iv::encoding::text;
+use crate::iv::encoding::{Escapes, text};
 use crate::iv::limits::Limits;
 
 /// The form in which a file states a scene.
@@ -108,6 +108,14 @@ impl Header {
     /// Returns whether the file is X3D, or of a format whose scenes become nodes of X3D.
     pub(super) fn is_x3d(&self) -> bool {
         self.dialect & Dialect::X3D != 0
+    }
+
+    /// Returns the escapes within the strings of the format.
+    pub(super) fn escapes(&self) -> Escapes {
+        match self.is_vrml97() || self.is_x3d() {
+            true => Escapes::QuoteAndBackslash,
+            false => Escapes::Quote,
+        }
     }
 
     /// Returns whether a texture multiplies the color of a material, as in X3D 4 and glTF, and does

@@ -12,7 +12,7 @@ use nom::multi::{fold_many0, many0_count};
 use nom::sequence::{delimited, pair, preceded};
 
 use super::syntax_error::{Parsed, Problem, SyntaxError, or};
-use crate::iv::encoding::{text, text_of};
+use crate::iv::encoding::{Escapes, text, text_of};
 
 /// The byte is white space or a comma.
 const SPACE: u8 = 1;
@@ -117,9 +117,9 @@ pub(super) fn def_name(input: &[u8]) -> Parsed<'_, &[u8]> {
 }
 
 /// Parses a string in quotes, which may have several lines, or a word without quotes.
-pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
+pub(super) fn string(input: &[u8], escapes: Escapes) -> Parsed<'_, String> {
     if input.first() == Some(&b'"') {
-        return quoted(input);
+        return quoted(input, escapes);
     }
     let bare = take_while1(|b| !matches!(b, 0..=b' ' | b'}' | b']' | b'"' | b','));
     or(Problem::Expected("a string"), bare)
@@ -127,11 +127,14 @@ pub(super) fn string(input: &[u8]) -> Parsed<'_, String> {
         .parse(input)
 }
 
-/// Parses a string in quotes. Only `\"` and `\\` are escapes. Any other backslash is kept, because
-/// files contain Windows paths.
-fn quoted(input: &[u8]) -> Parsed<'_, String> {
+/// Parses a string in quotes.
+fn quoted(input: &[u8], escapes: Escapes) -> Parsed<'_, String> {
     let plain = take_while1(|b| !matches!(b, b'"' | b'\\'));
-    let escape = preceded(char('\\'), recognize(one_of("\"\\")));
+    let escaped = match escapes {
+        Escapes::Quote => "\"",
+        Escapes::QuoteAndBackslash => "\"\\",
+    };
+    let escape = preceded(char('\\'), recognize(one_of(escaped)));
     let body = fold_many0(
         alt((plain, escape, tag("\\"))),
         Vec::new,
@@ -150,11 +153,11 @@ fn quoted(input: &[u8]) -> Parsed<'_, String> {
 
 /// Returns the input after one token: a string, a group in brackets or braces, a word, or a single
 /// byte.
-pub(super) fn past_token(rest: &[u8]) -> &[u8] {
+pub(super) fn past_token(rest: &[u8], escapes: Escapes) -> &[u8] {
     match rest.first() {
         None => rest,
-        Some(b'"') => string(rest).map_or(&[], |(rest, _)| rest),
-        Some(b'{' | b'[' | b'(') => past_braces(&rest[1..]),
+        Some(b'"') => string(rest, escapes).map_or(&[], |(rest, _)| rest),
+        Some(b'{' | b'[' | b'(') => past_braces(&rest[1..], escapes),
         _ => match def_name(rest) {
             Ok((rest, _)) => rest,
             Err(_) => &rest[1..],
@@ -163,14 +166,14 @@ pub(super) fn past_token(rest: &[u8]) -> &[u8] {
 }
 
 /// Returns the input after the brace or bracket that closes the one before the input.
-pub(super) fn past_braces(mut rest: &[u8]) -> &[u8] {
+pub(super) fn past_braces(mut rest: &[u8], escapes: Escapes) -> &[u8] {
     let mut depth = 1usize;
     loop {
         rest = skip(rest);
         match rest.first() {
             None => return rest,
             Some(b'"') => {
-                rest = string(rest).map_or(&[], |(rest, _)| rest);
+                rest = string(rest, escapes).map_or(&[], |(rest, _)| rest);
                 continue;
             }
             Some(b'{' | b'[' | b'(') => depth += 1,
@@ -186,13 +189,13 @@ pub(super) fn past_braces(mut rest: &[u8]) -> &[u8] {
 
 /// Returns the input after the `]` that closes the current list, or the input from a `}` if that
 /// comes first.
-pub(super) fn past_list(mut rest: &[u8]) -> &[u8] {
+pub(super) fn past_list(mut rest: &[u8], escapes: Escapes) -> &[u8] {
     loop {
         rest = skip(rest);
         match rest.first() {
             None | Some(b'}') => return rest,
             Some(b']') => return &rest[1..],
-            _ => rest = past_token(rest),
+            _ => rest = past_token(rest, escapes),
         }
     }
 }

@@ -17,7 +17,7 @@ use super::syntax_error::{Parsed, Problem, SyntaxError, fail, or};
 use super::tokens::{mark, past_list, skip, string, token, word};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Plane, Rotation, Value};
-use crate::iv::encoding::text;
+use crate::iv::encoding::{Escapes, text};
 
 /// A value, which may be a list that ends at a mistake.
 pub(super) struct Read<'a> {
@@ -33,10 +33,13 @@ pub(super) fn value<'a>(
     input: &'a [u8],
     kind: FieldType,
     names: EnumNames,
+    escapes: Escapes,
     left: OnProgress<'_>,
 ) -> Parsed<'a, Read<'a>> {
     use FieldType as F;
     let choice = |input| enumeration(input, names);
+    let string = |input| string(input, escapes);
+    let list_context = (left, escapes);
     match kind {
         F::SFBool => single(input, boolean, Value::Bool),
         F::SFInt32 | F::SFShort => single(input, int32, Value::Int),
@@ -61,23 +64,31 @@ pub(super) fn value<'a>(
         F::SFNode | F::SFPath | F::SFEngine => single(input, nothing, |()| Value::Node(None)),
         F::MFNode => single(input, nothing, |()| Value::Nodes(Vec::new())),
         F::SFTrigger => single(input, nothing, |()| Value::Trigger),
-        F::MFBool => list(input, left, boolean, Value::Bools),
-        F::MFInt32 | F::MFShort => list(input, left, int32, Value::Ints),
-        F::MFEnum => list(input, left, choice, Value::Ints),
-        F::MFUInt32 | F::MFUShort => list(input, left, uint32, Value::UInts),
-        F::MFFloat => list(input, left, float, Value::Floats),
-        F::MFDouble | F::MFTime => list(input, left, double, Value::Doubles),
-        F::MFString | F::MFName => list(input, left, string, Value::Strings),
-        F::MFVec2f => list(input, left, vec2, Value::Vec2s),
-        F::MFVec3f | F::MFColor => list(input, left, vec3, Value::Vec3s),
-        F::MFVec4f => list(input, left, vec4, Value::Vec4s),
-        F::MFVec2i32 => list(input, left, ints::<2>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec3i32 => list(input, left, ints::<3>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec4i32 => list(input, left, ints::<4>, |n| Value::Ints(n.into_flattened())),
-        F::MFVec3d => list(input, left, vec3d, |n| Value::Doubles(n.into_flattened())),
-        F::MFRotation => list(input, left, rotation, Value::Rotations),
-        F::MFMatrix => list(input, left, matrix, Value::Matrices),
-        F::MFPlane => list(input, left, plane, Value::Planes),
+        F::MFBool => list(input, list_context, boolean, Value::Bools),
+        F::MFInt32 | F::MFShort => list(input, list_context, int32, Value::Ints),
+        F::MFEnum => list(input, list_context, choice, Value::Ints),
+        F::MFUInt32 | F::MFUShort => list(input, list_context, uint32, Value::UInts),
+        F::MFFloat => list(input, list_context, float, Value::Floats),
+        F::MFDouble | F::MFTime => list(input, list_context, double, Value::Doubles),
+        F::MFString | F::MFName => list(input, list_context, string, Value::Strings),
+        F::MFVec2f => list(input, list_context, vec2, Value::Vec2s),
+        F::MFVec3f | F::MFColor => list(input, list_context, vec3, Value::Vec3s),
+        F::MFVec4f => list(input, list_context, vec4, Value::Vec4s),
+        F::MFVec2i32 => list(input, list_context, ints::<2>, |n| {
+            Value::Ints(n.into_flattened())
+        }),
+        F::MFVec3i32 => list(input, list_context, ints::<3>, |n| {
+            Value::Ints(n.into_flattened())
+        }),
+        F::MFVec4i32 => list(input, list_context, ints::<4>, |n| {
+            Value::Ints(n.into_flattened())
+        }),
+        F::MFVec3d => list(input, list_context, vec3d, |n| {
+            Value::Doubles(n.into_flattened())
+        }),
+        F::MFRotation => list(input, list_context, rotation, Value::Rotations),
+        F::MFMatrix => list(input, list_context, matrix, Value::Matrices),
+        F::MFPlane => list(input, list_context, plane, Value::Planes),
     }
 }
 
@@ -107,7 +118,7 @@ const MANY: usize = 1 << 11;
 #[inline]
 fn list<'a, T: Send>(
     input: &'a [u8],
-    left: OnProgress<'_>,
+    (left, escapes): (OnProgress<'_>, Escapes),
     one: impl OneValue<'a, T>,
     make: impl Fn(Vec<T>) -> Value,
 ) -> Parsed<'a, Read<'a>> {
@@ -146,7 +157,7 @@ fn list<'a, T: Send>(
         // The parser runs again to return the mistake that ended the list.
         Err(_) => {
             let mistake = token(one).parse(rest).err().map(SyntaxError::from);
-            let rest = past_list(mistake.as_ref().map_or(rest, |mistake| mistake.at));
+            let rest = past_list(mistake.as_ref().map_or(rest, |mistake| mistake.at), escapes);
             Ok((rest, read(values, mistake)))
         }
     }
@@ -255,7 +266,7 @@ fn enumeration(input: &[u8], names: EnumNames) -> Parsed<'_, i32> {
     let bare = || or(Problem::Expected("a name"), word).map(text);
     let (rest, name) = match input.first() {
         Some(b'0'..=b'9' | b'-' | b'+') => return int32(input),
-        Some(b'"') => string(input)?,
+        Some(b'"') => string(input, Escapes::Quote)?,
         _ => bare().parse(input)?,
     };
     match names.value(&name) {

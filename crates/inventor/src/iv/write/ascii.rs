@@ -473,7 +473,8 @@ impl<'d> Ascii<'d> {
     fn plain(&mut self, value: &Value, kind: FieldType, names: &[(&str, i64)]) {
         if !self.dry {
             let indent = self.indent.min(DEEPEST_INDENT);
-            text_values::put(&mut self.out, indent, value, kind, names);
+            let escapes = self.document.escapes();
+            text_values::put(&mut self.out, indent, value, kind, names, escapes);
         }
     }
 

@@ -4,10 +4,12 @@ use std::collections::{HashMap, HashSet};
 use std::io;
 
 use super::protos::protos_by_body;
+use super::text_values::needs_blank;
 use super::{ascii, binary};
-use crate::grammar::value::NodeId;
+use crate::grammar::value::{NodeId, Value};
 use crate::iv::declarations::Extension;
-use crate::iv::document::{ClassRef, Document};
+use crate::iv::document::{ClassRef, Document, FieldEntry};
+use crate::iv::encoding::Escapes;
 
 /// A format that [`Document::write`] can write.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +70,7 @@ impl Document {
     /// Returns the features of this document that a format cannot express.
     pub fn losses(&self, format: Format) -> Vec<FormatLoss> {
         if format == Format::Ascii {
-            return Vec::new();
+            return self.lengthened_strings().into_iter().collect();
         }
         let mut out = Vec::new();
         let mut lost = |code, text: String, node| out.push(FormatLoss { code, text, node });
@@ -112,6 +114,39 @@ impl Document {
             lost("unknown-fields", text, self.first_of(*first));
         }
         out
+    }
+
+    /// Returns the loss of text whose strings in quotes cannot end in a backslash.
+    fn lengthened_strings(&self) -> Option<FormatLoss> {
+        let escapes = self.escapes();
+        let count_of = |field: &FieldEntry| match &field.value {
+            Value::String(text) => usize::from(needs_blank(text, escapes)),
+            Value::Strings(list) => list.iter().filter(|s| needs_blank(s, escapes)).count(),
+            _ => 0,
+        };
+        let counts = self
+            .nodes
+            .iter()
+            .map(|n| n.fields.iter().map(count_of).sum());
+        let counts: Vec<usize> = counts.collect();
+        let first = counts.iter().position(|&count| count > 0)?;
+        Some(FormatLoss {
+            code: "final-backslash",
+            text: format!(
+                "{} strings that end in a backslash get a blank at their end: the format has no \
+                 such strings",
+                counts.iter().sum::<usize>()
+            ),
+            node: Some(NodeId(first as u32)),
+        })
+    }
+
+    /// Returns the escapes within the strings of the document's text format.
+    pub(super) fn escapes(&self) -> Escapes {
+        match self.is_vrml97() || self.is_x3d() {
+            true => Escapes::QuoteAndBackslash,
+            false => Escapes::Quote,
+        }
     }
 
     /// Returns the first node of a class that the file declares.

@@ -8,12 +8,13 @@ use super::output::PieceWriter;
 use super::spelling::{bit_names, enumeration};
 use crate::grammar::FieldType;
 use crate::grammar::value::{Image, Rotation, Value};
+use crate::iv::encoding::Escapes;
 
 /// Returns a value that contains no nodes as text.
 pub(crate) fn value_text(value: &Value, kind: FieldType) -> String {
     let mut bytes = Vec::new();
     let mut out = PieceWriter::to(&mut bytes);
-    put(&mut out, 0, value, kind, &[]);
+    put(&mut out, 0, value, kind, &[], Escapes::QuoteAndBackslash);
     out.finish().expect("memory takes all bytes");
     String::from_utf8(bytes).expect("pieces of text")
 }
@@ -25,6 +26,7 @@ pub(super) fn put(
     value: &Value,
     kind: FieldType,
     names: &[(&str, i64)],
+    escapes: Escapes,
 ) {
     match value {
         Value::Bool(b) => out.push_str(boolean(*b)),
@@ -39,7 +41,7 @@ pub(super) fn put(
         Value::Float(n) => float(out, *n),
         Value::Double(n) => double(out, *n),
         Value::String(s) if kind == FieldType::SFEnum => out.push_str(s),
-        Value::String(s) => out.push_str(&quoted(s)),
+        Value::String(s) => out.push_str(&string(s, escapes)),
         Value::Vec2(v) => floats(out, &v.to_array()),
         Value::Vec3(v) => floats(out, &v.to_array()),
         Value::Vec4(v) => floats(out, &v.to_array()),
@@ -79,7 +81,9 @@ pub(super) fn put(
         Value::Strings(l) if kind == FieldType::MFEnum => {
             list(out, indent, l, 4, |out, s| out.push_str(s));
         }
-        Value::Strings(l) => list(out, indent, l, 1, |out, s| out.push_str(&quoted(s))),
+        Value::Strings(l) => list(out, indent, l, 1, |out, s| {
+            out.push_str(&string(s, escapes))
+        }),
         Value::Vec2s(l) => list(out, indent, l, 4, |out, v| floats(out, &v.to_array())),
         Value::Vec3s(l) => list(out, indent, l, 1, |out, v| floats(out, &v.to_array())),
         Value::Vec4s(l) => list(out, indent, l, 1, |out, v| floats(out, &v.to_array())),
@@ -187,8 +191,30 @@ fn image(out: &mut PieceWriter<'_>, image: &Image, solid: bool) {
     }
 }
 
-/// Quotes a string. A backslash is doubled only if the reader would otherwise treat it as an
-/// escape.
+/// Returns a string as text. Where a backslash is no escape, a string in quotes cannot end in one.
+/// Such a string is written without quotes, or with a blank at its end.
+pub(super) fn string(text: &str, escapes: Escapes) -> String {
+    match escapes {
+        Escapes::Quote if !text.ends_with('\\') => format!("\"{}\"", text.replace('"', "\\\"")),
+        Escapes::Quote if is_bare(text) => format!("{text} "),
+        Escapes::Quote => format!("\"{} \"", text.replace('"', "\\\"")),
+        Escapes::QuoteAndBackslash => quoted(text),
+    }
+}
+
+/// Returns whether a string must be written with a blank at its end.
+pub(super) fn needs_blank(text: &str, escapes: Escapes) -> bool {
+    escapes == Escapes::Quote && text.ends_with('\\') && !is_bare(text)
+}
+
+/// Returns whether a string can be written without quotes.
+fn is_bare(text: &str) -> bool {
+    let is_plain = |c: char| c.is_alphanumeric() || "\\/:._-+".contains(c);
+    text.chars().all(is_plain)
+}
+
+/// Quotes a string of VRML97. A backslash is doubled only if the reader would otherwise treat it as
+/// an escape.
 pub(super) fn quoted(text: &str) -> String {
     let mut out = String::with_capacity(text.len() + 2);
     out.push('"');

@@ -7,7 +7,7 @@ use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{ClassId, FieldType, Treatment, class, path};
 use crate::iv::declarations::Access;
 use crate::iv::document::ClassRef;
-use crate::iv::encoding::text;
+use crate::iv::encoding::{Escapes, text};
 use crate::iv::read::assemble::FieldSlot;
 use crate::iv::read::numbers::integer;
 use crate::iv::read::syntax_error::{Problem, SyntaxError};
@@ -155,7 +155,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
                     return;
                 }
             }
-            self.rest = past_token(self.rest);
+            self.rest = past_token(self.rest, self.asm.header.escapes());
         }
     }
 
@@ -206,7 +206,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let kind = self.asm.written_as(node, slot);
         let names = self.asm.names_of(node, slot);
         let left = self.asm.releases(self.text.len());
-        match values::value(at, kind, names, &left) {
+        match values::value(at, kind, names, self.asm.header.escapes(), &left) {
             Ok((rest, read)) => {
                 self.rest = rest;
                 let span = Span {
@@ -254,11 +254,15 @@ impl<'s> AsciiReader<'_, '_, 's> {
     pub(super) fn long_string(&mut self, string: &str, at: &[u8]) {
         if string.contains("\"\n") || string.contains("\"\r") {
             let span = self.span(at, &at[1..]);
+            let help = match self.asm.header.escapes() {
+                Escapes::Quote => "put a blank before the quote if the string should end there",
+                Escapes::QuoteAndBackslash => "double the backslash if the string should end there",
+            };
             self.warn(
                 span,
                 "this string continues on the next line, because the quote has a backslash before it",
             )
-            .help("double the backslash if the string should end there");
+            .help(help);
         }
     }
 
@@ -280,7 +284,8 @@ impl<'s> AsciiReader<'_, '_, 's> {
             return Ok(());
         };
         let names = self.asm.names_of(node, slot);
-        match values::value(self.rest, slot.kind(), names, &|_| {}) {
+        let escapes = self.asm.header.escapes();
+        match values::value(self.rest, slot.kind(), names, escapes, &|_| {}) {
             Ok((rest, read)) => {
                 self.rest = rest;
                 self.asm.old.push((node, old, read.value));
@@ -348,7 +353,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         while !matches!(rest.first(), None | Some(b']' | b'}')) {
             let at = rest;
             let (next, text) = match rest.first() {
-                Some(b'"') => match string(rest) {
+                Some(b'"') => match string(rest, self.asm.header.escapes()) {
                     Ok((next, text)) => (next, text),
                     Err(_) => break,
                 },

@@ -63,7 +63,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let message = expected("a node or a field", self.rest);
         self.damage(span, message);
         self.rest = match self.rest.first() {
-            Some(b'{' | b'[' | b'"' | b'(') => past_token(self.rest),
+            Some(b'{' | b'[' | b'"' | b'(') => past_token(self.rest, self.asm.header.escapes()),
             _ => &self.rest[1.min(self.rest.len())..],
         };
         Ok(())
@@ -160,7 +160,7 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// Skips the contents of a node up to its closing brace.
     fn skip_body(&mut self) {
         let inside = self.rest;
-        let after = past_braces(inside);
+        let after = past_braces(inside, self.asm.header.escapes());
         // Stop before the closing brace, which ends the node in the usual way.
         let skipped = inside.len() - after.len();
         let closed = inside[..skipped].last() == Some(&b'}');

@@ -263,7 +263,9 @@ impl<'s> AsciiReader<'_, '_, 's> {
         if self.asm.document.protos.list[proto].external {
             self.rest = skip(self.rest);
             let start = self.rest;
-            let urls = values::value(self.rest, FieldType::MFString, EnumNames::NONE, &|_| {});
+            let escapes = self.asm.header.escapes();
+            let (kind, names) = (FieldType::MFString, EnumNames::NONE);
+            let urls = values::value(self.rest, kind, names, escapes, &|_| {});
             if let Ok((rest, read)) = urls {
                 if let Value::Strings(urls) = read.value {
                     self.asm.document.protos.list[proto].urls = urls;

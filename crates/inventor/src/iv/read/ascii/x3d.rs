@@ -36,10 +36,11 @@ impl<'s> AsciiReader<'_, '_, 's> {
     /// Reads the name and the content of a `META` statement.
     fn meta(&mut self, rest: &'s [u8]) {
         self.rest = rest;
-        let Ok((rest, name)) = string(skip(rest)) else {
+        let escapes = self.asm.header.escapes();
+        let Ok((rest, name)) = string(skip(rest), escapes) else {
             return;
         };
-        let Ok((rest, content)) = string(skip(rest)) else {
+        let Ok((rest, content)) = string(skip(rest), escapes) else {
             return;
         };
         self.rest = rest;
