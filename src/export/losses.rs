@@ -1,5 +1,6 @@
 //! What a conversion could not say in the new format.
 
+use glam::DVec2;
 use indexmap::IndexMap;
 use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
@@ -188,9 +189,16 @@ impl Losses {
             lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));
         }
         for camera in &model.cameras {
+            if camera.pose.center != DVec2::ZERO && target != Target::Usda {
+                let text = "the view off the camera's axis is written as one around the axis";
+                self.add("off-axis-view", text, camera.place.clone(), 1);
+            }
             if !target.holds(Feature::Camera) {
                 self.feature(Feature::Camera, &camera.place, 1);
-            } else if camera.pose.viewport_mapping != ViewportMapping::AdjustCamera {
+            } else if !matches!(
+                camera.pose.viewport_mapping,
+                ViewportMapping::AdjustCamera | ViewportMapping::ExtendView
+            ) {
                 let text = "the `viewportMapping` is left out: a view of another shape may show more or less";
                 self.add("viewport-mapping", text, camera.place.clone(), 1);
             }

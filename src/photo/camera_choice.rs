@@ -3,8 +3,7 @@
 use std::ffi::OsStr;
 use std::path::PathBuf;
 
-use glam::DQuat;
-use glam::DVec3;
+use glam::{DQuat, DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::events::SnapshotOptions;
@@ -83,7 +82,7 @@ impl CameraNode {
     /// Creates the node for a pose. The stored pose is rounded, because a node has numbers in
     /// single precision and a rotation as axis and angle.
     pub fn from_pose(pose: &CameraPose) -> Self {
-        let (text, pose) = node_text(pose);
+        let (text, pose) = node_text(&pose.clone().fitted(1.0));
         Self { text, pose }
     }
 
@@ -123,6 +122,10 @@ fn one_field_per_line(node: &str) -> String {
         "aspectRatio",
         "heightAngle",
         "height ",
+        "left",
+        "right",
+        "bottom",
+        "top",
         "viewportMapping",
     ];
     let mut text = node.to_owned();
@@ -168,6 +171,9 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
     let p = pose.position.as_vec3();
     let (axis, angle) = axis_and_angle(pose.orientation);
     let (class, size, projection) = match pose.projection {
+        Projection::Perspective { .. } if pose.center != DVec2::ZERO => {
+            ("FrustumCamera", frustum_sides(pose), pose.projection)
+        }
         Projection::Perspective { height_angle } => (
             "PerspectiveCamera",
             format!("heightAngle {}", height_angle as f32),
@@ -206,6 +212,7 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
         position: p.as_dvec3(),
         orientation: quat(Rotation { axis, angle }).normalize(),
         projection,
+        center: pose.center,
         near: float(pose.near),
         far: match pose.has_far {
             true => float(pose.far),
@@ -218,7 +225,26 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
         film: None,
         source: class.into(),
     };
-    (text, written)
+    // The sides of a frustum are rounded, so its angle is that of the text.
+    match pose.center == DVec2::ZERO {
+        true => (text, written),
+        false => {
+            let again = read("the camera", text.clone().into_bytes());
+            (text, again.unwrap_or(written))
+        }
+    }
+}
+
+/// Returns the sides of a view off the camera's axis, on the near plane.
+fn frustum_sides(pose: &CameraPose) -> String {
+    let Projection::Perspective { height_angle } = pose.projection else {
+        return String::new();
+    };
+    let half = libm::tan(0.5 * height_angle) * DVec2::new(pose.aspect_ratio, 1.0);
+    let [low, high] = [pose.center - half, pose.center + half];
+    let [low, high] = [low, high].map(|corner| (corner * pose.near).as_vec2());
+    let (left, bottom, right, top) = (low.x, low.y, high.x, high.y);
+    format!("left {left} right {right} bottom {bottom} top {top}")
 }
 
 /// Returns the text of the field `viewportMapping`, which is empty for the default.
@@ -227,7 +253,7 @@ fn mapping(mapping: ViewportMapping) -> &'static str {
         ViewportMapping::CropViewportFillFrame => " viewportMapping CROP_VIEWPORT_FILL_FRAME",
         ViewportMapping::CropViewportLineFrame => " viewportMapping CROP_VIEWPORT_LINE_FRAME",
         ViewportMapping::CropViewportNoFrame => " viewportMapping CROP_VIEWPORT_NO_FRAME",
-        ViewportMapping::AdjustCamera => "",
+        ViewportMapping::AdjustCamera | ViewportMapping::ExtendView => "",
         ViewportMapping::LeaveAlone => " viewportMapping LEAVE_ALONE",
     }
 }
@@ -252,8 +278,10 @@ mod tests {
             let mut pose = CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.5);
             pose.position = DVec3::new(t / 7.0, -t / 3.0, 1e-3 * t * t);
             pose.orientation = DQuat::from_euler(glam::EulerRot::XYZ, t, t / 3.0, t / 17.0);
+            pose.center = DVec2::new(f64::from(i % 2), -0.1 * f64::from(i % 4));
             let node = CameraNode::from_pose(&pose);
             assert_eq!(CameraNode::read(node.text()).unwrap(), node);
+            assert!(node.pose().center.distance(pose.center) < 1e-6);
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Creates the camera of a plan, and lists the settings of its lens for the report.
 
+use glam::DVec2;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
 use ivcam_base::math::Meters;
@@ -31,6 +32,11 @@ pub(super) fn camera(
     }
     if let Some(plane) = pose.film {
         return Ok(film_behind_solids(plan, plane, pose));
+    }
+    if !is_pinhole && pose.center != DVec2::ZERO {
+        let warning = "the view of the scene's camera is off its axis, and the lens is on it";
+        let help = "`--shift` and `--rise` move the lens against the film";
+        sink.add(*Diagnostic::warning(warning).with_help(help));
     }
     match &plan.optics {
         Optics::Pinhole => pinhole(plan, pose, sink),
@@ -192,6 +198,7 @@ fn other_field(
             efl if efl < 0.5 => {
                 "no lens sees as much: `--lens none` shows what the camera sees".into()
             }
+            efl if !efl.is_finite() => "the camera's `heightAngle` should be above 0".into(),
             efl => format!("`--efl {efl:.0}mm` shows what the camera sees"),
         })
     })

@@ -31,9 +31,9 @@ pub(super) fn resolve_pose(
             return Err(Diagnostic::unsupported(error).with_help("leave one of them out"));
         }
         (Some(Override::Always(view)), None) => view,
-        (_, Some(choice)) => return choice.pose(),
+        (_, Some(choice)) => return Ok(choice.pose()?.fitted(plan.resolution.aspect())),
         (other, None) => match (environment.pose.clone().or(first), other) {
-            (Some(pose), _) => return Ok(pose),
+            (Some(pose), _) => return Ok(pose.fitted(plan.resolution.aspect())),
             (None, Some(Override::IfUnstated(view))) => view,
             (None, _) => WholeView::Side(ViewDirection::FRONT),
         },

@@ -394,3 +394,33 @@ fn a_picture_that_is_joined_from_parts_has_the_bits_of_one_render() {
     let cut = session.join_parts([&parts[0][..100]]).unwrap_err();
     assert!(cut.message.contains("damaged"), "{}", cut.message);
 }
+
+#[test]
+fn a_lens_says_where_it_cannot_show_what_the_scenes_camera_sees() {
+    let folder = Folder::new("field");
+    for (camera, expected) in [
+        (
+            "FrustumCamera { left -.2 right .6 }",
+            "the view of the scene's camera is off its axis, and the lens is on it",
+        ),
+        (
+            "PerspectiveCamera { heightAngle 0 }",
+            "the camera's `heightAngle` should be above 0",
+        ),
+    ] {
+        let mut plan = plan(&folder);
+        let scene = format!("#Inventor V2.1 ascii\n{camera} Cube {{ }}\n");
+        plan.scene = folder.file("seen.iv", &scene).into();
+        let session = Session::open(plan).expect("the scene is whole");
+        let found: Vec<String> = session
+            .sink
+            .items()
+            .iter()
+            .map(|d| d.render(false))
+            .collect();
+        assert!(
+            found.iter().any(|text| text.contains(expected)),
+            "{found:?}"
+        );
+    }
+}

@@ -6,7 +6,7 @@
 //! the preview, which becomes increasingly noticeable as the camera is moved very close". Both
 //! previews are provided for comparison; neither has blur, distortion or vignetting.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping};
 use ivcam_render::camera::{Camera, LensCamera, Pinhole};
 
@@ -62,6 +62,7 @@ pub(crate) fn pose(camera: &LensCamera, pose: &CameraPose, preview: Preview) -> 
         projection: Projection::Perspective {
             height_angle: height_angle(camera),
         },
+        center: DVec2::ZERO,
         aspect_ratio: camera.format.width / camera.format.height,
         viewport_mapping: ViewportMapping::LeaveAlone,
         ..pose.clone()

@@ -88,7 +88,7 @@ fn node(
     around: SceneSphere,
     nodes: &mut NodeBuilder,
 ) -> NodeId {
-    let pose = &camera.pose;
+    let pose = &camera.pose.clone().fitted(1.0);
     let [nearest, far] = around.depths(number, camera, &Motion::default());
     let near = nearest.max(1e-4 * far);
     let depth = (around.center - pose.position).dot(pose.direction());

@@ -137,6 +137,11 @@ pub(super) fn camera(
         "float horizontalAperture = {}",
         (height * aspect) as f32
     ));
+    let [right, up] = (50.0 * pose.center).as_vec2().to_array();
+    if [right, up] != [0.0; 2] {
+        out.line(format_args!("float horizontalApertureOffset = {right}"));
+        out.line(format_args!("float verticalApertureOffset = {up}"));
+    }
     out.line(format_args!(
         "float2 clippingRange = ({}, {})",
         near as f32, far as f32

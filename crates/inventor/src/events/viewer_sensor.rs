@@ -5,7 +5,7 @@ use glam::{DMat4, DVec3};
 
 use crate::grammar::{class, proximity_sensor, visibility_sensor, vrml_sensor};
 use crate::iv::{NodeId, NodeRef, Value};
-use crate::pose::{CameraPose, Projection, rotation_of, rotation_value};
+use crate::pose::{CameraPose, Projection, ViewExtent, rotation_of, rotation_value};
 
 /// The state of a sensor while a scene plays.
 #[derive(Clone, Debug, Default)]
@@ -101,19 +101,17 @@ fn is_in_view(
         viewer_from_box.transform_point3(center + half * DVec3::new(sign(0), sign(1), sign(2)))
     };
     let corners: Vec<DVec3> = (0..8).map(corner).collect();
-    // The angle and the height are those of the shorter side of the picture.
-    let (wide, high) = (aspect.max(1.0), (1.0 / aspect).max(1.0));
-    // The half height of the view at a depth, which for parallel rays is the same at all depths.
-    let half_height = |depth: f64| match viewer.projection {
-        Projection::Perspective { height_angle } => depth * libm::tan(0.5 * height_angle),
-        Projection::Orthographic { height } => 0.5 * height,
+    let ViewExtent { half, center, .. } = viewer.view_extent(aspect);
+    // The extent of the view at a depth, which for parallel rays is the same at all depths.
+    let at_depth = |depth: f64, extent: f64| match viewer.projection {
+        Projection::Perspective { .. } => depth * extent,
+        Projection::Orthographic { .. } => extent,
     };
-    let is_inside = |of: fn(&DVec3) -> f64, extent: f64| {
-        corners.iter().any(|p| of(p) < extent * half_height(-p.z))
-    };
+    let is_inside =
+        |of: fn(&DVec3) -> f64, extent: f64| corners.iter().any(|p| of(p) < at_depth(-p.z, extent));
     corners.iter().any(|p| p.z < 0.0)
-        && is_inside(|p| p.x, wide)
-        && is_inside(|p| -p.x, wide)
-        && is_inside(|p| p.y, high)
-        && is_inside(|p| -p.y, high)
+        && is_inside(|p| p.x, half.x + center.x)
+        && is_inside(|p| -p.x, half.x - center.x)
+        && is_inside(|p| p.y, half.y + center.y)
+        && is_inside(|p| -p.y, half.y - center.y)
 }

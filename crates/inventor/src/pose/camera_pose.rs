@@ -6,8 +6,8 @@ use super::projection::{Projection, ViewportMapping};
 use super::rotation::{quat, rotation_of};
 use super::view_direction::ViewDirection;
 use crate::grammar::{
-    Field, camera, class, film_camera, ortho_viewpoint, orthographic_camera, perspective_camera,
-    viewpoint,
+    Class, Field, camera, class, film_camera, frustum_camera, ortho_viewpoint, orthographic_camera,
+    perspective_camera, viewpoint,
 };
 use crate::iv::NodeRef;
 
@@ -37,6 +37,8 @@ pub struct CameraPose {
     pub orientation: DQuat,
     /// The mapping from directions to the picture.
     pub projection: Projection,
+    /// The middle of the view at distance 1. Only that of a `FrustumCamera` may be off the axis.
+    pub center: DVec2,
     /// The distance of the near clipping plane.
     pub near: f64,
     /// The distance of the far clipping plane.
@@ -59,39 +61,12 @@ impl CameraPose {
     /// Returns the pose of a camera node or a VRML97 `Viewpoint`; `None` for any other node.
     ///
     /// The matrix `world_from_camera` transforms the position and rotates the orientation. Its
-    /// scale does not change the projection, as in Coin.
+    /// scale acts on the distances and the height of the view of Inventor's cameras. If it is not
+    /// uniform, the picture is not stretched. A viewpoint of VRML97, X3D or glTF is not scaled.
     pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
         let class = node.class()?;
-        let number = |field: Field<f32>| {
-            let value = node.get(field);
-            f64::from(if value.is_finite() {
-                value
-            } else {
-                field.default()
-            })
-        };
-        let is_perspective = [class::PERSPECTIVE_CAMERA, class::FRUSTUM_CAMERA]
-            .into_iter()
-            .any(|c| class.descends_from(c));
-        let projection = if is_perspective {
-            Projection::Perspective {
-                height_angle: number(perspective_camera::HEIGHT_ANGLE),
-            }
-        } else if class.descends_from(class::ORTHOGRAPHIC_CAMERA) {
-            Projection::Orthographic {
-                height: number(orthographic_camera::HEIGHT),
-            }
-        } else if class.id == class::ORTHO_VIEWPOINT {
-            Projection::Orthographic {
-                height: ortho_height(node.get(ortho_viewpoint::FIELD_OF_VIEW)),
-            }
-        } else if class.id == class::VIEWPOINT {
-            Projection::Perspective {
-                height_angle: number(viewpoint::FIELD_OF_VIEW),
-            }
-        } else {
-            return None;
-        };
+        let number = |field| finite(node, field);
+        let view = View::of(node, class)?;
         let own = node.get(camera::POSITION);
         let own = if own.is_finite() {
             own
@@ -100,12 +75,12 @@ impl CameraPose {
         };
         let turn = quat(node.get(camera::ORIENTATION));
         let orientation = (rotation_of(world_from_camera) * turn).normalize();
-        let middle = match class.id == class::ORTHO_VIEWPOINT {
-            true => ortho_middle(node.get(ortho_viewpoint::FIELD_OF_VIEW)),
-            false => DVec2::ZERO,
-        };
         let position = world_from_camera.transform_point3(own.as_dvec3());
-        let position = position + orientation * middle.extend(0.0);
+        let position = position + orientation * view.aside.extend(0.0);
+        let [up, back] = match class.descends_from(class::CAMERA) {
+            true => [DVec3::Y, DVec3::Z].map(|axis| scale_along(world_from_camera, turn * axis)),
+            false => [1.0; 2],
+        };
         Some(Self {
             position: if position.is_finite() {
                 position
@@ -117,13 +92,14 @@ impl CameraPose {
             } else {
                 DQuat::IDENTITY
             },
-            projection,
-            near: number(camera::NEAR_DISTANCE),
-            far: number(camera::FAR_DISTANCE),
+            projection: view.projection.scaled(up, back),
+            center: view.center,
+            near: back * number(camera::NEAR_DISTANCE),
+            far: back * number(camera::FAR_DISTANCE),
             has_far: class.descends_from(class::CAMERA) && node.states(camera::FAR_DISTANCE),
-            focal_distance: number(camera::FOCAL_DISTANCE),
-            aspect_ratio: number(camera::ASPECT_RATIO),
-            viewport_mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
+            focal_distance: back * number(camera::FOCAL_DISTANCE),
+            aspect_ratio: view.aspect_ratio,
+            viewport_mapping: view.mapping,
             film: class.descends_from(class::FILM_CAMERA).then(|| FilmPlane {
                 height_angle: number(film_camera::HEIGHT_ANGLE),
                 film_z: number(film_camera::FILM_DISTANCE),
@@ -135,6 +111,21 @@ impl CameraPose {
         })
     }
 
+    /// Returns the pose with Inventor's default mapping that shows the same in a picture of an
+    /// aspect ratio, if the view is that of an `OrthoViewpoint`.
+    #[must_use]
+    pub fn fitted(self, aspect: f64) -> Self {
+        if self.viewport_mapping != ViewportMapping::ExtendView {
+            return self;
+        }
+        let height = 2.0 * self.view_extent(aspect).half.min_element();
+        Self {
+            projection: Projection::Orthographic { height },
+            viewport_mapping: ViewportMapping::AdjustCamera,
+            ..self
+        }
+    }
+
     /// Returns the view of VRML97's default `Viewpoint`, which a viewer has while none is bound
     /// (ISO 14772-1, 4.6.10).
     pub fn default_viewpoint() -> Self {
@@ -144,6 +135,7 @@ impl CameraPose {
             projection: Projection::Perspective {
                 height_angle: f64::from(viewpoint::FIELD_OF_VIEW.default()),
             },
+            center: DVec2::ZERO,
             near: f64::from(camera::NEAR_DISTANCE.default()),
             far: f64::from(camera::FAR_DISTANCE.default()),
             has_far: false,
@@ -218,6 +210,7 @@ impl CameraPose {
             position: center + DVec3::Z * distance,
             orientation: DQuat::IDENTITY,
             projection: Projection::Perspective { height_angle },
+            center: DVec2::ZERO,
             near: distance - radius,
             far: distance + radius,
             has_far: true,
@@ -250,32 +243,125 @@ impl CameraPose {
     }
 }
 
-/// Returns the height of what an `OrthoViewpoint` shows: its field of view has the least x and y
-/// and the largest x and y.
-fn ortho_height(view: &[f32]) -> f64 {
-    let height = match *view {
-        [_, least, _, most] => f64::from(most) - f64::from(least),
-        _ => 2.0,
-    };
-    if height.is_finite() && height > 0.0 {
-        height
-    } else {
-        2.0
+/// What a camera node says of its view.
+struct View {
+    projection: Projection,
+    center: DVec2,
+    aspect_ratio: f64,
+    mapping: ViewportMapping,
+    /// The way from the node's position to the eye, to the right and upward.
+    aside: DVec2,
+}
+
+impl View {
+    /// Returns the view of a node, or `None` if its class is no camera.
+    fn of(node: NodeRef<'_>, class: &Class) -> Option<Self> {
+        let projection = if class.descends_from(class::FRUSTUM_CAMERA) {
+            return Some(Self::of_frustum(node));
+        } else if class.id == class::ORTHO_VIEWPOINT {
+            return Some(Self::of_rectangle(node.get(ortho_viewpoint::FIELD_OF_VIEW)));
+        } else if class.descends_from(class::PERSPECTIVE_CAMERA) {
+            Projection::Perspective {
+                height_angle: finite(node, perspective_camera::HEIGHT_ANGLE),
+            }
+        } else if class.descends_from(class::ORTHOGRAPHIC_CAMERA) {
+            Projection::Orthographic {
+                height: finite(node, orthographic_camera::HEIGHT),
+            }
+        } else if class.id == class::VIEWPOINT {
+            Projection::Perspective {
+                height_angle: finite(node, viewpoint::FIELD_OF_VIEW),
+            }
+        } else {
+            return None;
+        };
+        Some(Self {
+            projection,
+            center: DVec2::ZERO,
+            aspect_ratio: finite(node, camera::ASPECT_RATIO),
+            mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
+            aside: DVec2::ZERO,
+        })
+    }
+
+    /// Returns the view of a `FrustumCamera`, whose sides are measured on the near plane.
+    fn of_frustum(node: NodeRef<'_>) -> Self {
+        let on_near_plane = |field| finite(node, field) / finite(node, camera::NEAR_DISTANCE);
+        let low = DVec2::new(
+            on_near_plane(frustum_camera::LEFT),
+            on_near_plane(frustum_camera::BOTTOM),
+        );
+        let high = DVec2::new(
+            on_near_plane(frustum_camera::RIGHT),
+            on_near_plane(frustum_camera::TOP),
+        );
+        let (center, half) = rectangle(low, high, 0.5);
+        Self {
+            projection: Projection::Perspective {
+                height_angle: 2.0 * libm::atan(half.y),
+            },
+            center,
+            aspect_ratio: half.x / half.y,
+            mapping: ViewportMapping::of(node.get(camera::VIEWPORT_MAPPING)),
+            aside: DVec2::ZERO,
+        }
+    }
+
+    /// Returns the view of an `OrthoViewpoint`: its field of view has the least x and y and the
+    /// largest x and y, all of which is seen (ISO 19775-1, 23.4.5).
+    fn of_rectangle(view: &[f32]) -> Self {
+        let [left, bottom, right, top] = match *view {
+            [left, bottom, right, top] => [left, bottom, right, top].map(f64::from),
+            _ => [-1.0, -1.0, 1.0, 1.0],
+        };
+        let (aside, half) = rectangle(DVec2::new(left, bottom), DVec2::new(right, top), 1.0);
+        Self {
+            projection: Projection::Orthographic {
+                height: 2.0 * half.y,
+            },
+            center: DVec2::ZERO,
+            aspect_ratio: half.x / half.y,
+            mapping: ViewportMapping::ExtendView,
+            aside,
+        }
     }
 }
 
-/// Returns the middle of what an `OrthoViewpoint` shows, from its position.
-fn ortho_middle(view: &[f32]) -> DVec2 {
-    let middle = |low: f32, high: f32| 0.5 * (f64::from(low) + f64::from(high));
-    let middle = match *view {
-        [left, bottom, right, top] => DVec2::new(middle(left, right), middle(bottom, top)),
-        _ => DVec2::ZERO,
+/// Returns the middle of a rectangle and half of its size. A side without an extent has
+/// `usual_half`.
+fn rectangle(low: DVec2, high: DVec2, usual_half: f64) -> (DVec2, DVec2) {
+    let [middle, half] = [0.5 * (low + high), 0.5 * (high - low)];
+    let usable = |half: f64| {
+        if half.is_finite() && half > 0.0 {
+            half
+        } else {
+            usual_half
+        }
     };
-    if middle.is_finite() {
+    let middle = if middle.is_finite() {
         middle
     } else {
         DVec2::ZERO
-    }
+    };
+    (middle, DVec2::new(usable(half.x), usable(half.y)))
+}
+
+/// Returns the number of a field, or the field's default if it is not finite.
+fn finite(node: NodeRef<'_>, field: Field<f32>) -> f64 {
+    let value = node.get(field);
+    f64::from(if value.is_finite() {
+        value
+    } else {
+        field.default()
+    })
+}
+
+/// Returns the length in the world of a unit vector of the space around a camera. What differs from
+/// 1 by less than 1e-5 is the rounding of a rotation.
+fn scale_along(world_from_camera: DMat4, axis: DVec3) -> f64 {
+    let length = world_from_camera.transform_vector3(axis).length();
+    let is_scaled = (length - 1.0).abs() > 1e-5 && length > 0.0 && length.is_finite();
+    if is_scaled { length } else { 1.0 }
 }
 
 #[cfg(test)]
@@ -347,5 +433,61 @@ mod tests {
         // A quarter turn takes the middle (2, 1) to (−1, 2).
         assert!(pose.position.distance(DVec3::new(0.0, 4.0, 3.0)) < 1e-6);
         assert_eq!(pose.projection, Projection::Orthographic { height: 4.0 });
+    }
+
+    /// Returns the pose of the only root of a scene.
+    fn pose_of(text: &str, world_from_camera: DMat4) -> CameraPose {
+        let document = Document::read_headerless("a", text.into()).expect("reads");
+        let node = document.node(document.roots[0]);
+        CameraPose::from_node(node, world_from_camera).expect("a camera")
+    }
+
+    #[test]
+    fn an_ortho_viewpoint_shows_all_of_its_rectangle_in_a_picture_of_any_shape() {
+        let text = "#X3D V3.3 utf8\nPROFILE Full\nOrthoViewpoint { fieldOfView [-4 -1 4 1] }";
+        let pose = pose_of(text, DMat4::IDENTITY);
+        // The width of 8 and the height of 2 are the least that is seen (ISO 19775-1, 23.4.5).
+        for (aspect, half) in [(4.0, [4.0, 1.0]), (2.0, [4.0, 2.0]), (8.0, [8.0, 1.0])] {
+            let own = pose.view_extent(aspect);
+            assert_eq!(own.half.to_array(), half);
+            assert_eq!(pose.clone().fitted(aspect).view_extent(aspect), own);
+        }
+    }
+
+    #[test]
+    fn the_view_of_an_inventor_camera_is_scaled_with_the_space_around_it() {
+        let twice = DMat4::from_scale(DVec3::splat(2.0));
+        let text = "#Inventor V2.1 ascii\nOrthographicCamera { position 0 0 5 height 4 \
+                    nearDistance 1 farDistance 20 focalDistance 3 }";
+        let pose = pose_of(text, twice);
+        assert_eq!(pose.projection, Projection::Orthographic { height: 8.0 });
+        let distances = [pose.position.z, pose.near, pose.far, pose.focal_distance];
+        assert_eq!(distances, [10.0, 2.0, 40.0, 6.0]);
+        let text = "#Inventor V2.1 ascii\nPerspectiveCamera { heightAngle 1 }";
+        let usual = Projection::Perspective { height_angle: 1.0 };
+        assert_eq!(pose_of(text, twice).projection, usual);
+        // At twice the distance a thing of the same height has half the tangent.
+        let deep = pose_of(text, DMat4::from_scale(DVec3::new(1.0, 1.0, 2.0)));
+        let tangent = 2.0 * deep.view_extent(1.0).half.y;
+        assert!((tangent - 0.5f64.tan()).abs() < 1e-12, "{tangent}");
+    }
+
+    #[test]
+    fn the_corners_of_a_frustum_camera_are_seen_in_the_corners_of_its_picture() {
+        let text = "#Inventor V2.1 ascii\nFrustumCamera { position 0 0 5 nearDistance 2 \
+                    left -.4 right 1.2 top .6 bottom -.2 viewportMapping LEAVE_ALONE }";
+        let pose = pose_of(text, DMat4::IDENTITY);
+        for (place, corner) in [
+            ([0.0, 0.0], [-0.4, 0.6]),
+            ([1.0, 0.0], [1.2, 0.6]),
+            ([1.0, 1.0], [1.2, -0.2]),
+        ] {
+            let [place, corner] = [place, corner].map(DVec2::from_array);
+            let ray = pose.ray(place, 3.0);
+            let at = ray.at(2.0 / -ray.direction.z);
+            assert!(at.distance(corner.extend(3.0)) < 1e-6, "{at}");
+            let again = pose.place_of_point(at, 3.0).expect("in front");
+            assert!(again.distance(place) < 1e-6, "{again}");
+        }
     }
 }

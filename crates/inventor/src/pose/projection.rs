@@ -17,6 +17,26 @@ pub enum Projection {
     },
 }
 
+impl Projection {
+    /// Returns the projection in a space that is scaled upward and along the view.
+    #[must_use]
+    pub(super) fn scaled(self, up: f64, back: f64) -> Self {
+        let ratio = up / back;
+        match self {
+            Self::Perspective { height_angle } if (ratio - 1.0).abs() > 1e-5 => {
+                let half = ratio * libm::tan(0.5 * height_angle);
+                Self::Perspective {
+                    height_angle: 2.0 * libm::atan(half),
+                }
+            }
+            Self::Perspective { .. } => self,
+            Self::Orthographic { height } => Self::Orthographic {
+                height: up * height,
+            },
+        }
+    }
+}
+
 /// What happens if the picture and the camera have different aspect ratios.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ViewportMapping {
@@ -31,6 +51,9 @@ pub enum ViewportMapping {
     AdjustCamera,
     /// The view is stretched to the picture.
     LeaveAlone,
+    /// The camera's view is extended on two sides to the aspect ratio of the picture. No value of
+    /// Inventor's field says so: it is the mapping of X3D's `OrthoViewpoint`.
+    ExtendView,
 }
 
 impl ViewportMapping {

@@ -11,6 +11,8 @@ pub struct ViewExtent {
     /// Half of the picture's width and height: at distance 1 for a perspective camera, at any
     /// distance for an orthographic one.
     pub half: DVec2,
+    /// The middle of the picture, from the camera's axis, measured as `half`.
+    pub center: DVec2,
     /// Half of the width and height of the view, where those of the picture are 1.
     pub frame: DVec2,
 }
@@ -45,7 +47,8 @@ impl CameraPose {
     ///
     /// If the aspect ratio is not that of the camera, Inventor's `viewportMapping` decides:
     /// `ADJUST_CAMERA` keeps the height angle on the shorter side, the `CROP_` values leave a part
-    /// of the picture black, and `LEAVE_ALONE` stretches the picture.
+    /// of the picture black, and `LEAVE_ALONE` stretches the picture. The view of X3D's
+    /// `OrthoViewpoint` is extended.
     pub fn view_extent(&self, aspect: f64) -> ViewExtent {
         let half_height = match self.projection {
             Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
@@ -65,6 +68,10 @@ impl CameraPose {
                 };
                 (DVec2::new(aspect * y, y), DVec2::ONE)
             }
+            ViewportMapping::ExtendView => {
+                let y = half_height * (own / aspect).max(1.0);
+                (DVec2::new(aspect * y, y), DVec2::ONE)
+            }
             ViewportMapping::LeaveAlone => (DVec2::new(own * half_height, half_height), DVec2::ONE),
             _ if aspect > own => {
                 let half = DVec2::new(aspect * half_height, half_height);
@@ -75,14 +82,19 @@ impl CameraPose {
                 (half, DVec2::new(1.0, aspect / own))
             }
         };
-        ViewExtent { half, frame }
+        ViewExtent {
+            half,
+            center: self.center,
+            frame,
+        }
     }
 
     /// Returns the ray of a place in a picture of an aspect ratio, without a lens. The upper left
     /// corner is 0 0, the lower right one is 1 1; places outside the picture have rays too.
     pub fn ray(&self, place: DVec2, aspect: f64) -> ViewRay {
         let view = DVec2::new(2.0 * place.x - 1.0, 1.0 - 2.0 * place.y);
-        let at = view * self.view_extent(aspect).half;
+        let ViewExtent { half, center, .. } = self.view_extent(aspect);
+        let at = view * half + center;
         let (origin, direction) = match self.projection {
             Projection::Perspective { .. } => (DVec3::ZERO, at.extend(-1.0)),
             Projection::Orthographic { .. } => (at.extend(0.0), DVec3::NEG_Z),
@@ -115,7 +127,8 @@ impl CameraPose {
         if seen.z >= 0.0 || matches!(self.projection, Projection::Orthographic { .. }) {
             return None;
         }
-        let at = seen.truncate() / -seen.z / self.view_extent(aspect).half;
+        let ViewExtent { half, center, .. } = self.view_extent(aspect);
+        let at = (seen.truncate() / -seen.z - center) / half;
         Some(DVec2::new(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y))
     }
 }

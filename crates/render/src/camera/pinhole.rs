@@ -15,6 +15,8 @@ pub struct Pinhole {
     /// Half of the view's width and height: at distance 1 for a perspective camera, at any distance
     /// for an orthographic one.
     half: DVec2,
+    /// The middle of the view, from the camera's axis.
+    center: DVec2,
     /// Half of the width and height of the view, where those of the picture are 1. The picture is
     /// black outside the view.
     frame: DVec2,
@@ -34,7 +36,11 @@ impl Pinhole {
     /// The camera of a pose at the scene's origin, for a picture of an aspect ratio.
     /// [`CameraPose::view_extent`] says what is seen if that is not the camera's own.
     pub fn new(pose: &CameraPose, aspect: f64) -> Self {
-        let ViewExtent { half, frame } = pose.view_extent(aspect);
+        let ViewExtent {
+            half,
+            center,
+            frame,
+        } = pose.view_extent(aspect);
         let near = match pose.projection {
             Projection::Perspective { .. } => 0.0,
             Projection::Orthographic { .. } => pose.near,
@@ -43,6 +49,7 @@ impl Pinhole {
             world_from_camera: pose.orientation,
             projection: pose.projection,
             half,
+            center,
             frame,
             near,
             distortion: [0.0; 2],
@@ -103,7 +110,7 @@ impl Pinhole {
     fn any_ray<const DISTORTED: bool>(&self, x: f64, y: f64) -> (bool, DVec3, DVec3) {
         let view = DVec2::new(2.0 * x - 1.0, 1.0 - 2.0 * y);
         let mut is_inside = (view.x.abs() <= self.frame.x) & (view.y.abs() <= self.frame.y);
-        let mut at = view * self.half;
+        let mut at = view * self.half + self.center;
         if DISTORTED {
             match self.undistorted(at) {
                 Some(point) => at = point,
@@ -205,6 +212,21 @@ mod tests {
     }
 
     #[test]
+    fn rays_of_a_view_off_the_axis_are_those_of_its_pose() {
+        let pose = CameraPose {
+            position: DVec3::ZERO,
+            center: DVec2::new(0.2, 0.05),
+            ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
+        };
+        let pinhole = Pinhole::new(&pose, 1.5);
+        for (x, y) in [(0.0, 0.0), (0.3, 0.9), (1.0, 0.5)] {
+            let own = pose.ray(DVec2::new(x, y), 1.5).direction;
+            let ray = pinhole.ray(x, y).unwrap();
+            assert!(ray.direction.distance(own) < 1e-15, "{x} {y}");
+        }
+    }
+
+    #[test]
     fn rays_in_lanes_have_the_bits_of_single_rays() {
         let perspective = Projection::Perspective { height_angle: 0.8 };
         let orthographic = Projection::Orthographic { height: 2.0 };
@@ -213,6 +235,7 @@ mod tests {
                 projection,
                 viewport_mapping: ivcam_inventor::pose::ViewportMapping::CropViewportFillFrame,
                 orientation: DQuat::from_rotation_x(0.3) * DQuat::from_rotation_z(1.2),
+                center: DVec2::new(0.3, -0.1),
                 ..CameraPose::view_all((DVec3::ZERO, DVec3::ONE), 1.0)
             };
             let pinhole = Pinhole::new(&pose, 1.5);

@@ -51,7 +51,7 @@ impl Screen<'_> {
             }
             Projection::Perspective { height_angle } => {
                 let half = libm::tan(0.5 * height_angle).abs();
-                let corner = half * CORNER;
+                let corner = half * CORNER + self.camera.center.length();
                 let nearest = from_eye.abs() - reach;
                 let nearest = nearest.max(DVec3::ZERO).length();
                 // An equidistant fish-eye, which sees more than others, shows angles up to the
@@ -76,7 +76,7 @@ impl Screen<'_> {
     pub(super) fn project(&self, world: DVec3) -> Option<DVec2> {
         let pixel = self.pixel_at(world)?;
         let local = self.camera.orientation.conjugate() * (world - self.camera.position);
-        Some(local.truncate() / pixel)
+        Some((local.truncate() + local.z * self.camera.center) / pixel)
     }
 
     /// Returns the area of the rectangle around a box in square pixels. It is infinite if a corner
