@@ -239,6 +239,23 @@ fn attributes_cannot_state_nodes_and_entities_are_not_expanded_again() {
     );
 }
 
+/// XML 1.0, 4.4 and 3.1.
+#[test]
+fn entities_of_the_file_stand_for_their_texts_and_an_attribute_stated_twice_is_reported() {
+    let scene = |material: &str| {
+        read(format!(
+            "<!DOCTYPE X3D [ <!ENTITY col '1 0 0'> ]>\n<X3D version='3.3'><Scene><Shape><Appearance>\
+             <Material {material}/></Appearance><Box/></Shape></Scene></X3D>"
+        ))
+    };
+    let document = scene("diffuseColor='&col;'");
+    assert_eq!(messages(&document), Vec::<String>::new());
+    assert_eq!(document.difference(&scene("diffuseColor='1 0 0'")), None);
+    let twice = scene("diffuseColor='1 0 0' diffuseColor='0 1 0'");
+    assert_eq!(document.difference(&twice), None);
+    assert!(messages(&twice)[0].contains("`diffuseColor` is stated twice"));
+}
+
 #[test]
 fn vrml97_has_no_fields_of_x3d() {
     let document = read("#VRML V2.0 utf8\nShape { castShadow FALSE }\n");
@@ -853,6 +870,21 @@ fn an_inline_includes_a_file_of_any_format() {
     assert_eq!(messages(&document), Vec::<String>::new());
     assert_eq!(document.included.len(), 4);
     assert_eq!(nodes(&document, "Shape").len(), 1 + 1 + 3 + 1 + 1);
+}
+
+/// ISO 19775-1, 9.4.2: with `load` FALSE the file is not loaded.
+#[test]
+fn an_inline_whose_load_is_false_includes_nothing() {
+    for (load, included) in [("TRUE", 1), ("FALSE", 0)] {
+        let files = Files(BTreeMap::from([("a.stl", STL.as_bytes().to_vec())]));
+        let text =
+            format!("#X3D V3.3 utf8\nPROFILE Full\nInline {{ load {load} url \"a.stl\" }}\n");
+        let limits = Limits::default();
+        let document = Document::read("a.x3dv", text.into_bytes(), Arc::new(files), &limits);
+        let document = document.expect("reads");
+        assert_eq!(messages(&document), Vec::<String>::new());
+        assert_eq!(document.included.len(), included);
+    }
 }
 
 #[test]

@@ -148,7 +148,8 @@ impl Inclusion<'_> {
     }
 }
 
-/// Returns the files that a node refers to, in the order in which they are tried.
+/// Returns the files that a node refers to, in the order in which they are tried. An `Inline` whose
+/// `load` is false, as X3D allows, refers to none.
 fn references(document: &Document, id: NodeId) -> Vec<String> {
     let node = document.nodes[id.0 as usize].class;
     let index = match node {
@@ -158,6 +159,9 @@ fn references(document: &Document, id: NodeId) -> Vec<String> {
         _ => return Vec::new(),
     };
     let fields = &document.nodes[id.0 as usize].fields;
+    if node == ClassRef::Known(class::INLINE) && !document.node(id).get(inline::LOAD) {
+        return Vec::new();
+    }
     match fields
         .iter()
         .find(|f| f.index == index && !f.ignored)

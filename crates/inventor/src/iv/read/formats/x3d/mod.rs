@@ -5,6 +5,7 @@
 //! `places` leads from the text back to the XML, so that messages and nodes have places in the
 //! file.
 
+mod entities;
 mod places;
 mod translate;
 mod written;

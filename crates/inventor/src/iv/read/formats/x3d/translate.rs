@@ -8,10 +8,10 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 
 use ivcam_base::diag::{Span, excerpt};
-use quick_xml::escape::unescape;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
+use super::entities::Entities;
 use super::places::Places;
 use super::written::{empty, name, put, put_string};
 use crate::grammar::{Class, Dialect, FieldType, by_name};
@@ -93,7 +93,11 @@ struct Translator<'x> {
     open: Vec<OpenElement>,
     /// The prototypes by name, in each open scope.
     protos: Vec<HashMap<Box<str>, ProtoFields>>,
+    entities: Entities,
 }
+
+/// The number of attributes of an element with which the next one's name is compared.
+const COMPARED: usize = 64;
 
 /// Translates a document. What follows a mistake that makes it not well-formed is left out.
 pub(super) fn translate(xml: &str) -> Translation {
@@ -106,6 +110,7 @@ pub(super) fn translate(xml: &str) -> Translation {
         },
         open: Vec::new(),
         protos: vec![HashMap::new()],
+        entities: Entities::default(),
     };
     let mut reader = Reader::from_str(xml);
     reader.config_mut().expand_empty_elements = true;
@@ -121,6 +126,10 @@ pub(super) fn translate(xml: &str) -> Translation {
                     translator.script(&text, at);
                 }
             }
+            Ok(Event::DocType(text)) => {
+                translator.entities = Entities::read(&text.into_inner());
+            }
+            Ok(Event::GeneralRef(name)) => translator.reference(&name.into_inner(), at),
             Ok(Event::Eof) => break,
             Ok(_) => {}
             Err(error) => {
@@ -192,7 +201,7 @@ impl<'x> Translator<'x> {
 
     /// Returns the attributes of an element. Of attributes with one name the first counts.
     fn attributes<'e>(&mut self, start: &'e BytesStart<'_>, at: usize) -> XmlAttributes<'e> {
-        let mut list = Vec::new();
+        let mut list: Vec<(&str, Cow<'_, str>, usize)> = Vec::new();
         for attribute in start.attributes().with_checks(false) {
             let attribute = match attribute {
                 Ok(attribute) => attribute,
@@ -206,7 +215,19 @@ impl<'x> Translator<'x> {
                 continue;
             };
             let place = self.offset(raw);
-            let value = unescape(raw).unwrap_or_else(|error| {
+            if list
+                .iter()
+                .take(COMPARED)
+                .any(|(before, ..)| *before == key)
+            {
+                let key = excerpt(key);
+                self.warn(
+                    at,
+                    format!("the attribute `{key}` is stated twice; the first counts"),
+                );
+                continue;
+            }
+            let value = self.entities.expanded(raw).unwrap_or_else(|error| {
                 self.warn(at, format!("an entity is not known: {error}"));
                 Cow::Borrowed(raw)
             });
@@ -510,6 +531,15 @@ impl<'x> Translator<'x> {
                 self.put(&format!("{}\n", empty(kind)), at);
             }
             kind => self.value(kind, value, at),
+        }
+    }
+
+    /// Reports a reference between elements to an entity of the file.
+    fn reference(&mut self, name: &str, at: usize) {
+        if self.entities.declares(name) {
+            let name = excerpt(name);
+            let message = format!("the entity `{name}` is expanded in attributes only");
+            self.warn(at, message);
         }
     }
 
