@@ -196,6 +196,14 @@ fn a_wrong_field_costs_only_itself() {
 }
 
 #[test]
+fn a_suggested_class_can_be_used() {
+    let document = read("#Inventor V2.1 ascii\nProfile { index 0 }");
+    let message = document.sink.items()[0].render(false);
+    assert!(message.contains("`Profile` is not a known node class"));
+    assert!(!message.contains("did you mean `Profile`"), "{message}");
+}
+
+#[test]
 fn a_truncated_file_keeps_what_was_read() {
     let document = read("#Inventor V2.1 ascii\nSeparator {\n  Cone { height 3\n");
     assert_eq!(

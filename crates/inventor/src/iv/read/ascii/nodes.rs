@@ -2,8 +2,8 @@
 use ivcam_base::diag::{Result, Span, excerpt, nearest};
 
 use super::reader::{AsciiLevel, AsciiReader, AsciiTarget};
-use crate::grammar;
 use crate::grammar::value::{NodeId, Value};
+use crate::grammar::{self, Treatment};
 use crate::iv::document::Connection;
 use crate::iv::encoding::text;
 use crate::iv::limits::beyond;
@@ -137,7 +137,9 @@ impl<'s> AsciiReader<'_, '_, 's> {
             return self.skip_body();
         }
         let near = if self.asm.may_hint() {
-            nearest(name, grammar::CLASSES.iter().map(|c| c.name))
+            let classes = grammar::CLASSES.iter();
+            let classes = classes.filter(|c| c.treatment != Treatment::Abstract);
+            nearest(name, classes.map(|c| c.name))
         } else {
             None
         };
