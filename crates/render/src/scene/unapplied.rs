@@ -5,15 +5,15 @@ use std::sync::OnceLock;
 
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
-    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, texture_unit,
-    vrml97_indexed_face_set as faces97, vrml97_shape,
+    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, surround_scale,
+    texture_unit, vrml97_indexed_face_set as faces97, vrml97_shape,
 };
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::geo::GeoSystem;
 use ivcam_inventor::traversal::state::UnitTexture;
 
 /// The classes by name, in all dialects, and what the picture lacks.
-const UNAPPLIED: [(&str, &str); 32] = [
+const UNAPPLIED: [(&str, &str); 31] = [
     ("BumpMap", "surfaces are drawn without bumps"),
     ("TextureCubeMap", "its texture is not drawn"),
     ("SceneTexture2", "its texture is not drawn"),
@@ -36,7 +36,6 @@ const UNAPPLIED: [(&str, &str); 32] = [
     ("GradientBackground", "the background is as without it"),
     ("ImageBackground", "the background is as without it"),
     ("PyScript", "it is not run"),
-    ("SurroundScale", "what follows it keeps its size"),
     ("GeoCoordinate", "shapes with its points are not drawn"),
     ("GeoElevationGrid", "it is not drawn"),
     ("GeoLOD", "its children are not drawn"),
@@ -139,6 +138,10 @@ fn lack(node: NodeRef<'_>) -> Option<&'static str> {
             (true, true) => Some("its textures are drawn as colors, not as bumps"),
             (true, false) => None,
         };
+    }
+    if known.id == class::SURROUND_SCALE {
+        let is_on = node.get(surround_scale::NUM_NODES_UP_TO_CONTAINER) > 0;
+        return is_on.then_some("what follows it keeps its size");
     }
     if let Some(words) = geo_system(node) {
         let is_known = GeoSystem::of(words).is_some();
@@ -270,8 +273,6 @@ mod tests {
                 class.family
             );
         }
-        // This class changes the traversal state in Inventor, and nothing here.
-        assert!(UNAPPLIED.iter().any(|(name, _)| *name == "SurroundScale"));
         for (name, _) in UNAPPLIED {
             assert!(CLASSES.iter().any(|class| class.name == name), "{name}");
         }
@@ -333,6 +334,20 @@ mod tests {
                 "{:?}",
                 survey.diagnostics
             );
+        }
+    }
+
+    /// In Coin a `SurroundScale` does nothing unless it says how far its container is.
+    #[test]
+    fn only_a_surround_scale_with_a_container_is_reported() {
+        for (container, problems) in [(0, 0), (2, 1)] {
+            let text = format!(
+                "#Inventor V2.1 ascii\nSeparator {{ SurroundScale {{ numNodesUpToContainer {container} \
+                 numNodesUpToReset 1 }} Cube {{ }} }}\n"
+            );
+            let document = Document::read_headerless("a", text.into_bytes()).unwrap();
+            let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());
+            assert_eq!(survey.diagnostics.len(), problems);
         }
     }
 
