@@ -102,13 +102,15 @@ impl About {
 /// The finite number at the beginning of a text, and the text behind it, where its unit is.
 fn number(text: &str) -> Option<(f64, &str)> {
     let text = text.trim_start();
-    let word = text.split_whitespace().next()?;
-    let end = match word.parse::<f64>() {
-        Ok(_) => word.len(),
-        Err(_) => word.find(|c: char| c.is_alphabetic() || c == '\u{b0}')?,
-    };
-    let number = word[..end].parse().ok().filter(|v: &f64| v.is_finite())?;
-    Some((number, text[end..].trim_start()))
+    let is_digit = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | 'e' | 'E');
+    let most = text.find(|c| !is_digit(c)).unwrap_or(text.len());
+    // Of `70-200` it is the first number, and of `5e` it is 5.
+    let numbers = (1..=most).rev().map(|end| (text[..end].parse(), end));
+    let (number, end) = numbers
+        .into_iter()
+        .find_map(|(n, end)| Some((n.ok()?, end)))?;
+    let is_finite = |number: &f64| number.is_finite();
+    Some((Some(number).filter(is_finite)?, text[end..].trim_start()))
 }
 
 /// The length in millimeters at the beginning of a text. Without a unit it is in `unit`.
@@ -125,21 +127,26 @@ pub(crate) fn millimeters(text: &str, unit: f64) -> Option<f64> {
     Some(number * stated.map_or(unit, LengthUnit::millimeters))
 }
 
-/// The name of the unit that a comment such as `units: cm` or `Units in` states. Without a colon it
-/// may be a sentence, so the name has to be that of a unit.
+/// The name of the unit that a comment such as `units: cm` or `Units in` states. It has to be that
+/// of a unit, because the comment may be a sentence, except for the one word behind `units:`.
 pub(crate) fn stated_unit(note: &str) -> Option<String> {
     let words = note.replace([':', '='], " : ");
     let words: Vec<&str> = words.split_whitespace().collect();
     let (key, name) = words.split_first()?;
-    let is_key = ["unit", "units"]
-        .iter()
-        .any(|word| key.eq_ignore_ascii_case(word));
-    let stated = match name {
-        [":", name @ ..] => name.join(" "),
-        [name] => LengthUnit::parse(&name.to_ascii_lowercase()).map(|_| (*name).to_owned())?,
+    let key = ["units", "unit"]
+        .into_iter()
+        .find(|word| key.eq_ignore_ascii_case(word))?;
+    let (is_key, name) = match name {
+        [":", name @ ..] => (
+            key == "units" && note.contains(':') && name.len() == 1,
+            name,
+        ),
+        [_] => (false, name),
         _ => return None,
     };
-    is_key.then_some(stated)
+    let name = name.join(" ");
+    let is_unit = LengthUnit::parse(&name.to_ascii_lowercase()).is_some();
+    (is_key || is_unit).then_some(name)
 }
 
 /// The angle in degrees at the beginning of a text, which may be in radians.

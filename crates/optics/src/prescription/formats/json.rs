@@ -63,13 +63,16 @@ const FIELDS: &str = "i kind R radius c curvature t thickness n_d n V_d n_F n_C 
 
 /// The names of the fields of [`LensFields`], and of those beside them; the design data of
 /// [`KEYS`] may follow.
-const LENS_FIELDS: &str = "schema name title note surfaces units n_object object_medium h_max half_field_deg \
+const LENS_FIELDS: &str = "schema title note order surfaces units n_object object_medium h_max half_field_deg \
                            entrance_pupil image_f_number wavelengths_nm wavelength_weights coating \
                            iris zoom focus_group";
 
 /// The names of the fields of [`IrisFields`] and of [`ZoomFields`].
 const IRIS_FIELDS: &str = "blades outline rotation_deg";
 const ZOOM_FIELDS: &str = "name gaps stop";
+
+/// The most unknown fields of an object that are named. Each is searched for in the whole file.
+const MOST_UNKNOWN: usize = 20;
 
 /// The names of the fields of each column of the table.
 const COLUMNS: [&[&str]; 4] = [
@@ -506,7 +509,7 @@ impl LensJsonReader<'_> {
         let inner = iris.into_iter().chain(zoom);
         let inner = inner.map(|(object, names)| (object, names.split(' ').collect()));
         for (object, known) in std::iter::once((root, own)).chain(inner) {
-            for name in unknown(object, &known) {
+            for name in unknown(object, &known).take(MOST_UNKNOWN) {
                 let message = format!("there is no field `{name}`; it is not read");
                 sink.warn(self.file.find(&format!("\"{name}\"")), message)
                     .help(spelling(name, "fields", &known));

@@ -24,9 +24,10 @@ pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
                 }
             }
             Some("LD") => {
-                if let (Some(glass), [_, low, high, ..]) = (glasses.last_mut(), &words[..]) {
-                    let micrometers = [low.number(source)?, high.number(source)?];
-                    glass.measured_nm = Some(micrometers.map(|um| 1e3 * um));
+                // A range of zeros is not known. That of a glass without coefficients is skipped.
+                if let (Some(glass), None, Some(range)) = (glasses.last_mut(), &open, range(&words))
+                {
+                    glass.measured_nm = Some(range);
                 }
             }
             _ => {}
@@ -40,6 +41,13 @@ pub fn read(source: &Arc<Source>) -> Result<Vec<Medium>> {
         .with_help("glass catalogues in Zemax's `.agf` format are read"));
     }
     Ok(glasses)
+}
+
+/// Returns the range of wavelengths in nanometers of an `LD` line, which has micrometers.
+fn range(words: &[Word<'_>]) -> Option<[f64; 2]> {
+    let number = |i: usize| words.get(i)?.text.parse::<f64>().ok();
+    let (low, high) = (number(1)?, number(2)?);
+    (0.0 < low && low < high && high.is_finite()).then_some([1e3 * low, 1e3 * high])
 }
 
 fn heading<'a>(source: &Arc<Source>, words: &[Word<'a>]) -> Result<(Word<'a>, Formula)> {
@@ -124,5 +132,9 @@ mod tests {
         assert_eq!(glass.doubt_at(600.0), None);
         let doubt = glass.doubt_at(1500.0).unwrap();
         assert!(doubt.contains("those at 400 to 700 nm"), "{doubt}");
+        for unknown in ["LD 0 0", "LD 2.5 0.3", "LD - -", "NM B 2\nLD 0.9 1.1"] {
+            let glass = &parse(&text.replace("LD 0.4 0.7", unknown)).unwrap()[0];
+            assert_eq!(glass.measured_nm, None, "{unknown}");
+        }
     }
 }

@@ -243,13 +243,8 @@ fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
         let is_another =
             before.trim_end().ends_with("back") || before.trim_end().ends_with("front");
         let at = after.find(|c: char| c.is_ascii_digit())?;
-        let word = after[at..].split_whitespace().next().unwrap_or("");
         // Of a zoom lens, `70-200 mm`, it is the shortest.
-        let stated = match word.split_once(['-', '\u{2013}']) {
-            Some((shortest, _)) => millimeters(shortest, 1.0),
-            None => millimeters(&after[at..], 1.0),
-        };
-        stated.filter(|f| *f > 0.0 && !is_another)
+        millimeters(&after[at..], 1.0).filter(|f| *f > 0.0 && !is_another)
     };
     notes.iter().find_map(|note| Some((stated(note)?, &**note)))
 }

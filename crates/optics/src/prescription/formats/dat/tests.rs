@@ -74,6 +74,17 @@ fn the_comment_of_the_unit_may_be_in_any_case_and_without_blanks() {
         );
     }
     // A sentence is no unit.
+    for sentence in [
+        "# unit: front group",
+        "# Units: see the patent",
+        "# Unit = 1 mm",
+    ] {
+        assert!(
+            parse(&format!("{sentence}\n5 0.3 1.5 2\n-5 0 1 2\n"))
+                .0
+                .is_ok()
+        );
+    }
     let lens = parse("# units unknown\n5 0.3 1.5 2\n-5 0 1 2\n").0.unwrap();
     assert_eq!(lens.surfaces[0].thickness, 0.3);
 }
@@ -108,6 +119,18 @@ fn a_stated_focal_length_may_be_in_another_unit_and_a_field_in_radians() {
     // 1/f = 0.5 (2/100 - 0.5 * 5/(1.5 * 100 * 100)).
     assert!(!warned("focal length: 10.08 cm") && !warned("Focal length = 3.97 in"));
     assert!(warned("focal length: 10.08") && warned("focal length: 8 cm"));
+    // What follows the number is no part of it.
+    for text in [
+        "{}, f/4",
+        "{}; f/4",
+        "({})",
+        "{}/50 mm",
+        "{}-200 mm",
+        "{}\u{2013}200mm",
+    ] {
+        let stated = |number: &str| format!("focal length {}", text.replace("{}", number));
+        assert!(!warned(&stated("100.8")) && warned(&stated("90")), "{text}");
+    }
     let lens = parse(&format!("# field: 0.5 rad\n{rows}")).0.unwrap();
     let field = crate::prescription::about::About::of(&lens)
         .field_degrees
