@@ -6,7 +6,7 @@ use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::ViewportMapping;
 use ivcam_render::scene::model::{
-    Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneNode,
+    Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneCamera, SceneNode,
 };
 use serde::Serialize;
 
@@ -195,10 +195,7 @@ impl Losses {
             }
             if !target.holds(Feature::Camera) {
                 self.feature(Feature::Camera, &camera.place, 1);
-            } else if !matches!(
-                camera.pose.viewport_mapping,
-                ViewportMapping::AdjustCamera | ViewportMapping::ExtendView
-            ) {
+            } else if !keeps_view(camera, target) {
                 let text = "the `viewportMapping` is left out: a view of another shape may show more or less";
                 self.add("viewport-mapping", text, camera.place.clone(), 1);
             }
@@ -305,5 +302,16 @@ impl Losses {
             losses: self.iter().map(entry).collect(),
         };
         serde_json::to_value(report).expect("strings and numbers are JSON")
+    }
+}
+/// Returns whether a format has the mapping of a camera's view to pictures of other shapes. The
+/// rectangle of an `OrthoViewpoint` is that of a camera of Inventor and VRML97 if it is a square.
+fn keeps_view(camera: &SceneCamera, target: Target) -> bool {
+    match camera.pose.viewport_mapping {
+        ViewportMapping::AdjustCamera => true,
+        ViewportMapping::ExtendView => {
+            !matches!(target, Target::Inventor | Target::Vrml97) || camera.pose.aspect_ratio == 1.0
+        }
+        _ => false,
     }
 }

@@ -625,7 +625,8 @@ impl Session {
             .with_help("write the camera without `--solids`"));
         }
         let focus = self.plan.focus.unwrap_or_else(|| own_focus(&self.pose));
-        Ok(camera_file(&self.pose, focus.0))
+        let pose = self.pose.clone().fitted(self.plan.resolution.aspect());
+        Ok(camera_file(&pose, focus.0))
     }
 
     /// Returns whether the headlight is a flash beside the lens: in model `i`, if the scene has no

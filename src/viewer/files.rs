@@ -88,7 +88,7 @@ impl DroppedKind {
 
 /// Returns a camera file with the pose, and the focus distance as the camera's own.
 pub(crate) fn camera_text(setup: &Setup) -> String {
-    camera_file(&setup.pose, setup.focus())
+    camera_file(&setup.fitted_pose(), setup.focus())
 }
 
 /// Returns a SceneViewer environment file: the camera, the other nodes of the environment read

@@ -73,11 +73,16 @@ impl Setup {
 
     /// Lets the places of touches and drags stay those of the present camera when it moves.
     pub(crate) fn keep_places(&mut self) {
-        let seen_from = CameraNode::from_pose(&self.pose);
+        let seen_from = CameraNode::from_pose(&self.fitted_pose());
         let touched = self.plan.actions.iter_mut();
         for action in touched.filter(|action| action.has_place() && action.viewer.is_none()) {
             action.viewer = Some(seen_from.pose().clone());
         }
+    }
+
+    /// Returns the pose as that of a camera of Inventor that shows the same in this picture.
+    pub(crate) fn fitted_pose(&self) -> CameraPose {
+        self.pose.clone().fitted(self.plan.resolution.aspect())
     }
 
     /// Moves the camera to the nearest pose that a camera node can represent.

@@ -25,6 +25,20 @@ fn a_viewport_mapping_is_a_loss_where_cameras_have_none() {
     }
 }
 
+/// A camera of Inventor shows a height, and the rectangle of an `OrthoViewpoint` has a width too.
+#[test]
+fn the_rectangle_of_an_ortho_viewpoint_is_lost_unless_it_is_a_square() {
+    let codes = |sides: &str| {
+        let text = format!(
+            "#X3D V3.3 utf8\nPROFILE Full\nNavigationInfo {{ headlight FALSE }}\n\
+             OrthoViewpoint {{ fieldOfView [ {sides} ] }} Shape {{ geometry Box {{ }} }}\n"
+        );
+        losses(&text, Target::Inventor)
+    };
+    assert!(codes("-4 -1 4 1").contains(&"viewport-mapping".to_owned()));
+    assert!(!codes("-1 -1 1 1").contains(&"viewport-mapping".to_owned()));
+}
+
 /// OBJ has one opacity for a material, and a surface of USD one source of its color.
 #[test]
 fn colors_of_vertices_become_their_mean_where_the_format_has_one_value() {

@@ -93,7 +93,7 @@ impl CameraPose {
                 DQuat::IDENTITY
             },
             projection: view.projection.scaled(up, back),
-            center: view.center,
+            center: view.center * (up / back),
             near: back * number(camera::NEAR_DISTANCE),
             far: back * number(camera::FAR_DISTANCE),
             has_far: class.descends_from(class::CAMERA) && node.states(camera::FAR_DISTANCE),
@@ -470,6 +470,16 @@ mod tests {
         let deep = pose_of(text, DMat4::from_scale(DVec3::new(1.0, 1.0, 2.0)));
         let tangent = 2.0 * deep.view_extent(1.0).half.y;
         assert!((tangent - 0.5f64.tan()).abs() < 1e-12, "{tangent}");
+    }
+
+    /// Twice as deep, the near plane is at 2 and its sides are where they were.
+    #[test]
+    fn the_middle_of_a_frustum_is_scaled_as_its_height_is() {
+        let text = "#Inventor V2.1 ascii\nFrustumCamera { nearDistance 1 \
+                    left 0 right 1 top .5 bottom -.5 }";
+        let deep = pose_of(text, DMat4::from_scale(DVec3::new(1.0, 1.0, 2.0)));
+        assert!(deep.center.distance(DVec2::new(0.25, 0.0)) < 1e-12);
+        assert!((deep.view_extent(1.0).half.y - 0.25).abs() < 1e-12);
     }
 
     #[test]
