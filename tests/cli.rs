@@ -607,10 +607,16 @@ fn every_picture_that_is_not_there_is_missing_by_its_own_name() {
     let movie = "Shape { appearance Appearance { texture MovieTexture { url \"gone.mpg\" } }\n\
         geometry Box { } }";
     scratch.file("movie.wrl", &format!("#VRML V2.0 utf8\n{movie}\n"));
-    for (scene, missing) in [("layers.iv", "gone.png"), ("movie.wrl", "gone.mpg")] {
+    let sound = "Sound { source MovieTexture { url \"gone.mpg\" } }\nShape { geometry Box { } }";
+    scratch.file("sound.wrl", &format!("#VRML V2.0 utf8\n{sound}\n"));
+    for (scene, missing) in [
+        ("layers.iv", &["gone.png"][..]),
+        ("movie.wrl", &["gone.mpg"]),
+        ("sound.wrl", &[]),
+    ] {
         let run = must_run(&scratch, &format!("check DIR/{scene} --json"));
         let facts: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
-        assert_eq!(facts["missing"], serde_json::json!([missing]), "{scene}");
+        assert_eq!(facts["missing"], serde_json::json!(missing), "{scene}");
     }
 }
 

@@ -239,6 +239,18 @@ fn attributes_cannot_state_nodes_and_entities_are_not_expanded_again() {
     );
 }
 
+#[test]
+fn the_program_of_a_script_is_all_of_its_text() {
+    let text = "<!DOCTYPE X3D [ <!ENTITY f 'go'> ]>\n<X3D version='3.3'><Scene><Script>\n\
+                ecmascript: function &f;() { return 1 &lt; 2 &amp;&amp; 3 &gt; &#50;\
+                <![CDATA[ && 4 < 5; }]]>\n</Script></Scene></X3D>";
+    let program = "ecmascript: function go() { return 1 < 2 && 3 > 2 && 4 < 5; }";
+    let document = read(text);
+    assert_eq!(messages(&document), Vec::<String>::new());
+    let url = nodes(&document, "Script")[0].value("url").unwrap().clone();
+    assert_eq!(format!("{url:?}"), format!("Strings([{program:?}])"));
+}
+
 /// XML 1.0, 4.4 and 3.1.
 #[test]
 fn entities_of_the_file_stand_for_their_texts_and_an_attribute_stated_twice_is_reported() {

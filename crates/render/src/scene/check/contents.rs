@@ -3,6 +3,7 @@
 use ivcam_inventor::grammar::{class, level_of_detail, lod, vrml97_lod};
 use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 
+use super::missing::sounds;
 use crate::scene::looks::{PICTURES, shows_picture};
 
 /// The number of entries of a line; of more, the line says how many there are.
@@ -11,9 +12,12 @@ const SHOWN: usize = 6;
 /// Returns the lines with their headings, of which each has at least one entry.
 pub(super) fn lines(document: &Document) -> Vec<(&'static str, String)> {
     let (mut textures, mut levels) = (Vec::new(), Vec::new());
+    let sounds = sounds(document);
     for index in 0..document.nodes.len() {
         let node = document.node(NodeId(index as u32));
-        textures.extend(self::textures(node));
+        if !sounds.contains(&node.id) {
+            textures.extend(self::textures(node));
+        }
         levels.extend(levels_of(node));
     }
     let lines = [("textures", textures), ("levels", levels)];

@@ -1,9 +1,11 @@
 //! Finds files that a scene names and that cannot be read.
 
+use std::collections::HashSet;
+
 use ivcam_base::diag::{Diagnostic, ErrorKind, Severity, excerpt, excerpt_path};
 use ivcam_base::memory::MemoryBudget;
-use ivcam_inventor::grammar::{class, inline, www_inline};
-use ivcam_inventor::iv::{NodeId, NodeRef};
+use ivcam_inventor::grammar::{class, inline, sound, www_inline};
+use ivcam_inventor::iv::{Document, NodeId, NodeRef};
 use ivcam_inventor::snapshot::Snapshot;
 
 use crate::scene::looks::{FileField, PANORAMA, PICTURES, TextureFiles, shows_picture};
@@ -43,6 +45,7 @@ fn shortened(name: &str) -> String {
 pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing> {
     let document = snapshot.document();
     let mut missing: Vec<Missing> = Vec::new();
+    let sounds = sounds(document);
     for index in 0..document.nodes.len() {
         let id = NodeId(index as u32);
         let node = document.node(id);
@@ -50,10 +53,11 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
             continue;
         };
         let pictures: Vec<&[FileField]> = match class.id {
-            id if shows_picture(id) => vec![&PICTURES],
+            class if shows_picture(class) && !sounds.contains(&id) => vec![&PICTURES],
             class::BACKGROUND | class::VRML97_BACKGROUND => PANORAMA.chunks(1).collect(),
             class::FILE | class::WWW_INLINE | class::INLINE
-                if !document.included.contains_key(&id) =>
+                if !document.included.contains_key(&id)
+                    && node.find(inline::LOAD) != Some(false) =>
             {
                 missing.extend(included(node));
                 continue;
@@ -90,6 +94,15 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
         same
     });
     missing
+}
+
+/// Returns the nodes that are sources of sound. A `MovieTexture` may be one.
+pub(super) fn sounds(document: &Document) -> HashSet<NodeId> {
+    let nodes = (0..document.nodes.len()).map(|index| document.node(NodeId(index as u32)));
+    let sounds = nodes.filter(|node| node.class_id() == Some(class::SOUND));
+    sounds
+        .flat_map(|node| node.get_nodes(sound::SOURCE).iter().copied())
+        .collect()
 }
 
 /// Returns the files of a node that includes a scene, and does not.

@@ -94,6 +94,8 @@ struct Translator<'x> {
     /// The prototypes by name, in each open scope.
     protos: Vec<HashMap<Box<str>, ProtoFields>>,
     entities: Entities,
+    /// The text of the open `Script`, and where it begins.
+    script: (usize, String),
 }
 
 /// The number of attributes of an element with which the next one's name is compared.
@@ -111,6 +113,7 @@ pub(super) fn translate(xml: &str) -> Translation {
         open: Vec::new(),
         protos: vec![HashMap::new()],
         entities: Entities::default(),
+        script: (0, String::new()),
     };
     let mut reader = Reader::from_str(xml);
     reader.config_mut().expand_empty_elements = true;
@@ -119,13 +122,8 @@ pub(super) fn translate(xml: &str) -> Translation {
         match reader.read_event() {
             Ok(Event::Start(start)) => translator.start(&start, at),
             Ok(Event::End(_)) => translator.end(),
-            Ok(Event::CData(text)) => translator.script(&text.into_inner(), at),
-            Ok(Event::Text(text)) => {
-                let text = text.into_inner();
-                if !text.trim_ascii().is_empty() {
-                    translator.script(&text, at);
-                }
-            }
+            Ok(Event::CData(text)) => translator.text(&text.into_inner(), at),
+            Ok(Event::Text(text)) => translator.text(&text.into_inner(), at),
             Ok(Event::DocType(text)) => {
                 translator.entities = Entities::read(&text.into_inner());
             }
@@ -534,32 +532,53 @@ impl<'x> Translator<'x> {
         }
     }
 
-    /// Reports a reference between elements to an entity of the file.
+    /// Adds a reference to an entity to the text of a `Script`, and reports one between elements to
+    /// an entity of the file.
     fn reference(&mut self, name: &str, at: usize) {
-        if self.entities.declares(name) {
+        let raw = format!("&{name};");
+        if self.is_in_script()
+            && let Ok(text) = self.entities.expanded(&raw)
+        {
+            self.text(&text, at);
+        } else if self.entities.declares(name) {
             let name = excerpt(name);
             let message = format!("the entity `{name}` is expanded in attributes only");
             self.warn(at, message);
         }
     }
 
-    /// States the program in the text of a `Script`.
-    fn script(&mut self, text: &str, at: usize) {
-        let Some(OpenElement::Node(Some(class))) = self.open.last() else {
-            return;
-        };
-        if class.name != "Script" {
-            return;
+    /// Returns whether the innermost element is a `Script`.
+    fn is_in_script(&self) -> bool {
+        matches!(self.open.last(), Some(OpenElement::Node(Some(class))) if class.name == "Script")
+    }
+
+    /// Adds a part of the text of a `Script`. Text elsewhere has no meaning.
+    fn text(&mut self, text: &str, at: usize) {
+        if self.is_in_script() {
+            if self.script.1.trim_ascii().is_empty() {
+                self.script = (at, String::new());
+            }
+            self.script.1 += text;
         }
+    }
+
+    /// States the program in the text of a `Script`.
+    fn program(&mut self) {
+        let (at, text) = std::mem::take(&mut self.script);
         let text = text.trim_ascii();
-        self.put("url [ ", at);
-        put_string(&mut self.out.text, text);
-        self.put(" ]\n", at + text.len());
+        if !text.is_empty() {
+            self.put("url [ ", at);
+            put_string(&mut self.out.text, text);
+            self.put(" ]\n", at);
+        }
     }
 
     /// Ends the innermost element.
     fn end(&mut self) {
         let at = self.xml.len();
+        if self.is_in_script() {
+            self.program();
+        }
         match self.open.pop() {
             Some(OpenElement::Node(_) | OpenElement::Instance(_)) => self.out.text.extend(b"}\n"),
             Some(OpenElement::Proto(_, false)) => self.out.text.extend(b"] { }\n"),
