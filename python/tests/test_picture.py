@@ -147,7 +147,16 @@ def test_every_option_of_the_program_is_a_keyword(command: str) -> None:
     printed = subprocess.run([command, "render", "--help"], capture_output=True, text=True)
     words = set(re.findall(r"^ +(?:-\w, )?--([a-z0-9-]+)", printed.stdout, re.MULTILINE))
     names = {name.replace("_", "-") for name, _, _ in ivcam.render_options()}
-    of_processes = {"checkpoint", "denoise", "every", "progress", "quiet", "sample-range", "tev"}
+    of_processes = {
+        "checkpoint",
+        "denoise",
+        "every",
+        "layers",
+        "progress",
+        "quiet",
+        "sample-range",
+        "tev",
+    }
     of_folders = {"force"}
     assert len(words) > 50 and words - names - of_processes - of_folders <= {"help"}
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use clap::parser::ValueSource;
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 use ivcam_base::diag::Result;
 use ivcam_base::memory::MemoryLimit;
@@ -12,6 +13,11 @@ use ivcam_render::geometry::text::Fonts;
 
 use super::flags;
 use crate::photo::options;
+
+/// Returns whether the user gave an argument, which may have a default.
+pub(crate) fn is_given(matches: &ArgMatches, name: &str) -> bool {
+    matches.value_source(name) == Some(ValueSource::CommandLine)
+}
 
 /// Returns the argument for the scene file.
 pub(crate) fn scene_argument() -> Arg {

@@ -4,12 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::ArgMatches;
-use clap::parser::ValueSource;
 use ivcam_base::diag::{Diagnostic, Result, nearest};
 use ivcam_optics::picture::{PictureFormat, Raster};
 
 use super::folder_mode::output_folder;
-use super::{flags, parsed, text};
+use super::{flags, is_given, parsed, text};
 use crate::compare::{
     self, METRICS, Matching, Metric, MetricLimit, Registration, Selection, difference, sheet,
 };
@@ -145,11 +144,6 @@ impl Compared {
 /// Returns the paths of the new and of the old picture or folder.
 pub(super) fn paths(m: &ArgMatches) -> [PathBuf; 2] {
     ["new", "old"].map(|name| PathBuf::from(text(m, name).unwrap_or_default()))
-}
-
-/// Returns whether the user gave an argument.
-fn is_given(m: &ArgMatches, name: &str) -> bool {
-    m.value_source(name) == Some(ValueSource::CommandLine)
 }
 
 /// Checks the endings of the files that a comparison of two pictures writes.

@@ -9,6 +9,7 @@ use std::ffi::OsString;
 use clap::builder::NonEmptyStringValueParser;
 use clap::{Arg, ArgAction, ArgMatches, value_parser};
 
+use super::is_given;
 pub(crate) use crate::photo::options::{DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK};
 use crate::photo::options::{GivenOptions, Opt, Takes, all, groups};
 
@@ -83,8 +84,8 @@ pub fn given_options(matches: &ArgMatches) -> GivenOptions {
     for option in all() {
         // A command may have only a part of the table. clap has a value for a switch even if the
         // switch was not given.
-        let given = matches.try_contains_id(option.name).unwrap_or(false)
-            && matches.value_source(option.name) == Some(clap::parser::ValueSource::CommandLine);
+        let given =
+            matches.try_contains_id(option.name).unwrap_or(false) && is_given(matches, option.name);
         if given {
             let values = matches.get_raw(option.name).into_iter().flatten();
             words.add(option.name, values.map(OsString::from).collect());

@@ -18,8 +18,8 @@ use super::lens_request::{CONDITIONS, Content, LensRequest};
 use super::lens_survey::LensSurvey;
 use super::messages::heard;
 use super::{
-    flags, lens_batch, lens_export, lens_files, lens_json, lens_list, print_diagnostic, sheet,
-    switch, text, value,
+    flags, is_given, lens_batch, lens_export, lens_files, lens_json, lens_list, print_diagnostic,
+    sheet, switch, text, value,
 };
 use crate::photo::{LensChoice, options};
 
@@ -459,11 +459,6 @@ fn check_uses(outputs: &[&Output], matches: &ArgMatches) -> Result<()> {
         print_diagnostic(&Diagnostic::warning(text).with_help("leave it out"));
     }
     Ok(())
-}
-
-/// Whether an option is given, which may have a default.
-fn is_given(matches: &ArgMatches, name: &str) -> bool {
-    matches.value_source(name) == Some(clap::parser::ValueSource::CommandLine)
 }
 
 /// Returns the options of one lens that are given.

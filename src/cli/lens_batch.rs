@@ -259,9 +259,7 @@ impl ToleranceTable {
         }
         Ok(table)
     }
-}
 
-impl ToleranceTable {
     /// Refuses a second tolerance of the same number. A radius and a curvature are one number.
     fn refuse_second(&self, tolerance: &Tolerance) -> Result<()> {
         let number = |t: &Tolerance| match t.quantity {

@@ -58,8 +58,8 @@ mod vintage_help;
 mod wrong_file;
 
 pub(crate) use arguments::{
-    allowance, compares_folder, folder_of_scenes, fonts, limits, memory, parsed, readable_folders,
-    reading_arguments, scene_argument, switch, text, time_for_each, value,
+    allowance, compares_folder, folder_of_scenes, fonts, is_given, limits, memory, parsed,
+    readable_folders, reading_arguments, scene_argument, switch, text, time_for_each, value,
 };
 use dispatch::unknown_command;
 pub use dispatch::{open, plan, run};

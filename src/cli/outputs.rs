@@ -3,7 +3,7 @@
 use std::io::{BufWriter, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 
-use clap::{Arg, ArgMatches, Command, parser::ValueSource};
+use clap::{Arg, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{NameClaim, check_space, check_writable, folder_of, is_output_closed};
 use ivcam_base::platform::{real_path, temporary_folder};
@@ -12,7 +12,7 @@ use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
 };
 
-use super::{compares_folder, folder_of_scenes, print_diagnostic};
+use super::{compares_folder, folder_of_scenes, is_given, print_diagnostic};
 use crate::photo::free_name;
 
 /// The arguments that name a file to write, in whichever command has them.
@@ -267,7 +267,7 @@ pub(crate) fn is_standard_stream(path: &Path) -> bool {
 /// Returns the values that the user gave to an argument, each with the argument's spelling.
 fn values(arg: &Arg, matches: &ArgMatches) -> Vec<(String, PathBuf)> {
     let id = arg.get_id().as_str();
-    if matches.value_source(id) != Some(ValueSource::CommandLine) {
+    if !is_given(matches, id) {
         return Vec::new();
     }
     let raw = matches.get_raw(id).into_iter().flatten();

@@ -61,7 +61,7 @@ pub(crate) fn write(comparison: &Comparison, command: &str, path: &Path) -> Resu
     picture.save(path, Depth::Sixteen)
 }
 
-/// Returns what a picture of a comparison says about itself: program and command.
+/// Returns what a picture says about itself that is made of others: program and command.
 pub(crate) fn provenance(command: &str) -> IndexMap<String, String> {
     let version = concat!("ivcam ", env!("CARGO_PKG_VERSION"));
     [("Software", version), ("Command", command)]

@@ -17,6 +17,16 @@ pub(super) enum Escapes {
     QuoteAndBackslash,
 }
 
+impl Escapes {
+    /// Returns the escapes of a format, by whether its strings are those of VRML97 and X3D.
+    pub(super) fn of(is_vrml97_or_x3d: bool) -> Self {
+        match is_vrml97_or_x3d {
+            true => Self::QuoteAndBackslash,
+            false => Self::Quote,
+        }
+    }
+}
+
 /// Decodes bytes as UTF-8, or as Windows-1252, which contains Latin-1, if they are not valid UTF-8.
 pub(super) fn text(bytes: &[u8]) -> String {
     text_of(bytes.to_vec())

@@ -112,10 +112,7 @@ impl Header {
 
     /// Returns the escapes within the strings of the format.
     pub(super) fn escapes(&self) -> Escapes {
-        match self.is_vrml97() || self.is_x3d() {
-            true => Escapes::QuoteAndBackslash,
-            false => Escapes::Quote,
-        }
+        Escapes::of(self.is_vrml97() || self.is_x3d())
     }
 
     /// Returns whether a texture multiplies the color of a material, as in X3D 4 and glTF, and does

@@ -3,6 +3,8 @@
 use std::collections::{HashMap, HashSet};
 use std::io;
 
+use ivcam_base::diag::counted;
+
 use super::protos::protos_by_body;
 use super::text_values::needs_blank;
 use super::{ascii, binary};
@@ -133,9 +135,8 @@ impl Document {
         Some(FormatLoss {
             code: "final-backslash",
             text: format!(
-                "{} strings that end in a backslash get a blank at their end: the format has no \
-                 such strings",
-                counts.iter().sum::<usize>()
+                "a blank is added to {}: the format has none that end in a backslash",
+                counted(counts.iter().sum(), "string")
             ),
             node: Some(NodeId(first as u32)),
         })
@@ -143,10 +144,7 @@ impl Document {
 
     /// Returns the escapes within the strings of the document's text format.
     pub(super) fn escapes(&self) -> Escapes {
-        match self.is_vrml97() || self.is_x3d() {
-            true => Escapes::QuoteAndBackslash,
-            false => Escapes::Quote,
-        }
+        Escapes::of(self.is_vrml97() || self.is_x3d())
     }
 
     /// Returns the first node of a class that the file declares.
