@@ -105,12 +105,11 @@ fn number(text: &str) -> Option<(f64, &str)> {
     let is_digit = |c: char| c.is_ascii_digit() || matches!(c, '.' | '+' | '-' | 'e' | 'E');
     let most = text.find(|c| !is_digit(c)).unwrap_or(text.len());
     // Of `70-200` it is the first number, and of `5e` it is 5.
-    let numbers = (1..=most).rev().map(|end| (text[..end].parse(), end));
-    let (number, end) = numbers
-        .into_iter()
-        .find_map(|(n, end)| Some((n.ok()?, end)))?;
-    let is_finite = |number: &f64| number.is_finite();
-    Some((Some(number).filter(is_finite)?, text[end..].trim_start()))
+    let number = |end| Some((text[..end].parse::<f64>().ok()?, text[end..].trim_start()));
+    (1..=most)
+        .rev()
+        .find_map(number)
+        .filter(|(number, _)| number.is_finite())
 }
 
 /// The length in millimeters at the beginning of a text. Without a unit it is in `unit`.
@@ -136,17 +135,14 @@ pub(crate) fn stated_unit(note: &str) -> Option<String> {
     let key = ["units", "unit"]
         .into_iter()
         .find(|word| key.eq_ignore_ascii_case(word))?;
-    let (is_key, name) = match name {
-        [":", name @ ..] => (
-            key == "units" && note.contains(':') && name.len() == 1,
-            name,
-        ),
-        [_] => (false, name),
+    let name = match name {
+        [":", name @ ..] => name.join(" "),
+        [name] => (*name).to_owned(),
         _ => return None,
     };
-    let name = name.join(" ");
+    let must_be_unit = key == "units" && note.contains(':') && !name.contains(' ');
     let is_unit = LengthUnit::parse(&name.to_ascii_lowercase()).is_some();
-    (is_key || is_unit).then_some(name)
+    (must_be_unit || is_unit).then_some(name)
 }
 
 /// The angle in degrees at the beginning of a text, which may be in radians.

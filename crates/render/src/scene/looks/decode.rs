@@ -22,18 +22,20 @@ impl ColorCoding {
     }
 }
 
-/// The light of each level of 8 bits, from 0 to 255.
 static LIGHTS: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|level| 255.0 * linear_of_display(level as f32 / 255.0)));
 
-/// Decodes the colors of texels. Levels and light are from 0 to 255, and levels are whole.
+/// Returns the light of each level of 8 bits, from 0 to 255.
 #[inline]
-pub(super) fn decode_texels(texels: &mut [Vec4; 4]) {
-    let lights: &[f32; 256] = &LIGHTS;
-    let light = |level: f32| lights[usize::from(level as u8)];
-    for t in texels {
-        *t = Vec4::new(light(t.x), light(t.y), light(t.z), t.w);
-    }
+pub(super) fn lights() -> &'static [f32; 256] {
+    &LIGHTS
+}
+
+/// Returns the light of a texel, from 0 to 255, by that of each level.
+#[inline(always)]
+pub(super) fn light(lights: &[f32; 256], [r, g, b, a]: [u8; 4]) -> Vec4 {
+    let [r, g, b] = [r, g, b].map(|level| lights[usize::from(level)]);
+    Vec4::new(r, g, b, a.into())
 }
 
 /// Returns the level with the mean light of four levels, each with its weight.
@@ -50,14 +52,13 @@ mod tests {
 
     #[test]
     fn a_display_shows_half_the_level_with_a_fifth_of_the_light() {
-        let light = ColorCoding::Display.light(Vec3::new(0.5, 1.0, 0.0));
-        assert!((light - Vec3::new(0.214_041, 1.0, 0.0)).abs().max_element() < 1e-6);
+        let half = ColorCoding::Display.light(Vec3::new(0.5, 1.0, 0.0));
+        assert!((half - Vec3::new(0.214_041, 1.0, 0.0)).abs().max_element() < 1e-6);
         for level in 0..=255 {
-            let mut texels = [Vec4::splat(level.into()); 4];
-            decode_texels(&mut texels);
-            let light = ColorCoding::Display.light_of(f32::from(level) / 255.0);
-            assert!((texels[3].x / 255.0 - light).abs() < 1e-7);
-            assert_eq!(texels[3].w, f32::from(level));
+            let texel = light(lights(), [level; 4]);
+            let expected = ColorCoding::Display.light_of(f32::from(level) / 255.0);
+            assert!((texel.x / 255.0 - expected).abs() < 1e-7);
+            assert_eq!(texel.w, f32::from(level));
             assert_eq!(mean_level([level; 4], [0, 3, 0, 255]), level);
         }
         assert!(ColorCoding::Display.light_of(2.0) > 4.0);

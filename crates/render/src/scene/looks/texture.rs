@@ -7,7 +7,7 @@ use ivcam_inventor::grammar::value::Image;
 use ivcam_inventor::traversal::state::AlphaMode;
 use ivcam_optics::picture::{Raster, Samples};
 
-use super::decode::{decode_texels, mean_level};
+use super::decode::{light, lights, mean_level};
 use crate::scene::options::{ColorCoding, TextureFilter};
 
 /// The coordinates along which a texture repeats. Along the others it is clamped to its edge.
@@ -228,8 +228,24 @@ impl Texture {
         let (y0, y1, fy) = side(at.y, self.height, repeat.t);
         let (low, high) = (y0 * self.width, y1 * self.width);
         let places = [low + x0, low + x1, high + x0, high + x1];
-        let mut four = match &self.texels {
+        let [a, b, c, d] = match self.colors {
+            ColorCoding::Linear => self.four(places, color),
+            ColorCoding::Display => {
+                let lights = lights();
+                self.four(places, |texel| light(lights, texel))
+            }
+        };
+        let low = self.mix(a, b, fx);
+        let high = self.mix(c, d, fx);
+        self.mix(low, high, fy) / 255.0
+    }
+
+    /// Returns the colors of four texels by their indices.
+    #[inline(always)]
+    fn four(&self, places: [usize; 4], color: impl Fn([u8; 4]) -> Vec4) -> [Vec4; 4] {
+        match &self.texels {
             Texels::Unpacked(texels) => {
+                // `array::map` would be a call.
                 let [a, b, c, d] = places;
                 [
                     color(texels[a]),
@@ -238,16 +254,9 @@ impl Texture {
                     color(texels[d]),
                 ]
             }
-            Texels::Packed(texels) => packed_colors(texels, self.components, places),
-            Texels::OfScene(texels) => packed_colors(texels, self.components, places),
-        };
-        if self.colors == ColorCoding::Display {
-            decode_texels(&mut four);
+            Texels::Packed(texels) => places.map(|i| color(packed(texels, self.components, i))),
+            Texels::OfScene(texels) => places.map(|i| color(packed(texels, self.components, i))),
         }
-        let [a, b, c, d] = four;
-        let low = self.mix(a, b, fx);
-        let high = self.mix(c, d, fx);
-        self.mix(low, high, fy) / 255.0
     }
 
     /// Whether this is a 3D texture with several layers.
@@ -427,13 +436,12 @@ fn mean(levels: [u8; 4], weights: [u32; 4]) -> u8 {
 /// Returns the color of a texel, from 0 to 255.
 #[inline(always)]
 fn color([r, g, b, a]: [u8; 4]) -> Vec4 {
-    // `array::map` would be a call.
     Vec4::new(r.into(), g.into(), b.into(), a.into())
 }
 
-/// Returns the colors of four texels of packed components, by their index, from 0 to 255.
-fn packed_colors(texels: &[u8], components: usize, places: [usize; 4]) -> [Vec4; 4] {
-    places.map(|i| color(rgba(&texels[i * components..][..components])))
+/// Returns a texel of packed components by its index.
+fn packed(texels: &[u8], components: usize, index: usize) -> [u8; 4] {
+    rgba(&texels[index * components..][..components])
 }
 
 /// Returns a texel as red, green, blue and alpha.
