@@ -66,7 +66,7 @@ impl CameraPose {
     pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
         let class = node.class()?;
         let number = |field| finite(node, field);
-        let view = View::of(node, class)?;
+        let view = StatedView::of(node, class)?;
         let own = node.get(camera::POSITION);
         let own = if own.is_finite() {
             own
@@ -244,7 +244,7 @@ impl CameraPose {
 }
 
 /// What a camera node says of its view.
-struct View {
+struct StatedView {
     projection: Projection,
     center: DVec2,
     aspect_ratio: f64,
@@ -253,7 +253,7 @@ struct View {
     aside: DVec2,
 }
 
-impl View {
+impl StatedView {
     /// Returns the view of a node, or `None` if its class is no camera.
     fn of(node: NodeRef<'_>, class: &Class) -> Option<Self> {
         let projection = if class.descends_from(class::FRUSTUM_CAMERA) {
