@@ -226,7 +226,9 @@ impl Diagnostic {
         if own.is_some_and(|own| own != file) {
             return self.to_string();
         }
-        let what = self.message.replace(&format!("`{file}`"), "this");
+        let named = format!("`{file}`");
+        let message = self.message.strip_prefix(&format!("{named}: "));
+        let what = message.unwrap_or(&self.message).replace(&named, "this");
         let kind = self.class();
         match (place, self.byte()) {
             (Some((line, column)), _) => format!("line {line}, column {column}: {kind}: {what}"),
@@ -372,6 +374,8 @@ mod tests {
         assert_eq!(damage.to_string(), "a.iv: byte 12: damaged: `a.iv` ends");
         assert_eq!(damage.in_line_of("a.iv"), "byte 12: damaged: this ends");
         assert_eq!(damage.in_line_of("b.iv"), damage.to_string());
+        let denied = Diagnostic::io("a.iv", &std::io::ErrorKind::PermissionDenied.into());
+        assert_eq!(denied.in_line_of("a.iv"), "error: permission denied");
     }
 
     #[test]

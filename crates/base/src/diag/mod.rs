@@ -15,4 +15,4 @@ pub use diagnostic::{Diagnostic, ErrorKind, Result, Severity};
 pub use differences::differences;
 pub use sink::Sink;
 pub use source::{Source, Span};
-pub use spelling::{counted, excerpt, excerpt_path, nearest};
+pub use spelling::{counted, excerpt, excerpt_path, nearest, printable};

@@ -51,6 +51,12 @@ pub fn excerpt_path(path: &str) -> Cow<'_, str> {
     excerpt_to(path, LONGEST_PATH)
 }
 
+/// Returns a text with U+FFFD in place of control characters, so that a name is part of one line
+/// and cannot command a terminal.
+pub fn printable(text: &str) -> String {
+    text.replace(char::is_control, "\u{fffd}")
+}
+
 /// Returns at most `longest` characters of a text, with `…` in place of the rest, and U+FFFD in
 /// place of control characters.
 fn excerpt_to(text: &str, longest: usize) -> Cow<'_, str> {
@@ -60,7 +66,7 @@ fn excerpt_to(text: &str, longest: usize) -> Cow<'_, str> {
         return Cow::Borrowed(text);
     }
     let more = if end.is_some() { "…" } else { "" };
-    Cow::Owned(start.replace(char::is_control, "\u{fffd}") + more)
+    Cow::Owned(printable(start) + more)
 }
 
 /// Returns a number with a noun: `1 node`, `2 nodes`.

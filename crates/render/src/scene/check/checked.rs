@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use indexmap::IndexMap;
-use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Severity, counted, printable};
 use ivcam_base::work::Budget;
 use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::iv::{Document, Limits};
@@ -171,7 +171,7 @@ impl Checked {
     /// Returns one line with the file, its format, the numbers of nodes by treatment, of triangles,
     /// round solids and problems, and the worst problem.
     pub fn summary(&self) -> String {
-        match &self.document {
+        let line = match &self.document {
             Err(error) => format!("{}: {}", self.file, error.in_line_of(&self.file)),
             Ok((document, survey)) => {
                 let becomes: Vec<String> = classes(document)
@@ -208,7 +208,8 @@ impl Checked {
                     None => line,
                 }
             }
-        }
+        };
+        printable(&line)
     }
 
     /// Returns the first of the most severe problems.
@@ -236,7 +237,7 @@ impl Checked {
         let Ok((document, survey)) = &self.document else {
             return Ok(());
         };
-        writeln!(out, "{}", self.file)?;
+        writeln!(out, "{}", printable(&self.file))?;
         writeln!(out, "  format     {}", format_text(&self.file, document))?;
         writeln!(out, "  nodes      {}", document.nodes.len())?;
         for (heading, classes) in classes(document) {

@@ -21,6 +21,11 @@ const PROMISES: [(&str, &str, &str); 12] = [
     (".stl", "STL", ""),
 ];
 
+/// The endings of the names of scene files. Each may be followed by `.gz`.
+pub(super) fn endings() -> impl Iterator<Item = &'static str> {
+    PROMISES.iter().map(|(ending, ..)| *ending)
+}
+
 /// Classes of shapes that are drawn exactly and have no triangles.
 const ROUND: [&str; 3] = ["Sphere", "Cone", "Cylinder"];
 
