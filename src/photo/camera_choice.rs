@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::path::PathBuf;
 
 use glam::{DQuat, DVec2, DVec3};
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::events::SnapshotOptions;
 use ivcam_inventor::grammar::camera;
@@ -31,6 +31,9 @@ pub struct CameraNode {
     pose: CameraPose,
 }
 
+/// What messages call the text of a camera node.
+const NODE: &str = "the camera";
+
 impl CameraChoice {
     /// Parses an argument of the command line. An argument with a brace is a node; any other is the
     /// name of a file.
@@ -52,16 +55,19 @@ impl CameraChoice {
         }
     }
 
-    /// Returns the camera's pose.
+    /// Returns the camera's pose. `sink` receives what is wrong with the file or the text.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read or has no camera.
-    pub(crate) fn pose(&self) -> Result<CameraPose> {
+    pub(crate) fn pose(&self, sink: &mut Sink) -> Result<CameraPose> {
         match self {
-            Self::Node(node) => Ok(node.pose.clone()),
+            Self::Node(node) => {
+                read(NODE, node.text.clone().into(), sink)?;
+                Ok(node.pose.clone())
+            }
             Self::File(path) => {
                 let bytes = read_file(path, MAX_TEXT)?;
-                read(&path.display().to_string(), bytes)
+                read(&path.display().to_string(), bytes, sink)
             }
         }
     }
@@ -75,7 +81,7 @@ impl CameraNode {
     pub fn read(text: &str) -> Result<Self> {
         Ok(Self {
             text: text.to_owned(),
-            pose: read("the camera", text.as_bytes().to_vec())?,
+            pose: read(NODE, text.into(), &mut Sink::new())?,
         })
     }
 
@@ -136,9 +142,11 @@ fn one_field_per_line(node: &str) -> String {
         .map_or(text.clone(), |t| format!("{t}\n}}"))
 }
 
-/// Returns the pose of the first camera in a file, which may have no header.
-fn read(name: &str, bytes: Vec<u8>) -> Result<CameraPose> {
+/// Returns the pose of the first camera in a file, which may have no header. `sink` receives what
+/// reading finds.
+fn read(name: &str, bytes: Vec<u8>, sink: &mut Sink) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;
+    sink.extend_from(&document.sink);
     let options = CompileOptions::default();
     let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
     first_camera(&snapshot, &WalkOptions::default()).ok_or_else(|| {
@@ -229,7 +237,7 @@ fn node_text(pose: &CameraPose) -> (String, CameraPose) {
     match pose.center == DVec2::ZERO {
         true => (text, written),
         false => {
-            let again = read("the camera", text.clone().into_bytes());
+            let again = read(NODE, text.clone().into(), &mut Sink::new());
             (text, again.unwrap_or(written))
         }
     }
@@ -266,9 +274,21 @@ mod tests {
     fn a_camera_may_be_given_as_the_node_itself() {
         let word = "PerspectiveCamera { position 1 2 3.5 }";
         let choice = CameraChoice::parse(OsStr::new(word)).unwrap();
-        assert_eq!(choice.pose().unwrap().position, DVec3::new(1.0, 2.0, 3.5));
+        let mut sink = Sink::new();
+        let pose = choice.pose(&mut sink).unwrap();
+        assert_eq!(pose.position, DVec3::new(1.0, 2.0, 3.5));
+        assert!(sink.items().is_empty());
         assert_eq!(choice.word(), word);
         assert!(CameraChoice::parse(OsStr::new("Cube { }")).is_err());
+    }
+
+    #[test]
+    fn what_is_wrong_with_a_camera_is_said() {
+        let text = "PerspectiveCamera { positio 1 2 3.5 }";
+        let choice = CameraChoice::parse(OsStr::new(text)).unwrap();
+        let mut sink = Sink::new();
+        choice.pose(&mut sink).unwrap();
+        assert!(sink.items()[0].message.contains("`positio`"));
     }
 
     #[test]

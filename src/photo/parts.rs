@@ -3,7 +3,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-use ivcam_base::diag::{Diagnostic, ErrorKind, Result};
+use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
 use ivcam_optics::film::{Film, Region};
 use ivcam_render::render::{Exposure, Keeper, StateView, Stop, Sums, Task};
 
@@ -48,7 +48,7 @@ impl Session {
     /// session is then unchanged.
     pub fn preview(&mut self, plan: Plan) -> Result<()> {
         let pose = match &plan.camera {
-            Some(choice) if plan.view.is_none() => choice.pose()?,
+            Some(choice) if plan.view.is_none() => choice.pose(&mut Sink::new())?,
             None if plan.view == self.plan.view && self.plan.camera.is_none() => self.pose.clone(),
             _ => {
                 return Err(Diagnostic::unsupported(

@@ -18,12 +18,14 @@ use super::view::{Override, WholeView};
 
 /// Returns the pose of the camera. It is the side of `--view`, or else the camera of `-camread`, or
 /// else that of the environment file, or else the scene's first, or else a view of the whole scene.
+/// `sink` receives what is wrong with the file of `-camread`.
 pub(super) fn resolve_pose(
     plan: &Plan,
     snapshot: &Snapshot<'_>,
     environment: &Environment,
     first: Option<CameraPose>,
     bounds: impl FnOnce() -> (DVec3, DVec3),
+    sink: &mut Sink,
 ) -> Result<CameraPose> {
     let view = match (plan.view, &plan.camera) {
         (Some(Override::Always(_)), Some(_)) => {
@@ -31,7 +33,7 @@ pub(super) fn resolve_pose(
             return Err(Diagnostic::unsupported(error).with_help("leave one of them out"));
         }
         (Some(Override::Always(view)), None) => view,
-        (_, Some(choice)) => return Ok(choice.pose()?.fitted(plan.resolution.aspect())),
+        (_, Some(choice)) => return Ok(choice.pose(sink)?.fitted(plan.resolution.aspect())),
         (other, None) => match (environment.pose.clone().or(first), other) {
             (Some(pose), _) => return Ok(pose.fitted(plan.resolution.aspect())),
             (None, Some(Override::IfUnstated(view))) => view,

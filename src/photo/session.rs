@@ -352,7 +352,7 @@ impl Session {
         let may_turn = may_turn(&plan, framing, environment, &overview);
         let bounds = || framed_bounds(&document, &snapshot, &plan);
         let own = overview.camera.clone();
-        let mut pose = resolve_pose(framing, &snapshot, environment, own, bounds)?;
+        let mut pose = resolve_pose(framing, &snapshot, environment, own, bounds, &mut sink)?;
         let follows_scene = overview.camera.as_ref() == Some(&pose);
         if !follows_scene && has_viewer(&document, &plan) {
             snapshot = snapshot_of(&document, &plan, Some(&pose));

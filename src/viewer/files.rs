@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ivcam_base::diag::Result;
+use ivcam_base::diag::{Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::grammar::class;
@@ -49,7 +49,13 @@ impl DroppedKind {
             "env" => Self::Environment,
             "agf" => Self::Glasses,
             "hdr" => Self::Surroundings,
-            "dat" if CameraChoice::File(path.to_owned()).pose().is_ok() => Self::Camera,
+            "dat"
+                if CameraChoice::File(path.to_owned())
+                    .pose(&mut Sink::new())
+                    .is_ok() =>
+            {
+                Self::Camera
+            }
             "dat" => Self::Lens,
             "iv" | "wrl" | "x3d" | "x3dv" | "gltf" | "glb" | "obj" | "ply" | "stl" | "gz" => {
                 Self::Scene

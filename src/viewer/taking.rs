@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_optics::film::Response;
 use ivcam_optics::lens::Lens;
 use ivcam_render::shade::Shading;
@@ -73,7 +73,8 @@ impl WindowModel {
     /// Fails if the file has no camera.
     pub(crate) fn read_camera(&mut self, path: &Path) -> Result<()> {
         let camera = CameraChoice::File(path.to_owned());
-        let pose = camera.pose()?;
+        let mut found = Sink::new();
+        let pose = camera.pose(&mut found)?;
         self.edit("camera file", |setup| {
             setup.keep_places();
             setup.plan.camera = Some(camera);
@@ -81,6 +82,9 @@ impl WindowModel {
             setup.pose = pose;
         });
         self.status = format!("camera of {}", file_name(path));
+        for diagnostic in found.items() {
+            self.add_message(diagnostic.clone());
+        }
         Ok(())
     }
 

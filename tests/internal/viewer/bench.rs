@@ -11,6 +11,7 @@ use egui::accesskit::{Action, ActionData, ActionRequest, Role};
 use egui::{Event, Modifiers, PointerButton, Pos2, UiBuilder, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use ivcam_base::diag::Sink;
 use ivcam_optics::film::Resolution;
 
 use super::raster;
@@ -339,7 +340,7 @@ pub(super) fn check_words(setup: &Setup) {
     let plan = crate::cli::render::plan(&matches, setup.plan.era).unwrap();
     assert_eq!(plan, setup.plan, "{words:?}");
     if let Some(camera) = &setup.plan.camera {
-        assert_eq!(camera.pose().unwrap(), setup.pose);
+        assert_eq!(camera.pose(&mut Sink::new()).unwrap(), setup.pose);
     }
 }
 
