@@ -242,6 +242,10 @@ fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
         let (before, after) = text.split_once("focal length")?;
         let is_another =
             before.trim_end().ends_with("back") || before.trim_end().ends_with("front");
+        // A mark that closes a quotation is no unit of feet or inches.
+        let is_open = |mark: &char| before.matches(*mark).count() % 2 == 1;
+        let open = ['\'', '"'].into_iter().find(is_open);
+        let after = open.map_or(after, |mark| after.split(mark).next().unwrap_or(after));
         let at = after.find(|c: char| c.is_ascii_digit())?;
         // Of a zoom lens, `70-200 mm`, it is the shortest.
         millimeters(&after[at..], 1.0).filter(|f| *f > 0.0 && !is_another)

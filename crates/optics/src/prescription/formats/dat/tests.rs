@@ -119,6 +119,8 @@ fn a_stated_focal_length_may_be_in_another_unit_and_a_field_in_radians() {
     // 1/f = 0.5 (2/100 - 0.5 * 5/(1.5 * 100 * 100)).
     assert!(!warned("focal length: 10.08 cm") && !warned("Focal length = 3.97 in"));
     assert!(warned("focal length: 10.08") && warned("focal length: 8 cm"));
+    // A mark that closes a quotation is no foot.
+    assert!(!warned("'Focal length 100.8' as printed") && warned("'focal length 10.08'"));
     // What follows the number is no part of it.
     for text in [
         "{}, f/4",
