@@ -16,7 +16,8 @@ use super::compare_options::{
 };
 use super::{compare_folder, exit_code, fit, flags, render, render_folder, switch, text, value};
 use crate::compare::{
-    self, Alignment, Comparison, ExceededLimit, Options, Plate, Registration, difference,
+    self, Alignment, Comparison, ExceededLimit, FittedCamera, Options, Plate, Registration,
+    difference,
 };
 use crate::photo::options::command_line;
 
@@ -156,12 +157,17 @@ fn compare_pictures(matches: &ArgMatches, command: &str, out: &mut dyn Write) ->
     render::set_arithmetic(matches)?;
     let mut said = Vec::new();
     let threads = render::threads(matches)?;
-    let comparison = render::on_threads(threads, || comparison(matches, &mut said))??;
+    let (comparison, camera) = render::on_threads(threads, || comparison(matches, &mut said))??;
     exit_code(out.write_all(&said))?;
     write_files(matches, &comparison, command)?;
     let exceeded = compare::exceeded(&limits, |metric| (metric.get)(&comparison.measures));
     let result = if matches.get_flag("json") {
-        write_json(&comparison, &exceeded, out)
+        let answer = CompareAnswer {
+            comparison: &comparison,
+            camera: camera.as_ref(),
+            limits_exceeded: &exceeded,
+        };
+        write_json(&answer, out)
     } else {
         write_text(&comparison, &exceeded, out)
     };
@@ -169,19 +175,24 @@ fn compare_pictures(matches: &ArgMatches, command: &str, out: &mut dyn Write) ->
     exit_code(result).map(|_| code)
 }
 
-/// Reads the two pictures, or fits the camera of the old one, and compares them. `said` gets the
-/// lines about the camera.
-fn comparison(matches: &ArgMatches, said: &mut Vec<u8>) -> Result<Comparison> {
+/// Reads the two pictures, or fits the camera of the old one, and compares them. Returns the
+/// camera too if it was fitted. `said` gets the lines about the camera.
+fn comparison(
+    matches: &ArgMatches,
+    said: &mut Vec<u8>,
+) -> Result<(Comparison, Option<FittedCamera>)> {
     let name = |which: &str| text(matches, which).unwrap_or_default();
     let selection = selection(matches)?;
     let old = Plate::open(name("old"))?;
     let fitted = text(matches, "fit").map(Path::new);
-    let new = match fitted {
-        Some(file) if matches.get_flag("json") => {
-            fit::run(matches, (&old, &selection), file, &mut std::io::stderr())?
-        }
-        Some(file) => fit::run(matches, (&old, &selection), file, said)?,
-        None => Plate::open(name("new"))?,
+    let is_json = matches.get_flag("json");
+    let mut fit = |file| match is_json {
+        true => fit::run(matches, (&old, &selection), file, &mut std::io::stderr()),
+        false => fit::run(matches, (&old, &selection), file, said),
+    };
+    let (new, camera) = match fitted.map(&mut fit).transpose()? {
+        Some(found) => (found.rendering, Some(found.camera)),
+        None => (Plate::open(name("new"))?, None),
     };
     let options = Options {
         registration: match fitted {
@@ -192,7 +203,7 @@ fn comparison(matches: &ArgMatches, said: &mut Vec<u8>) -> Result<Comparison> {
         mask: selection.of((new.width, new.height), name("new"))?,
         pixels_per_degree: pixels_per_degree(matches)?,
     };
-    compare::compare(&new, &old, &options)
+    Ok((compare::compare(&new, &old, &options)?, camera))
 }
 
 /// Writes the pictures that were asked for.
@@ -257,6 +268,10 @@ fn write_text(
         "pixels     {} of {}x{}",
         comparison.pixels, comparison.width, comparison.height
     )?;
+    if comparison.not_finite > 0 {
+        let number = comparison.not_finite;
+        writeln!(out, "left out   {number} that are infinite or not a number")?;
+    }
     writeln!(
         out,
         "MSE        {:.6}   before matching {:.6}",
@@ -328,21 +343,17 @@ fn write_alignment(a: &Alignment, out: &mut dyn Write) -> std::io::Result<()> {
     )
 }
 
-fn write_json(
-    comparison: &Comparison,
-    exceeded: &[ExceededLimit],
-    out: &mut dyn Write,
-) -> std::io::Result<()> {
-    #[derive(Serialize)]
-    struct CompareAnswer<'a> {
-        #[serde(flatten)]
-        comparison: &'a Comparison,
-        limits_exceeded: &'a [ExceededLimit],
-    }
-    let answer = CompareAnswer {
-        comparison,
-        limits_exceeded: exceeded,
-    };
-    serde_json::to_writer_pretty(&mut *out, &answer)?;
+/// What `--json` prints.
+#[derive(Serialize)]
+struct CompareAnswer<'a> {
+    #[serde(flatten)]
+    comparison: &'a Comparison,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    camera: Option<&'a FittedCamera>,
+    limits_exceeded: &'a [ExceededLimit],
+}
+
+fn write_json(answer: &CompareAnswer<'_>, out: &mut dyn Write) -> std::io::Result<()> {
+    serde_json::to_writer_pretty(&mut *out, answer)?;
     writeln!(out)
 }

@@ -11,14 +11,14 @@ use ivcam_optics::lens::shipped_names;
 
 use super::messages::print_first;
 use super::{exit_code, print_warnings, render, text};
-use crate::compare::camera_fit::{CameraFit, check_plan};
+use crate::compare::camera_fit::{CameraFit, FoundCamera, check_plan};
 use crate::compare::fit::FitStep;
 use crate::compare::lens_ranking::{ANY, LensQuestion, LensRanking, with_focal_length};
 use crate::compare::{Mask, Plate, Selection};
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
-/// Fits the camera to the selected pixels, writes it to `file`, and returns the best rendering. A
-/// refused camera is not written.
+/// Fits the camera to the selected pixels, writes it to `file`, and returns it with its rendering.
+/// A refused camera is not written.
 ///
 /// # Errors
 /// Returns an error if an option or the scene is invalid, if the fit fails, or if a file cannot be
@@ -28,7 +28,7 @@ pub(crate) fn run(
     (target, selection): (&Plate, &Selection),
     file: &Path,
     out: &mut dyn Write,
-) -> Result<Plate> {
+) -> Result<FoundCamera> {
     let mut plan = render::plan(matches, Era::Modern)?;
     plan.scene = text(matches, "new").unwrap_or_default().into();
     check_plan(&plan)?;
@@ -87,7 +87,7 @@ pub(crate) fn run(
     let found = written?;
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
-    Ok(found.rendering)
+    Ok(found)
 }
 
 /// Returns the file that has the best camera while a fit goes on.

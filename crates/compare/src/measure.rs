@@ -1,6 +1,6 @@
 //! Compares two pictures: registration, tone matching, then measures.
 
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::{Diagnostic, Result, counted};
 use serde::Serialize;
 
 use crate::align::{self, Alignment};
@@ -76,6 +76,9 @@ pub struct Comparison {
     pub height: usize,
     /// The number of pixels that counted.
     pub pixels: usize,
+    /// The number of selected pixels that did not count, since a value of one of the pictures is
+    /// infinite or not a number.
+    pub not_finite: usize,
     /// The alignment that was found, if one was requested.
     pub alignment: Option<Alignment>,
     /// The tone curves applied to the old picture's red, green and blue.
@@ -181,17 +184,25 @@ pub fn exceeded(limits: &[MetricLimit], value: impl Fn(&Metric) -> f64) -> Vec<E
 /// Compares two pictures on the new one's pixels.
 ///
 /// # Errors
-/// Fails if sizes differ without a registration, the pictures cannot be aligned, or no pixel
-/// counts.
+/// Fails if sizes differ without a registration, the pictures cannot be aligned, an old picture
+/// that is resampled has values that are not finite, or no pixel counts.
 pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison> {
     let (width, height) = (new.width, new.height);
     let (old, alignment, shared) = register(new, old, options.registration)?;
     let mut mask = options.mask.clone().unwrap_or(Mask::all(width, height));
     mask.check(width, height)?;
     mask = mask.and(&shared);
+    let selected = mask.pixels();
+    for finite in [&new.finite, &old.finite].into_iter().flatten() {
+        mask = mask.and(&Mask {
+            width,
+            height,
+            counts: finite.clone(),
+        });
+    }
     if mask.pixels() == 0 {
         return Err(Diagnostic::error(
-            "the aligned pictures have no pixel in common that counts",
+            "the pictures have no pixel in common that counts",
         ));
     }
     let tones = tone::fit(new, &old, &mask, options.matching);
@@ -216,6 +227,7 @@ pub fn compare(new: &Plate, old: &Plate, options: &Options) -> Result<Comparison
         width,
         height,
         pixels: mask.pixels(),
+        not_finite: selected - mask.pixels(),
         alignment,
         tones,
         measures,
@@ -233,13 +245,22 @@ fn register(
 ) -> Result<(Plate, Option<Alignment>, Mask)> {
     let (width, height) = (new.width, new.height);
     let everywhere = Mask::all(width, height);
+    let is_same_size = (old.width, old.height) == (width, height);
+    let stays = is_same_size && registration != Registration::Align;
+    if let Some(finite) = old.finite.as_ref().filter(|_| !stays) {
+        let number = finite.iter().filter(|is_finite| !**is_finite).count();
+        let pixels = counted(number, "pixel");
+        let text = format!("the old picture has {pixels} of values that are not finite");
+        let help = "only a picture of the new one's size can have such pixels, without `--align`";
+        return Err(Diagnostic::unsupported(text).with_help(help));
+    }
     match registration {
         Registration::Align => {
             let aligned = align::align(new, old)?;
             let (old, shared) = warp::resample(&aligned.old, aligned.warp, width, height);
             Ok((old, Some(aligned.alignment), shared))
         }
-        _ if (old.width, old.height) == (width, height) => Ok((old.clone(), None, everywhere)),
+        _ if is_same_size => Ok((old.clone(), None, everywhere)),
         Registration::Resize if same_aspect(new, old) => {
             Ok((old.map(|p| p.resized(width, height)), None, everywhere))
         }
@@ -317,6 +338,22 @@ mod tests {
         Plate::from_planes(
             [0, 1, 2].map(|c| crate::plane::Plane::from_fn(64, 48, |x, y| level(x, y, c))),
         )
+    }
+
+    #[test]
+    fn pixels_that_are_not_finite_do_not_count() {
+        let (mut new, old) = (picture(false), picture(true));
+        let mut finite = vec![true; 64 * 48];
+        finite[..32].fill(false);
+        new.finite = Some(finite);
+        let found = compare(&new, &old, &Options::default()).unwrap();
+        assert_eq!((found.pixels, found.not_finite), (64 * 48 - 32, 32));
+        let aligned = Options {
+            registration: Registration::Align,
+            ..Options::default()
+        };
+        let error = compare(&old, &new, &aligned).unwrap_err();
+        assert!(error.message.contains("32 pixels"), "{}", error.message);
     }
 
     /// The values are from flip-evaluator 1.7 (the authors' program, for displays) and from

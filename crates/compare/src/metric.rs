@@ -1,6 +1,7 @@
 //! Measures of the difference of two pictures of the same size, over the pixels that count.
 
 use ivcam_base::diag::{Diagnostic, Result};
+use rayon::prelude::*;
 
 use crate::plane::{Plane, Plate, gaussian};
 
@@ -145,21 +146,40 @@ pub(crate) const SSIM_RADIUS: usize = 5;
 /// Returns the structural similarity of the brightness at each pixel (Wang, Bovik, Sheikh,
 /// Simoncelli 2004), with an 11×11 Gaussian window of σ = 1.5, K1 = 0.01, K2 = 0.03, and range 1.
 pub(crate) fn ssim(new: &Plate, old: &Plate) -> Plane {
-    const C1: f32 = 0.01 * 0.01;
-    const C2: f32 = 0.03 * 0.03;
-    let kernel = gaussian(1.5, SSIM_RADIUS);
-    let mean = |p: &Plane| p.filtered(&kernel, &kernel);
+    const C1: f64 = 0.01 * 0.01;
+    const C2: f64 = 0.03 * 0.03;
     let (a, b) = (new.luma(), old.luma());
-    let (ma, mb) = (mean(&a), mean(&b));
-    let product = |x: &Plane, y: &Plane| mean(&x.zip(y, |x, y| x * y));
+    let at = |plane: &Plane, i: usize| f64::from(plane.values[i]);
+    let mean = |value: &(dyn Fn(usize) -> f64 + Sync)| window_means(a.width, a.height, value);
+    let [ma, mb] = [&a, &b].map(|plane| mean(&|i| at(plane, i)));
+    let product = |x: &Plane, y: &Plane| mean(&|i| at(x, i) * at(y, i));
     let (aa, bb, ab) = (product(&a, &a), product(&b, &b), product(&a, &b));
     Plane::from_fn(a.width, a.height, |x, y| {
-        let (ma, mb) = (ma.at(x, y), mb.at(x, y));
-        let va = aa.at(x, y) - ma * ma;
-        let vb = bb.at(x, y) - mb * mb;
-        let cov = ab.at(x, y) - ma * mb;
-        (2.0 * ma * mb + C1) * (2.0 * cov + C2) / ((ma * ma + mb * mb + C1) * (va + vb + C2))
+        let i = y * a.width + x;
+        let (ma, mb) = (ma[i], mb[i]);
+        let (va, vb, cov) = (aa[i] - ma * ma, bb[i] - mb * mb, ab[i] - ma * mb);
+        let similarity =
+            (2.0 * ma * mb + C1) * (2.0 * cov + C2) / ((ma * ma + mb * mb + C1) * (va + vb + C2));
+        similarity as f32
     })
+}
+
+/// Returns the means of a function of the pixels in the windows of [`ssim`], in double precision:
+/// a variance is a small difference of means where levels are far above 1.
+fn window_means(width: usize, height: usize, value: &(dyn Fn(usize) -> f64 + Sync)) -> Vec<f64> {
+    let kernel = gaussian(1.5, SSIM_RADIUS);
+    let mean = |place: usize, size: usize, of: &dyn Fn(usize) -> f64| {
+        let near = |tap: usize| (place + tap).saturating_sub(SSIM_RADIUS).min(size - 1);
+        let taps = kernel.iter().enumerate();
+        taps.map(|(tap, weight)| weight * of(near(tap))).sum()
+    };
+    let pixels = || (0..width * height).into_par_iter();
+    let along_rows: Vec<f64> = pixels()
+        .map(|i| mean(i % width, width, &|x| value(i - i % width + x)))
+        .collect();
+    pixels()
+        .map(|i| mean(i / width, height, &|y| along_rows[y * width + i % width]))
+        .collect()
 }
 
 #[cfg(test)]
@@ -190,6 +210,19 @@ mod tests {
             *counts = i % 24 != 3;
         }
         assert_eq!(mse(&a, &b, &mask), 0.0);
+    }
+
+    /// Of pictures far above white, whose first factor is 1, the similarity is that of their
+    /// variances, which no level changes.
+    #[test]
+    fn bright_pictures_are_as_similar_as_dark_ones() {
+        let grain = |x: usize, y: usize, k: usize| ((x * 7 + y * 3 * k) % 11) as f32 / 64.0;
+        let at = |level: f32| {
+            let [a, b] = [1, 2].map(|k| plate(|x, y| level + grain(x, y, k)));
+            ssim(&a, &b).at(12, 8)
+        };
+        let (low, high) = (at(8.0), at(1024.0));
+        assert!((low - high).abs() < 2e-4, "{low} {high}");
     }
 
     #[test]

@@ -28,6 +28,9 @@ pub struct Plate {
     pub height: usize,
     /// Red, green and blue.
     pub channels: [Plane; 3],
+    /// For each pixel whether its values in the file are finite; `None` if all are. The others are
+    /// black here.
+    pub finite: Option<Vec<bool>>,
 }
 
 impl Plane {
@@ -168,13 +171,13 @@ impl Plate {
     /// Converts a picture file without its alpha, because archival pictures are opaque.
     pub fn from_raster(raster: &Raster) -> Self {
         let (width, height) = (raster.width as usize, raster.height as usize);
-        let finite = |v: f32| if v.is_finite() { v } else { 0.0 };
-        let plane =
-            |c: usize| Plane::from_fn(width, height, |x, y| finite(raster.color(y * width + x)[c]));
+        let is_finite = |i: usize| raster.color(i).iter().all(|v| v.is_finite());
+        let finite: Vec<bool> = (0..width * height).map(is_finite).collect();
+        let value = |i: usize, c: usize| if finite[i] { raster.color(i)[c] } else { 0.0 };
+        let plane = |c: usize| Plane::from_fn(width, height, |x, y| value(y * width + x, c));
         Self {
-            width,
-            height,
-            channels: [plane(0), plane(1), plane(2)],
+            finite: finite.contains(&false).then(|| finite.clone()),
+            ..Self::from_planes([plane(0), plane(1), plane(2)])
         }
     }
 
@@ -185,6 +188,7 @@ impl Plate {
             width,
             height,
             channels,
+            finite: None,
         }
     }
 
