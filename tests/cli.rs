@@ -2140,7 +2140,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 95] = [
+const MISTAKES: [(&str, &str, &str); 96] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2195,6 +2195,11 @@ const MISTAKES: [(&str, &str, &str); 95] = [
     ),
     ("render SCENE out.png", "one word too many", "`-o out.png`"),
     ("convert SCENE out.glb", "one word too many", "`-o out.glb`"),
+    (
+        "compare SCENE SCENE --ppd -3",
+        "one word too many",
+        "`--option=-3`",
+    ),
     ("render SCENE LENS", "one word too many", "`--lens"),
     ("render", "no scene is named", "`ivcam render --help`"),
     ("-batch -j SCENE", "no scene is named", "`-j` takes `"),

@@ -249,6 +249,10 @@ fn one_too_many(word: &str) -> Box<Diagnostic> {
         let ending = Path::new(word).extension().and_then(|e| e.to_str());
         ending.is_some_and(|e| endings.contains(&e.to_ascii_lowercase().as_str()))
     };
+    if word.starts_with('-') {
+        let help = format!("a negative value is joined to its option, as in `--option={word}`");
+        return error.with_help(help);
+    }
     if ends(&["iv", "wrl", "vrml", "gz", "wrz"]) {
         return error.with_help("a command takes one scene, or a folder of scenes");
     }
