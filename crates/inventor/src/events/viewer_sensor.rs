@@ -1,11 +1,11 @@
 //! `ProximitySensor`, `VisibilitySensor` and `Collision`, which depend on where the viewer is
 //! (VRML97, 6.38, 6.57 and 6.8).
 
-use glam::{DMat4, DVec3};
+use glam::{DMat4, DQuat, DVec3};
 
 use crate::grammar::{class, proximity_sensor, visibility_sensor, vrml_sensor};
 use crate::iv::{NodeId, NodeRef, Value};
-use crate::pose::{CameraPose, Projection, ViewExtent, rotation_of, rotation_value};
+use crate::pose::{CameraPose, Projection, ViewExtent, orientation_in, rotation_value};
 
 /// The state of a sensor while a scene plays.
 #[derive(Clone, Debug, Default)]
@@ -61,7 +61,10 @@ impl ViewerSensor {
         if let Some(place) = place.filter(|_| is_proximity) {
             let sensor_from_viewer = place.inverse() * viewer.world_from_camera();
             let position = Value::Vec3(sensor_from_viewer.w_axis.truncate().as_vec3());
-            let orientation = Value::Rotation(rotation_value(rotation_of(sensor_from_viewer)));
+            let orientation = Value::Rotation(rotation_value(orientation_in(
+                sensor_from_viewer,
+                DQuat::IDENTITY,
+            )));
             let (last_position, last_orientation) = self.sent.take().unzip();
             if last_position.as_ref() != Some(&position) {
                 events.push(("position_changed", position.clone()));

@@ -3,7 +3,7 @@
 use glam::{DMat3, DMat4, DQuat, DVec2, DVec3};
 
 use super::projection::{Projection, ViewportMapping};
-use super::rotation::{quat, rotation_of};
+use super::rotation::{orientation_in, quat};
 use super::view_direction::ViewDirection;
 use crate::grammar::{
     Class, Field, camera, class, film_camera, frustum_camera, ortho_viewpoint, orthographic_camera,
@@ -62,7 +62,8 @@ impl CameraPose {
     ///
     /// The matrix `world_from_camera` transforms the position and rotates the orientation. Its
     /// scale acts on the distances and the height of the view of Inventor's cameras. If it is not
-    /// uniform, the picture is not stretched. A viewpoint of VRML97, X3D or glTF is not scaled.
+    /// uniform, the picture is not stretched. A viewpoint of VRML97, X3D or glTF is not scaled. A
+    /// reflection acts on the position, the view and its top; the picture is not mirrored.
     pub fn from_node(node: NodeRef<'_>, world_from_camera: DMat4) -> Option<Self> {
         let class = node.class()?;
         let number = |field| finite(node, field);
@@ -74,9 +75,11 @@ impl CameraPose {
             camera::POSITION.default()
         };
         let turn = quat(node.get(camera::ORIENTATION));
-        let orientation = (rotation_of(world_from_camera) * turn).normalize();
+        let orientation = orientation_in(world_from_camera, turn);
         let position = world_from_camera.transform_point3(own.as_dvec3());
-        let position = position + orientation * view.aside.extend(0.0);
+        let is_mirrored = world_from_camera.determinant() < 0.0;
+        let sideways = DVec2::new(if is_mirrored { -1.0 } else { 1.0 }, 1.0);
+        let position = position + orientation * (view.aside * sideways).extend(0.0);
         let [up, back] = match class.descends_from(class::CAMERA) {
             true => [DVec3::Y, DVec3::Z].map(|axis| scale_along(world_from_camera, turn * axis)),
             false => [1.0; 2],
@@ -93,7 +96,7 @@ impl CameraPose {
                 DQuat::IDENTITY
             },
             projection: view.projection.scaled(up, back),
-            center: view.center * (up / back),
+            center: view.center * sideways * (up / back),
             near: back * number(camera::NEAR_DISTANCE),
             far: back * number(camera::FAR_DISTANCE),
             has_far: class.descends_from(class::CAMERA) && node.states(camera::FAR_DISTANCE),
@@ -470,6 +473,38 @@ mod tests {
         let deep = pose_of(text, DMat4::from_scale(DVec3::new(1.0, 1.0, 2.0)));
         let tangent = 2.0 * deep.view_extent(1.0).half.y;
         assert!((tangent - 0.5f64.tan()).abs() < 1e-12, "{tangent}");
+    }
+
+    #[test]
+    fn a_reflection_turns_a_camera_and_does_not_mirror_its_picture() {
+        let text =
+            "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 8 orientation 0 1 0 .5 }";
+        let usual = pose_of(text, DMat4::IDENTITY);
+        for scale in [
+            [-1, 1, 1],
+            [1, -1, 1],
+            [1, 1, -1],
+            [-1, -1, -1],
+            [-1, -1, 1],
+        ] {
+            let scale = DVec3::from(scale.map(f64::from));
+            let pose = pose_of(text, DMat4::from_scale(scale));
+            assert_eq!(pose.position, scale * usual.position);
+            assert!(pose.direction().distance(scale * usual.direction()) < 1e-12);
+            let top = pose.orientation * DVec3::Y;
+            assert!(top.distance(scale * DVec3::Y) < 1e-12, "{scale}: {top}");
+        }
+    }
+
+    #[test]
+    fn a_reflection_moves_the_middle_of_a_frustum_to_the_other_side() {
+        let text = "#Inventor V2.1 ascii\nFrustumCamera { left 0 right 1 top 1 bottom 0 }";
+        let [usual, mirrored] = [1.0, -1.0].map(|x| {
+            let pose = pose_of(text, DMat4::from_scale(DVec3::new(x, 1.0, 1.0)));
+            pose.orientation * pose.center.extend(-1.0)
+        });
+        assert!(usual.x > 0.0);
+        assert!(mirrored.distance(usual * DVec3::new(-1.0, 1.0, 1.0)) < 1e-12);
     }
 
     /// Twice as deep, the near plane is at 2 and its sides are where they were.

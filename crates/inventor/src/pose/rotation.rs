@@ -54,6 +54,18 @@ pub fn rotation_of(matrix: DMat4) -> DQuat {
     DQuat::from_mat3(&m).normalize()
 }
 
+/// Returns the rotation in the world of what has a rotation of its own in a space, such as a
+/// camera. If the matrix from the space contains a reflection, the y and z axes have their
+/// reflected directions, and the x axis is the one that makes it a rotation.
+pub fn orientation_in(world_from_space: DMat4, own: DQuat) -> DQuat {
+    let turned = rotation_of(world_from_space) * own;
+    let half_turn_about_x = DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0);
+    match world_from_space.determinant() < 0.0 {
+        true => (turned * half_turn_about_x).normalize(),
+        false => turned.normalize(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

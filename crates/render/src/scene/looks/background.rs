@@ -10,7 +10,7 @@ use ivcam_base::diag::Diagnostic;
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::grammar::{Field, vrml97_background};
 use ivcam_inventor::iv::NodeRef;
-use ivcam_inventor::pose::rotation_of;
+use ivcam_inventor::pose::orientation_in;
 use ivcam_inventor::traversal::state::State;
 
 use super::texture::{Repeat, Texture};
@@ -54,7 +54,7 @@ impl Background {
             at.zip(node.get(colors).iter().copied()).collect()
         };
         let mut diagnostics = Vec::new();
-        let turn: DQuat = rotation_of(state.world_from_object);
+        let turn = orientation_in(state.world_from_object, DQuat::IDENTITY);
         let mut background = Self {
             sky: band(vrml97_background::SKY_COLOR, vrml97_background::SKY_ANGLE),
             ground: band(
