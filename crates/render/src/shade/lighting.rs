@@ -47,8 +47,8 @@ pub(super) fn eye(origin: Vec3, backward: Vec3, start: f32) -> Vec3 {
 
 /// Mixes a point's color with the fog between the eye and the point.
 ///
-/// The densities are Coin's: at the visibility distance an 8-bit picture no longer shows the color.
-/// There FOG transmits e^−5.545 = 1/256 and SMOKE e^−(2.35)²; HAZE is linear.
+/// The densities are those of SGI's library, by its pictures: at the visibility distance FOG
+/// transmits e^−4 and SMOKE e^−(2²); HAZE is linear.
 pub(super) fn fogged(color: Vec3, point: &Point<'_>, eye: Vec3, backward: Vec3) -> Vec3 {
     match clearness(point, eye, backward) {
         1.0 => color,
@@ -71,8 +71,8 @@ pub(super) fn clearness(point: &Point<'_>, eye: Vec3, backward: Vec3) -> f32 {
         FogKind::Haze | FogKind::Linear => 1.0 - depth,
         FogKind::Exponential if depth >= 1.0 => 0.0,
         FogKind::Exponential => libm::expf(-depth / (1.0 - depth)),
-        FogKind::Fog => libm::expf(-5.545 * depth),
-        _ => libm::expf(-(2.35 * depth) * (2.35 * depth)),
+        FogKind::Fog => libm::expf(-4.0 * depth),
+        _ => libm::expf(-4.0 * depth * depth),
     };
     clear.clamp(0.0, 1.0)
 }
