@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
 use ivcam_base::math::Meters;
 use ivcam_base::work::{Budget, Cut};
-use ivcam_inventor::pose::{CameraPose, FilmPlane, Projection};
+use ivcam_inventor::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
 use ivcam_optics::lens::{FilmPlace, Focus, Lens};
 use ivcam_render::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 
@@ -38,6 +38,9 @@ pub(super) fn camera(
         let help = "`--shift` and `--rise` move the lens against the film";
         sink.add(*Diagnostic::warning(warning).with_help(help));
     }
+    if !is_pinhole && let Projection::Orthographic { .. } = pose.projection {
+        sink.add(*parallel_view(pose));
+    }
     match &plan.optics {
         Optics::Pinhole => pinhole(plan, pose, sink),
         Optics::Ideal(choice) => ideal(choice, plan, pose),
@@ -54,6 +57,36 @@ fn film_behind_solids(plan: &Plan, plane: FilmPlane, pose: &CameraPose) -> (Came
     (Camera::Film(film), to_map(settings))
 }
 
+/// Returns the warning that a lens cannot show the parallel view of a camera node.
+fn parallel_view(pose: &CameraPose) -> Box<Diagnostic> {
+    let warning = "the scene's camera is orthographic, and the lens makes a perspective";
+    let help = match pose.near < 0.0 {
+        true => {
+            "`--lens none` shows the parallel view, and what is behind the camera's position too"
+        }
+        false => "`--lens none` shows the parallel view",
+    };
+    Diagnostic::warning(warning).with_help(help)
+}
+
+/// Returns a note if the scene asks for a frame around the view, which is not drawn.
+fn missing_frame(plan: &Plan, pose: &CameraPose) -> Option<Box<Diagnostic>> {
+    let frame = match pose.viewport_mapping {
+        ViewportMapping::CropViewportFillFrame => "FILL",
+        ViewportMapping::CropViewportLineFrame => "LINE",
+        _ => return None,
+    };
+    let [picture, own] = [plan.resolution.aspect(), pose.aspect_ratio];
+    let is_beside = (picture / own - 1.0).abs() > 1e-3;
+    is_beside.then(|| {
+        let text = format!(
+            "the frame of `CROP_VIEWPORT_{frame}_FRAME` is left out: beside the view nothing is drawn"
+        );
+        let help = "a picture of the shape that the camera's `aspectRatio` states has no frame";
+        Diagnostic::note(text).with_help(help)
+    })
+}
+
 fn pinhole(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, LensSettings)> {
     if plan.metering.is_some() {
         return Err(
@@ -62,6 +95,9 @@ fn pinhole(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, L
         );
     }
     let pinhole = Pinhole::new(pose, plan.resolution.aspect()).distorted(plan.distortion);
+    if let Some(note) = missing_frame(plan, pose) {
+        sink.add(*note);
+    }
     let mut settings = to_map([("lens", "none (pinhole)".into())]);
     let is_distorted = plan.distortion != [0.0; 2];
     if is_distorted && matches!(pose.projection, Projection::Orthographic { .. }) {
@@ -167,7 +203,8 @@ fn warn_about_ghosts(plan: &Plan, lens: &Lens, sink: &mut Sink) {
 }
 
 /// Returns a warning if the camera node sees far more or less than the lens, whose focal length was
-/// not chosen. In 1999 the camera's angle was ignored.
+/// not chosen. An orthographic camera sees its height at its focal distance. In 1999 the camera's
+/// angle was ignored.
 fn other_field(
     choice: &LensChoice,
     plan: &Plan,
@@ -175,17 +212,15 @@ fn other_field(
     lens: &Lens,
 ) -> Option<Box<Diagnostic>> {
     let is_chosen = choice.efl.is_some() || choice.zoom != 1.0 || choice.zoom_position.is_some();
-    let Projection::Perspective { height_angle } = pose.projection else {
-        return None;
+    let seen = match pose.projection {
+        Projection::Perspective { height_angle } => libm::tan(0.5 * height_angle),
+        Projection::Orthographic { .. } if pose.focal_distance <= 0.0 => return None,
+        Projection::Orthographic { height } => 0.5 * height / pose.focal_distance,
     };
     if plan.era == Era::Vintage || is_chosen || pose.source.starts_with("viewAll") {
         return None;
     }
-    let [seen, imaged] = [
-        0.5 * height_angle,
-        0.5 * plan.film.height / lens.first_order().efl(),
-    ];
-    let (seen, imaged) = (libm::tan(seen), imaged.abs());
+    let imaged = (0.5 * plan.film.height / lens.first_order().efl()).abs();
     let is_other = seen > FIELD_RATIO * imaged || imaged > FIELD_RATIO * seen;
     let degrees = |tangent: f64| 2.0 * libm::atan(tangent).to_degrees();
     is_other.then(|| {

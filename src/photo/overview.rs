@@ -7,7 +7,9 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::role::{Role, role};
 use ivcam_inventor::traversal::state::State;
-use ivcam_inventor::traversal::{self, Instance, Leading, Visitor, WalkOptions, first_pose};
+use ivcam_inventor::traversal::{
+    self, Instance, LaterCamera, Leading, Visitor, WalkOptions, first_pose,
+};
 use ivcam_render::scene::model::Place;
 
 /// The camera, lights and navigation settings of a scene.
@@ -21,6 +23,8 @@ pub(crate) struct Overview {
     pub navigation_info: Option<bool>,
     /// That node, if it states the field.
     pub headlight_node: Option<Place>,
+    /// The warning that a camera after the first acts on shapes.
+    pub later_camera: Option<Box<Diagnostic>>,
     /// What the walk left out.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -34,6 +38,7 @@ impl Overview {
         };
         let mut collector = OverviewCollector {
             overview: Self::default(),
+            cameras: LaterCamera::default(),
             leading: Leading::to(snapshot.document(), is_told),
         };
         traversal::walk(snapshot, &WalkOptions::within(limits), &mut collector);
@@ -44,12 +49,15 @@ impl Overview {
 /// Collects the facts, and skips the parts of the scene without any.
 struct OverviewCollector {
     overview: Overview,
+    cameras: LaterCamera,
     leading: Leading,
 }
 
 impl<'a> Visitor<'a> for OverviewCollector {
     fn shape(&mut self, _: NodeRef<'a>, state: &State<'a>) {
         self.overview.has_light |= !state.lights.is_empty();
+        let found = self.cameras.at_shape(state);
+        self.overview.later_camera = self.overview.later_camera.take().or(found);
     }
 
     fn instance(&mut self, part: Instance<'a>, state: &State<'a>) -> bool {
@@ -58,6 +66,7 @@ impl<'a> Visitor<'a> for OverviewCollector {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        self.cameras.at_camera(node);
         if self.overview.camera.is_none() {
             self.overview.camera = first_pose(node, state);
         }

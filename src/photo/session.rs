@@ -429,6 +429,9 @@ impl Session {
             described,
         };
         session.add_findings(overview.diagnostics);
+        if let Some(warning) = overview.later_camera.filter(|_| session.follows_scene) {
+            session.sink.add(*warning);
+        }
         session.decide_headlight();
         session.meter();
         Ok(session)

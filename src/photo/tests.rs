@@ -407,6 +407,14 @@ fn a_lens_says_where_it_cannot_show_what_the_scenes_camera_sees() {
             "PerspectiveCamera { heightAngle 0 }",
             "the camera's `heightAngle` should be above 0",
         ),
+        (
+            "OrthographicCamera { height 4 focalDistance 5 nearDistance -1 }",
+            "the scene's camera is orthographic, and the lens makes a perspective",
+        ),
+        (
+            "OrthographicCamera { height 4 focalDistance 5 }",
+            "the scene's camera sees 44° from bottom to top",
+        ),
     ] {
         let mut plan = plan(&folder);
         let scene = format!("#Inventor V2.1 ascii\n{camera} Cube {{ }}\n");
@@ -422,5 +430,31 @@ fn a_lens_says_where_it_cannot_show_what_the_scenes_camera_sees() {
             found.iter().any(|text| text.contains(expected)),
             "{found:?}"
         );
+    }
+}
+
+#[test]
+fn a_picture_says_what_it_does_not_show_of_the_scenes_cameras() {
+    let folder = Folder::new("cameras-in-force");
+    let frame = "PerspectiveCamera { viewportMapping CROP_VIEWPORT_LINE_FRAME aspectRatio 1 }";
+    let two = "Separator { PerspectiveCamera { } } PerspectiveCamera { position 0 0 9 }";
+    for (cameras, size, expected) in [
+        (
+            frame,
+            [36, 24],
+            "the frame of `CROP_VIEWPORT_LINE_FRAME` is left out",
+        ),
+        (frame, [24, 24], ""),
+        (two, [36, 24], "this `PerspectiveCamera` acts on its shapes"),
+    ] {
+        let mut plan = plan(&folder);
+        (plan.optics, plan.focus) = (Optics::Pinhole, None);
+        plan.resolution = Resolution::of(size[0], size[1]);
+        let scene = format!("#Inventor V2.1 ascii\n{cameras} Cube {{ }}\n");
+        plan.scene = folder.file("seen.iv", &scene).into();
+        let session = Session::open(plan).expect("the scene is whole");
+        let found = session.sink.items();
+        let said = found.iter().any(|d| d.message.contains(expected));
+        assert!(said != expected.is_empty(), "{cameras}: {found:?}");
     }
 }

@@ -429,3 +429,26 @@ fn the_shape_that_a_kit_makes_is_no_repetition_of_a_node_with_its_number() {
     let scene = compile_file(&text);
     assert!(hit(&scene, 0.75, 0.0).is_some());
 }
+
+/// SGI's library and Coin show a shape by the last camera before it, which a `Separator` restores.
+#[test]
+fn a_later_camera_that_acts_on_shapes_is_reported() {
+    let camera = "PerspectiveCamera { }";
+    for (scene, problems) in [
+        (format!("{camera} {camera} Cube {{ }} Cube {{ }}"), 1),
+        (format!("Separator {{ {camera} }} {camera} Cube {{ }}"), 1),
+        (format!("{camera} Separator {{ {camera} }} Cube {{ }}"), 0),
+        (format!("{camera} Cube {{ }} {camera}"), 0),
+        (
+            format!("Switch {{ whichChild 0 {camera} {camera} }} Cube {{ }}"),
+            0,
+        ),
+    ] {
+        for (header, problems) in [("Inventor V2.1", problems), ("VRML V1.0", 0)] {
+            let document = document(&format!("#{header} ascii\n{scene}\n"));
+            let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());
+            let found = &survey.diagnostics;
+            assert_eq!(found.len(), problems, "{header} {scene}: {found:?}");
+        }
+    }
+}

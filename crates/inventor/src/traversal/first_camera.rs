@@ -1,12 +1,14 @@
 //! Finds the first camera of a scene.
 
+use ivcam_base::diag::Diagnostic;
+
 use super::leading::Leading;
 use super::role::{Role, role};
-use super::state::{Bindables, State};
+use super::state::{Bindables, Language, State};
 use super::visitor::{Instance, Visitor, WalkOptions};
 use super::walk::walk;
 use crate::grammar::Class;
-use crate::iv::NodeRef;
+use crate::iv::{NodeId, NodeRef};
 use crate::pose::CameraPose;
 use crate::snapshot::Snapshot;
 
@@ -37,6 +39,42 @@ pub fn first_pose(camera: NodeRef<'_>, state: &State<'_>) -> Option<CameraPose> 
         nodes.place_viewer(&mut pose);
     }
     Some(pose)
+}
+
+/// Finds a camera by which SGI's library and Coin show shapes, though it is not the first, from
+/// which the scene is seen here as in viewers. VRML has its own rules for viewpoints.
+#[derive(Debug, Default)]
+pub struct LaterCamera {
+    first: Option<NodeId>,
+    is_reported: bool,
+}
+
+impl LaterCamera {
+    /// Returns a warning at the first shape that a camera other than the first acts on.
+    pub fn at_shape(&mut self, state: &State<'_>) -> Option<Box<Diagnostic>> {
+        let camera = state.camera?;
+        let first = self.first?;
+        let is_inventor = Language::of(camera.document) == Language::Inventor;
+        if self.is_reported || camera.id == first || !is_inventor {
+            return None;
+        }
+        self.is_reported = true;
+        let class = camera.class_name();
+        let message = format!(
+            "the scene is seen from its first camera, but this `{class}` acts on its shapes"
+        );
+        let help = "`--camera` takes a file with a camera, or the text of its node";
+        let warning = Diagnostic::warning(message).with_help(help);
+        Some(match camera.source() {
+            Some(source) => warning.at(source, camera.span()),
+            None => warning,
+        })
+    }
+
+    /// Notes a camera.
+    pub fn at_camera(&mut self, camera: NodeRef<'_>) {
+        self.first.get_or_insert(camera.id);
+    }
 }
 
 /// Finds a camera, and skips the parts of the scene without one.

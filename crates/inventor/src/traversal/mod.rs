@@ -23,7 +23,7 @@ mod visitor;
 mod walk;
 
 pub use copies::Grid;
-pub use first_camera::{first_camera, first_pose};
+pub use first_camera::{LaterCamera, first_camera, first_pose};
 pub(crate) use leading::Parents;
 pub use leading::{Leading, each_child};
 pub use light_list::LightList;

@@ -10,7 +10,8 @@ use super::state::{
 
 impl State<'_> {
     /// Whether a shape looks the same in both states except for its place: all elements are equal
-    /// but the matrix, the choice of the last `Switch`, and the nodes of material and environment.
+    /// but the matrix, the choice of the last `Switch`, the camera, and the nodes of material and
+    /// environment.
     /// Lists of the document are compared by their address.
     pub fn is_like(&self, other: &Self) -> bool {
         // All fields are named, so that a new one cannot be forgotten.
@@ -21,6 +22,7 @@ impl State<'_> {
             bindables: _,
             material_node: _,
             environment_node: _,
+            camera: _,
             coordinates,
             geo_origin,
             normals,

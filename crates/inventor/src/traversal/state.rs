@@ -754,6 +754,8 @@ pub struct State<'a> {
     pub environment: EnvironmentElement,
     /// The last `Environment`.
     pub environment_node: Option<NodeRef<'a>>,
+    /// The last camera or viewpoint. By a camera, SGI's library and Coin show the shape.
+    pub camera: Option<NodeRef<'a>>,
     /// The lights that light the shape.
     pub lights: LightList,
     /// The clip planes in world space, as normal and distance. Points with p·normal ≥ distance are
@@ -870,6 +872,7 @@ impl<'a> State<'a> {
             normal_binding: Binding::PerVertexIndexed,
             material: MaterialElement::DEFAULT,
             material_node: None,
+            camera: None,
             material_binding: Binding::Overall,
             texture: None,
             further_textures: Arc::default(),

@@ -234,7 +234,10 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
             }
             Role::Shape => self.visitor.shape(node, &self.state),
             Role::Light => self.light(node),
-            Role::Camera => self.visitor.camera(node, &self.state),
+            Role::Camera => {
+                self.state.camera = Some(node);
+                self.visitor.camera(node, &self.state);
+            }
             Role::Bindable => {
                 if self.state.bindables.include(node.id) {
                     self.visitor.bindable(node, &self.state);

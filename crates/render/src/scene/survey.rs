@@ -9,7 +9,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_inventor::snapshot::{Corners, Snapshot};
 use ivcam_inventor::traversal::role::Role;
 use ivcam_inventor::traversal::state::{LightElement, State};
-use ivcam_inventor::traversal::{self, Instance, Visitor, WalkOptions};
+use ivcam_inventor::traversal::{self, Instance, LaterCamera, Visitor, WalkOptions};
 
 use super::canvas::{BoundsCanvas, PictureView, grow};
 use super::census::Census;
@@ -57,6 +57,7 @@ pub(super) struct Surveyor<'a> {
     /// Whether sizes in pixels depend on the last camera of the scene, because the options have
     /// none.
     uses_scene_cameras: bool,
+    cameras: LaterCamera,
     /// Whether the walk ends at the first shape with a size.
     ends_at_shape: bool,
 }
@@ -72,6 +73,7 @@ impl<'a> Surveyor<'a> {
             prototypes: Prototypes::new(snapshot, options, walk),
             surveyed: Vec::new(),
             uses_scene_cameras: options.camera.is_none(),
+            cameras: LaterCamera::default(),
             ends_at_shape: false,
         }
     }
@@ -224,6 +226,9 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
         if let Some(class) = node.known_class() {
             *self.survey.shapes.entry(class.name).or_default() += 1;
         }
+        if let Some(warning) = self.cameras.at_shape(state) {
+            self.canvas.reports.add(*warning);
+        }
         shapes::draw(node, state, &mut self.canvas);
         if let Some(bounds) = self.canvas.bounds {
             grow(&mut self.survey.bounds, bounds);
@@ -271,6 +276,7 @@ impl<'a> Visitor<'a> for Surveyor<'a> {
     }
 
     fn camera(&mut self, node: NodeRef<'a>, state: &State<'a>) {
+        self.cameras.at_camera(node);
         let Some(pose) = CameraPose::from_node(node, state.world_from_object) else {
             return;
         };
