@@ -5,8 +5,8 @@ use std::sync::OnceLock;
 
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
-    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, surround_scale,
-    texture_unit, vrml97_indexed_face_set as faces97, vrml97_shape,
+    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, matrix_transform,
+    surround_scale, texture_unit, vrml97_indexed_face_set as faces97, vrml97_shape,
 };
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::geo::GeoSystem;
@@ -101,8 +101,21 @@ pub(super) fn unapplied(node: NodeRef<'_>) -> Vec<Unapplied<'_>> {
         let hidden = is_hidden.then_some(("visible", "the node is drawn"));
         found.extend(Unapplied::fields(node, hidden.into_iter()));
     }
+    if has_perspective(node) {
+        let lack = "shapes are drawn without the perspective of its fourth column";
+        found.extend(Unapplied::fields(node, [("matrix", lack)].into_iter()));
+    }
     found.extend(Unapplied::whole(node));
     found
+}
+
+/// Returns whether a node is a `MatrixTransform` that divides coordinates by a number that depends
+/// on them, as one that casts a planar shadow does.
+fn has_perspective(node: NodeRef<'_>) -> bool {
+    node.class_id() == Some(class::MATRIX_TRANSFORM)
+        && node
+            .acting(matrix_transform::MATRIX)
+            .is_some_and(|m| m.is_finite() && [m.x_axis.w, m.y_axis.w, m.z_axis.w] != [0.0; 3])
 }
 
 /// Returns what is not applied of the appearance and the geometry of a shape of X3D.
@@ -348,6 +361,24 @@ mod tests {
             let document = Document::read_headerless("a", text.into_bytes()).unwrap();
             let survey = RenderScene::survey(&Snapshot::at(&document, 0.0), &Default::default());
             assert_eq!(survey.diagnostics.len(), problems);
+        }
+    }
+
+    #[test]
+    fn only_a_matrix_with_a_perspective_is_reported() {
+        for (matrix, problems) in [
+            ("4 0 0 0  0 1 0 -1  0 0 4 0  0 -3 0 3", 1),
+            ("4 0 0 0  0 1 0 0  0 0 4 0  0 -3 0 3", 0),
+            ("4 0 0 0  0 1 0 -1  0 0 4 0  0 -3 0 3 ~", 0),
+        ] {
+            let text =
+                format!("#Inventor V2.1 ascii\nMatrixTransform {{ matrix {matrix} }} Cube {{ }}\n");
+            let document = Document::read_headerless("a.iv", text.into_bytes()).unwrap();
+            let snapshot = Snapshot::at(&document, 0.0);
+            let survey = RenderScene::survey(&snapshot, &Default::default());
+            assert_eq!(survey.diagnostics.len(), problems, "{matrix}");
+            let model = Model::of(&snapshot, &ModelOptions::default());
+            assert_eq!(model.not_applied.len(), problems, "{matrix}");
         }
     }
 

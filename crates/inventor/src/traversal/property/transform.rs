@@ -34,11 +34,15 @@ pub(in crate::traversal) fn transform(node: NodeRef<'_>, scale: Field<Vec3>) -> 
         * DMat4::from_translation(-center)
 }
 
-/// Returns the matrix of a `MatrixTransform`, or the identity if it is not finite.
+/// Returns the matrix of a `MatrixTransform`, or the identity if it is not finite. Its last number
+/// divides all coordinates, as in OpenGL.
 pub(super) fn matrix_transform(node: NodeRef<'_>) -> DMat4 {
-    let matrix = node.acting_or_default(matrix_transform::MATRIX);
-    if matrix.is_finite() {
-        matrix.as_dmat4()
+    let matrix = node.acting_or_default(matrix_transform::MATRIX).as_dmat4();
+    let divided = matrix * matrix.w_axis.w.recip();
+    if divided.is_finite() {
+        divided
+    } else if matrix.is_finite() {
+        matrix
     } else {
         DMat4::IDENTITY
     }
