@@ -452,3 +452,39 @@ fn a_later_camera_that_acts_on_shapes_is_reported() {
         }
     }
 }
+
+#[test]
+fn what_is_wrong_with_a_nurbs_surface_is_reported_once() {
+    let sizes = "uDimension 2 vDimension 2 uOrder 2 vOrder 2 controlPoint";
+    let points = "[ -1 -1 0, 1 -1 0, -1 1 0, 1 1 0 ]";
+    let patch = |points: String| {
+        let geometry = format!("NurbsPatchSurface {{ {sizes} {points} }}");
+        format!("#X3D V3.3 utf8\nPROFILE Full\nShape {{ geometry {geometry} }}")
+    };
+    let trimmed = |contour: &str| {
+        let line = format!("Contour2D {{ children Polyline2D {{ point [ {contour} ] }} }}");
+        let surface = format!("surface NurbsSurface {{ {sizes} {points} }}");
+        let geometry = format!("TrimmedSurface {{ {surface} trimmingContour {line} }}");
+        format!("#VRML V2.0 utf8\nShape {{ geometry {geometry} }}")
+    };
+    for (text, expected) in [
+        (patch(format!("Coordinate {{ point {points} }}")), ""),
+        (
+            patch(format!("CoordinateDouble {{ point {points} }}")),
+            "is not applied",
+        ),
+        (patch("Coordinate { }".into()), "fewer control points"),
+        (trimmed(".2 .2, .8 .2, .5 .8, .2 .2"), ""),
+        (trimmed(".2 .2, .8 .2, .5 .8"), "open trimming curve"),
+    ] {
+        let document = document(&text);
+        let (snapshot, options) = (Snapshot::at(&document, 0.0), CompileOptions::default());
+        let compiled = RenderScene::compile(&snapshot, &options).expect("compiles");
+        let surveyed = RenderScene::survey(&snapshot, &options);
+        for found in [&compiled.census().diagnostics, &surveyed.diagnostics] {
+            let is_right = found.len() == usize::from(!expected.is_empty());
+            let of = |d: &ivcam_base::diag::Diagnostic| d.message.contains(expected);
+            assert!(is_right && found.iter().all(of), "{text}: {found:?}");
+        }
+    }
+}

@@ -13,6 +13,8 @@ pub(crate) enum Mistake {
     FewMaterials,
     /// Fewer normals than the binding needs.
     FewNormals,
+    /// A trimming loop whose ends are apart.
+    OpenTrim,
 }
 
 impl Mistake {
@@ -32,6 +34,7 @@ impl Mistake {
             Self::FewNormals => {
                 "has fewer normals than its binding needs; the last one is used for the rest"
             }
+            Self::OpenTrim => "has an open trimming curve, whose ends are joined by a line",
         }
     }
 }

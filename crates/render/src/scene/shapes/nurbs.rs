@@ -3,9 +3,9 @@
 
 use glam::{DVec2, DVec3, DVec4, Vec2, Vec3};
 use ivcam_inventor::grammar::{
-    Field, complexity, contour2_d, indexed_nurbs_curve, indexed_nurbs_surface, linear_profile,
-    nurbs_curve, nurbs_curve2_d, nurbs_profile, nurbs_surface, polyline2_d, trimmed_surface,
-    vrml97_nurbs_curve, vrml97_nurbs_surface,
+    Field, Treatment, complexity, contour2_d, indexed_nurbs_curve, indexed_nurbs_surface,
+    linear_profile, nurbs_curve, nurbs_curve2_d, nurbs_profile, nurbs_surface, polyline2_d,
+    trimmed_surface, vrml97_indexed_face_set as faces97, vrml97_nurbs_curve, vrml97_nurbs_surface,
 };
 use ivcam_inventor::iv::{NodeId, NodeRef};
 use ivcam_inventor::traversal::State;
@@ -15,7 +15,7 @@ use crate::geometry::nurbs::{
     ChordalTolerance, Curve, Detail, NurbsSurface, tolerance_in_pixels, trim_curve,
 };
 use crate::geometry::{Corner, TriangleMesh};
-use crate::scene::canvas::{Canvas, PictureView, count, indices};
+use crate::scene::canvas::{Canvas, Mistake, PictureView, count, indices};
 
 /// Draws a `NurbsSurface` of Inventor.
 pub(super) fn nurbs_surface<'a>(node: NodeRef<'a>, state: &State<'a>, out: &mut dyn Canvas) {
@@ -141,6 +141,7 @@ fn surface<'a>(
     );
     draw_surface(node, state, made, out, |surface, detail, out| {
         let trims = trims(state, &surface.detail_of_trims(detail), out, node);
+        note_open(&trims, out);
         let texture = texture_surface(node, state, texture_index);
         surface.tessellate(detail, &trims, texture.as_ref())
     });
@@ -295,6 +296,10 @@ pub(super) fn surface97<'a>(
     }
     let u = count(node, vrml97_nurbs_surface::U_DIMENSION);
     let v = count(node, vrml97_nurbs_surface::V_DIMENSION);
+    let unread = node.get_node(faces97::COORD).and_then(|c| c.known_class());
+    if points.is_empty() && unread.is_some_and(|class| class.treatment == Treatment::Kept) {
+        return; // The walk reports a node with points that is not applied.
+    }
     if u.saturating_mul(v) > points.len() {
         return out.report(node, "it has fewer control points than its dimensions need");
     }
@@ -315,11 +320,27 @@ pub(super) fn surface97<'a>(
         ),
         points,
     );
-    draw_surface(node, state, made, out, |surface, detail, _| {
+    draw_surface(node, state, made, out, |surface, detail, out| {
         let detail_of_trims = surface.detail_of_trims(detail);
         let trims = trimmed.map(|trimmed| contours97(trimmed, &detail_of_trims));
-        surface.tessellate(detail, &trims.unwrap_or_default(), None)
+        let trims = trims.unwrap_or_default();
+        note_open(&trims, out);
+        surface.tessellate(detail, &trims, None)
     });
+}
+
+/// Notes trimming loops whose ends are farther apart than a thousandth of their size.
+fn note_open(trims: &[Vec<DVec2>], out: &mut dyn Canvas) {
+    let is_open = |line: &Vec<DVec2>| {
+        let [Some(first), Some(last)] = [line.first(), line.last()] else {
+            return false;
+        };
+        let size = line.iter().map(|p| p.distance(*first)).fold(0.0, f64::max);
+        first.distance(*last) > 1e-3 * size
+    };
+    if trims.iter().any(is_open) {
+        out.note(Mistake::OpenTrim);
+    }
 }
 
 /// Returns the loops of a `TrimmedSurface`. Each `Contour2D` is one loop.
