@@ -116,7 +116,9 @@ impl Target {
             feature,
             Feature::Light | Feature::Camera | Feature::Hierarchy | Feature::Offset
         );
+        let leaves_light = matches!(self, Self::Obj | Self::Ply | Self::Inventor);
         match self {
+            _ if feature == Feature::OneSidedLight => leaves_light,
             Self::Glb | Self::Gltf => {
                 let others = matches!(
                     feature,

@@ -45,6 +45,7 @@ fn colors_of_vertices_become_their_mean_where_the_format_has_one_value() {
     let scene = |texture: &str| {
         format!(
             "#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }} {texture}
+             ShapeHints {{ vertexOrdering COUNTERCLOCKWISE }}
              Material {{ diffuseColor [ 1 0 0, 0 0 1 ] transparency [ 0, 0.5 ] }}
              MaterialBinding {{ value PER_VERTEX_INDEXED }}
              Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }}
@@ -226,6 +227,13 @@ fn a_default_of_the_language_is_no_loss_of_the_file() {
             Target::Inventor,
             "light-radius",
             "PointLight",
+        ),
+        (
+            INVENTOR,
+            "Coordinate3 { point [ 0 0 0, 1 0 0, 0 1 0 ] } FaceSet { } FaceSet { }",
+            Target::Glb,
+            "one-sided-light",
+            "",
         ),
         (VRML97, &shape(""), Target::Obj, "one-sided", ""),
         (

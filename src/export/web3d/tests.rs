@@ -218,6 +218,7 @@ fn with_vertex_colors(
 ) -> (Material, Vec<[f32; 4]>, Vec<Image>, Vec<String>) {
     let text = format!(
         "#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }}
+         ShapeHints {{ vertexOrdering COUNTERCLOCKWISE }}
          Material {{ diffuseColor [ 1 0 0, 0 0 1 ] transparency [ 0, 0.5 ] }}
          MaterialBinding {{ value PER_VERTEX_INDEXED }} {properties}
          Coordinate3 {{ point [ 0 0 0, 1 0 0, 0 1 0, 1 1 0 ] }}

@@ -209,6 +209,9 @@ impl ModelShape {
             if !flips {
                 let normals = mesh.normals.clone();
                 turn_to_normals(&mut mesh, &normals);
+                let is_lit = self.sides.is_none() && !material.unlit;
+                let shows_dark = is_lit && mesh.shows_backs();
+                features.extend(shows_dark.then_some(Feature::OneSidedLight));
             }
             parts.push((mesh, material.clone()));
         }

@@ -110,6 +110,9 @@ features! {
     ColorRange, "color-range", "colors are limited to the range from 0 to 1";
     /// Faces that are seen from one side only, although their backs could be seen.
     OneSided, "one-sided", "both sides of the faces are seen; leave out backs where it is shown";
+    /// Faces that Inventor lights by their normals alone, although their backs could be seen.
+    OneSidedLight, "one-sided-light",
+        "both sides of faces are lit; without a `vertexOrdering` Inventor lights the one of the normal";
     /// Lines wider than a pixel.
     LineWidth, "line-width", "the width of lines is left out";
     /// Dashed lines.
@@ -152,6 +155,9 @@ features! {
     Levels, "levels", "only the finest level of detail is written";
     /// Children that a switch hides.
     HiddenChildren, "hidden-children", "the children that are not shown are left out";
+    /// The children of a `Blinker`.
+    BlinkingChildren, "hidden-children",
+        "only the child that is shown at the beginning is written, and stays shown";
     /// A shape with the draw style `INVISIBLE`.
     InvisibleShape, "invisible-shape", "the invisible shape is left out";
     /// A billboard.

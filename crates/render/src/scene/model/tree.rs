@@ -417,7 +417,8 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
             return;
         }
         for feature in drawn.features {
-            self.note(feature, node);
+            let is_default = feature == Feature::OneSidedLight;
+            self.note_by(feature, Some(node).filter(|_| !is_default));
         }
         if is_screen_aligned(node) {
             self.note(Feature::ScreenAligned, node);
@@ -453,7 +454,7 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         self.place_group(state.world_from_object);
         match role::role(node) {
             Role::Switch if hides(node) => self.note(Feature::HiddenChildren, node),
-            Role::Blinker if choices(node) > 0 => self.note(Feature::HiddenChildren, node),
+            Role::Blinker if choices(node) > 0 => self.note(Feature::BlinkingChildren, node),
             Role::Lod | Role::LevelOfDetail if choices(node) > 1 => {
                 self.note(Feature::Levels, node);
             }
