@@ -10,6 +10,7 @@ const $ = (id) => document.getElementById(id);
 const fields = ['efl', 'aperture', 'focus', 'exposure', 'response', 'film', 'size', 'samples', 'shading',
     'studio', 'headlight', 'view', 'more'];
 const PREVIEW = 3;
+const LENS = 'nikkor-28';
 const STOPS = [1.4, 2, 2.8, 4, 5.6, 8, 11, 16, 22, 32];
 
 const state = {
@@ -18,7 +19,7 @@ const state = {
     scenes: [],
     scene: undefined,
     lenses: [],
-    lens: 'nikkor-28',
+    lens: LENS,
     /** The camera file in use, if it is not the scene's own. */
     camera: undefined,
     /** What the program says about the open photograph. */
@@ -105,13 +106,16 @@ function pictureName(end) {
 function showMessages(text) {
     const lines = [...state.notes, text].join('\n').trim();
     const errors = (lines.match(/^error/gm) ?? []).length;
+    const damaged = (lines.match(/^damaged/gm) ?? []).length;
     const warnings = (lines.match(/^warning/gm) ?? []).length;
     $('messages').textContent = lines || 'none';
     const counted = (n, word) => n > 0 && `${n} ${word}${n > 1 ? 's' : ''}`;
-    const count = [counted(errors, 'error'), counted(warnings, 'warning')].filter(Boolean).join(', ');
+    const counts = [counted(errors, 'error'), counted(damaged, 'damaged place'), counted(warnings, 'warning')];
+    const count = counts.filter(Boolean).join(', ');
     $('count').textContent = count && `(${count})`;
-    $('count').className = errors > 0 ? 'bad' : '';
-    if (errors > 0) {
+    const isBad = errors + damaged > 0;
+    $('count').className = isBad ? 'bad' : '';
+    if (isBad) {
         $('messages-box').open = true;
     }
 }
@@ -304,6 +308,7 @@ async function openShipped(i) {
     }
     state.isShipped = i + 1;
     state.scenes = [scene];
+    forgetOpened();
     state.notes = [];
     state.fits = !set.efl;
     for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more']) {
@@ -323,7 +328,8 @@ function giveFiles() {
 
 /** Takes files in place of those before, with the controls as for a new scene. */
 function replaceFiles(files, scenes) {
-    Object.assign(state, { files, scenes, isShipped: 0, old: undefined, fits: true });
+    Object.assign(state, { files, scenes, isShipped: 0, fits: true });
+    forgetOpened();
     for (const id of ['efl', 'aperture', 'response', 'film', 'shading', 'headlight', 'more', 'search']) {
         $(id).value = '';
     }
@@ -331,6 +337,17 @@ function replaceFiles(files, scenes) {
     $('studio').checked = false;
     showStops();
     chooseLens(state.lens);
+}
+
+/** Forgets the old picture and the lenses that were opened beside another scene. */
+function forgetOpened() {
+    state.old = undefined;
+    $('compare-box').hidden = true;
+    if (state.ownLenses?.includes(state.lens)) {
+        state.lens = LENS;
+    }
+    state.ownLenses = undefined;
+    listLenses();
 }
 
 /** Opens the scene that the address of the page names. */
@@ -390,7 +407,7 @@ async function openFiles(found) {
         }
         make();
     } else {
-        showMessages(read.files.size > 0 ? 'error: none of these files is a scene (.iv, .wrl) that can be opened' : '');
+        showMessages(read.files.size > 0 ? 'error: none of these files is a scene that can be opened' : '');
         say('No scene was found.', true);
     }
 }

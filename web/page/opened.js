@@ -2,7 +2,7 @@
 
 import { unzipped } from './zip.js';
 
-const SCENE = /\.(iv|wrl|vrml|wrz)(\.gz)?$/i;
+const SCENE = /\.(iv|wrl|vrml|wrz|x3d|x3dv|x3dz|gltf|glb|obj|ply|stl)(\.gz)?$/i;
 const LENS = /\.(dat|zmx|seq|len|json)$/i;
 const PICTURE = /\.(png|jpe?g|tiff?|exr|rgb|sgi|gif|bmp|ppm)$/i;
 const MOST_BYTES = 1 << 30;
@@ -12,9 +12,12 @@ const head = (bytes, length = 65_536) => new TextDecoder('latin1').decode(bytes.
 
 const isScene = (path, bytes) => SCENE.test(path) || /^#(Inventor|VRML)/.test(head(bytes, 16));
 
-/** Whether a file is a camera for `--camera` and nothing else. */
-const isCamera = (bytes) => bytes.length < 1e5 && /\bCamera\s*\{/.test(head(bytes))
-    && !/\b(Separator|Shape|Cube|Sphere|IndexedFaceSet)\b/.test(head(bytes));
+/** Whether a file is a camera for `--camera` and nothing else: all its nodes are cameras. */
+function isCamera(bytes) {
+    const text = bytes.length < 1e5 ? head(bytes).replace(/#.*/g, '') : '';
+    const nodes = [...text.matchAll(/(\w+)\s*\{/g)].map(([, name]) => name);
+    return nodes.length > 0 && nodes.every((name) => name.endsWith('Camera'));
+}
 
 /** Reads what a drop event has, folders included. */
 export async function dropped(transfer) {

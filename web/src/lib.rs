@@ -108,6 +108,7 @@ extern "C" fn open() -> i32 {
     OPEN.set(Open::default());
     let words = words();
     let command = command_line(&words);
+    warn_of_outputs(&words);
     let session = match ivcam::cli::open(words) {
         Ok(session) => session,
         Err(code) => return code.max(1),
@@ -119,6 +120,31 @@ extern "C" fn open() -> i32 {
         command,
     });
     code(write(ANSWER, answer.as_bytes()))
+}
+
+/// The options of what the program does beside the picture.
+const BESIDE: [&str; 10] = [
+    "aov",
+    "checkpoint",
+    "denoise",
+    "every",
+    "layers",
+    "progress",
+    "report",
+    "sample-range",
+    "tev",
+    "write-camera",
+];
+
+/// Warns of options that do nothing on a page.
+fn warn_of_outputs(words: &[OsString]) {
+    let texts = words.iter().filter_map(|word| word.to_str()?.strip_prefix("--"));
+    let names = texts.map(|text| text.split_once('=').map_or(text, |(name, _)| name));
+    for name in names.filter(|name| BESIDE.contains(name)) {
+        let text = format!("`--{name}` does nothing on this page");
+        let help = "the command line below the picture has it, for the program";
+        print(&Diagnostic::warning(text).with_help(help));
+    }
 }
 
 /// Describes an open photograph.

@@ -157,6 +157,16 @@ const tests = {
         assert.match(await text(page, 'messages'), /cut\.zip cannot be unpacked/);
     },
 
+    async 'a camera goes beside the scene, and files of every format are scenes'(page) {
+        const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
+        await opens(page, 'files', join(scratch([['cube.iv', cube]]), 'cube.iv'));
+        await opens(page, 'files', join(root, 'camera/cam-1.dat'));
+        assert.match(await text(page, 'command'), /render cube\.iv .*--camera/);
+        const box = '<X3D profile="Interchange" version="3.3"><Scene><Shape><Box/></Shape></Scene></X3D>';
+        await opens(page, 'files', join(scratch([['box.x3d', box]]), 'box.x3d'));
+        assert.match(await text(page, 'command'), /render box\.x3d/);
+    },
+
     async 'a hostile file stays in its worker, and the page goes on'(page) {
         const names = '#Inventor V2.1 ascii\nDEF <img/src=x/onerror=alert(1)> Separator { Label { label "</pre><script>alert(2)</script>" }\n'
             + '  Material { <img> 3 } Sphere { } File { name "no</pre><b>.iv" } }\n';
