@@ -15,6 +15,7 @@ use ivcam_render::render::report::{Across, Convergence, Peer, Row, percent};
 use super::render::{OutputOptions, plan, print_notices, refuse_region};
 use super::render_outputs::listed;
 use super::{flags, parsed, print_warnings, scene_argument, text, value};
+use crate::photo::options::can_adapt;
 use crate::photo::{Era, Plan, Session};
 
 /// Returns the definition of the command.
@@ -87,7 +88,7 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let methods: Vec<ConvergenceMethod> = text(m, "methods")
         .unwrap_or("sobol,jittered,1999")
         .split(',')
-        .map(ConvergenceMethod::parse)
+        .map(|word| ConvergenceMethod::parse(word, plan.adaptive))
         .collect::<Result<_>>()?;
     let across = axis(m)?;
     let peers = text(m, "peers").map(|file| Peer::open(Path::new(file)));
@@ -187,7 +188,8 @@ struct ConvergenceMethod {
 }
 
 impl ConvergenceMethod {
-    fn parse(word: &str) -> Result<Self> {
+    /// Reads a method. `adaptive` says whether the options make every method adaptive.
+    fn parse(word: &str, adaptive: bool) -> Result<Self> {
         let name = word.trim().to_owned();
         let mut words = name.split('+');
         let sampler = words.next().unwrap_or_default();
@@ -203,7 +205,7 @@ impl ConvergenceMethod {
             name: name.clone(),
             kind,
             aim,
-            adaptive: false,
+            adaptive,
             filter: None,
         };
         for word in words {
@@ -214,6 +216,11 @@ impl ConvergenceMethod {
                 _ => return Err(unknown(&format!("`+{word}`"))),
             }
         }
+        if method.adaptive {
+            let help =
+                "of the methods, random, sobol, blue and golden adapt, as in `sobol+adaptive`";
+            can_adapt(kind).map_err(|error| error.with_help(help))?;
+        }
         Ok(method)
     }
 
@@ -221,7 +228,7 @@ impl ConvergenceMethod {
         let mut plan = plan.clone();
         plan.sampler = self.kind;
         plan.aim = self.aim;
-        plan.adaptive |= self.adaptive;
+        plan.adaptive = self.adaptive;
         plan.filter = self.filter.unwrap_or(plan.filter);
         plan
     }

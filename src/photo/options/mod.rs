@@ -26,7 +26,7 @@ pub use given::GivenOptions;
 pub(crate) use given::{MovieFrame, parsed_word};
 pub(crate) use option::OptionNeeds;
 pub use option::{Opt, Takes};
-pub(crate) use sampling::rear_element;
+pub(crate) use sampling::{can_adapt, rear_element};
 pub(crate) use scene::{
     DRAG, EVENT, FONTS, LIMIT, MEMORY, TIME, TOUCH, WORK, actions, limits, memory, scene_time,
     typefaces, work,

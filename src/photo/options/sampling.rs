@@ -252,7 +252,7 @@ fn disc_map_of(era: Era) -> DiscMap {
 
 /// Returns an error for the jittered sampler. It cannot be used adaptively, because only a complete
 /// set of its samples covers the pixel and the pupil.
-fn can_adapt(sampler: SamplerKind) -> Result<()> {
+pub(crate) fn can_adapt(sampler: SamplerKind) -> Result<()> {
     if sampler != SamplerKind::Jittered {
         return Ok(());
     }
