@@ -1,6 +1,8 @@
 //! Writes the frames of a movie into one file: with ffmpeg, or as an animated PNG.
 
 use std::ffi::OsString;
+use std::fs::File;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
@@ -64,14 +66,42 @@ impl Container {
     /// Writes the frames, given in order, as one movie. `rate` is in frames per second.
     ///
     /// # Errors
-    /// Fails if a frame cannot be read, the disk is full, or ffmpeg fails.
+    /// Fails if a frame cannot be read or has another size, the disk is full, or ffmpeg fails.
     pub(crate) fn write(self, movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
+        check_sizes(frames)?;
         match self {
             Self::AnimatedPng => animated_png(movie, frames, rate),
             Self::Mov => by_ffmpeg(movie, "mov", frames, rate),
             Self::Mp4 => by_ffmpeg(movie, "mp4", frames, rate),
         }
     }
+}
+
+/// Checks that frames have one size. ffmpeg would change that of the others. A file that is no PNG
+/// is reported where it is read.
+fn check_sizes(frames: &[PathBuf]) -> Result<()> {
+    let size = |path: &PathBuf| {
+        let reader = png::Decoder::new(BufReader::new(File::open(path).ok()?));
+        let (width, height) = reader.read_info().ok()?.info().size();
+        Some(format!("{width}x{height}"))
+    };
+    let mut sizes = frames.iter().filter_map(|path| Some((path, size(path)?)));
+    let Some((first, of_first)) = sizes.next() else {
+        return Ok(());
+    };
+    let Some((other, of_other)) = sizes.find(|(_, size)| *size != of_first) else {
+        return Ok(());
+    };
+    let text = format!(
+        "the frames differ in size: `{}` has {of_first} pixels, and `{}` {of_other}",
+        first.display(),
+        other.display()
+    );
+    let folder = folder_of(first);
+    Err(Diagnostic::error(text).with_help(format!(
+        "`ivcam frames {} --remove-broken` removes those of the wrong size, and the next run makes them again",
+        folder.display()
+    )))
 }
 
 /// Runs ffmpeg, which reads the frames by their numbers in the folder of the first. There the name
@@ -123,15 +153,10 @@ fn animated_png(movie: &Path, frames: &[PathBuf], rate: f64) -> Result<()> {
         encoder.set_animated(frames.len() as u32, 0)?;
         encoder.set_frame_delay(over, under)?;
         let mut writer = encoder.write_header().map_err(io_error)?;
-        let size = (first.width, first.height);
-        let mut write =
-            |raster: &Raster| writer.write_image_data(&levels(raster)).map_err(io_error);
-        write(&first)?;
-        for raster in rasters {
-            if (raster.width, raster.height) != size {
-                return Err(std::io::Error::other("the frames differ in size"));
-            }
-            write(&raster)?;
+        for raster in std::iter::once(first).chain(rasters) {
+            writer
+                .write_image_data(&levels(&raster))
+                .map_err(io_error)?;
         }
         writer.finish().map_err(io_error)
     })

@@ -1,5 +1,6 @@
 //! The frames of a movie in their folder: which are done, missing, broken and in work.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -9,7 +10,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{Claims, Held};
 use ivcam_optics::picture::Raster;
 
-use super::label::read_label;
+use super::label::{FrameSize, read_label};
 
 /// The last bytes of every PNG file: its chunk `IEND` with its checksum.
 const END_OF_PNG: [u8; 12] = *b"\0\0\0\0IEND\xae\x42\x60\x82";
@@ -45,22 +46,21 @@ impl Frames {
     /// Fails if there is no folder with frames.
     pub(crate) fn survey(place: &Path) -> Result<Self> {
         let folder = folder_of_frames(place);
-        let (count, rate) = read_label(&folder)?;
+        let label = read_label(&folder)?;
         let claims = Claims::new(&folder, Duration::ZERO);
-        let mut size = None;
-        let mut states = Vec::with_capacity(count as usize);
-        for number in 0..count {
-            let path = frame_path(&folder, number);
-            states.push(match (path.exists(), claims.held(&claim_name(number))) {
-                (true, _) => examine(&path, &mut size),
-                (false, Some(held)) if !held.is_dead => FrameState::InWork(held),
-                (false, _) => FrameState::Missing,
-            });
-        }
+        let examined = (0..label.frames).map(|n| examine(&frame_path(&folder, n)));
+        let examined: Vec<_> = examined.collect();
+        let size = label.size.or_else(|| most_common_size(&examined));
+        let state = |(number, examined)| match (examined, claims.held(&claim_name(number))) {
+            (Some(Ok(this)), _) => state_by_size(this, size),
+            (Some(Err(reason)), _) => FrameState::Broken(reason),
+            (None, Some(held)) if !held.is_dead => FrameState::InWork(held),
+            (None, _) => FrameState::Missing,
+        };
         Ok(Self {
+            rate: label.rate,
+            states: (0..).zip(examined).map(state).collect(),
             folder,
-            rate,
-            states,
         })
     }
 
@@ -115,25 +115,38 @@ pub(super) fn is_whole(path: &Path) -> bool {
     ends_well().unwrap_or(false)
 }
 
-/// Reads a picture. `size` is that of the frames before it.
-fn examine(path: &Path, size: &mut Option<(u32, u32)>) -> FrameState {
-    if !is_whole(path) {
-        return FrameState::Broken("the file is cut off, or is not a PNG".into());
+/// Returns the size of the picture in a file, or why it is not a whole picture. `None` if there is
+/// no file.
+fn examine(path: &Path) -> Option<std::result::Result<FrameSize, String>> {
+    path.exists().then(|| match is_whole(path) {
+        true => match Raster::open(path) {
+            Ok(raster) => Ok((raster.width, raster.height)),
+            Err(error) => Err(error.message),
+        },
+        false => Err("the file is cut off, or is not a PNG".into()),
+    })
+}
+
+/// Returns the state of a whole picture in a movie whose frames have a size.
+fn state_by_size((width, height): FrameSize, size: Option<FrameSize>) -> FrameState {
+    match size.filter(|size| *size != (width, height)) {
+        Some((w, h)) => FrameState::Broken(format!(
+            "{width}x{height} pixels, where the movie has {w}x{h}"
+        )),
+        None => FrameState::Done,
     }
-    match Raster::open(path) {
-        Err(error) => FrameState::Broken(error.message),
-        Ok(raster) => {
-            let this = (raster.width, raster.height);
-            let (width, height) = *size.get_or_insert(this);
-            match this == (width, height) {
-                true => FrameState::Done,
-                false => FrameState::Broken(format!(
-                    "{}x{} pixels, where the frames before have {width}x{height}",
-                    this.0, this.1
-                )),
-            }
-        }
+}
+
+/// Returns the size that most pictures have.
+fn most_common_size(
+    examined: &[Option<std::result::Result<FrameSize, String>>],
+) -> Option<FrameSize> {
+    let mut counts = BTreeMap::new();
+    for size in examined.iter().flatten().flatten() {
+        *counts.entry(*size).or_insert(0) += 1;
     }
+    let most = counts.into_iter().max_by_key(|(_, count)| *count);
+    most.map(|(size, _)| size)
 }
 
 /// Returns a folder as it is, and the folder of the frames for a movie's name.

@@ -111,31 +111,52 @@ fn another_movie(folder: &Path, difference: &str) -> Result<()> {
     Err(Diagnostic::error(text).with_help("give another `--folder`, or remove this one"))
 }
 
-/// Returns the number of frames and the rate of the movie whose frames are in a folder.
+/// The width and the height of a frame in pixels.
+pub(super) type FrameSize = (u32, u32);
+
+/// What a label says of the movie to those who have only the folder.
+pub(super) struct MovieFacts {
+    /// The number of frames.
+    pub frames: u32,
+    /// Frames per second.
+    pub rate: f64,
+    /// The size of the frames, if the label has it.
+    pub size: Option<FrameSize>,
+}
+
+/// Returns what the label of a folder says of its movie.
 ///
 /// # Errors
-/// Fails if the folder has no label, or one that does not say them.
-pub(super) fn read_label(folder: &Path) -> Result<(u32, f64)> {
+/// Fails if the folder has no label, or one that does not say the number of frames and the rate.
+pub(super) fn read_label(folder: &Path) -> Result<MovieFacts> {
     let path = folder.join(LABEL);
     let bytes = read_file(&path, MAX_TEXT)
         .map_err(|e| e.with_help("a folder with the frames of a movie has a file `film.txt`"))?;
     let text = String::from_utf8_lossy(&bytes);
     let value = |key: &str| {
-        let value = lines(&text).find(|(k, _)| *k == key).map(|(_, v)| v);
-        value.ok_or_else(|| {
+        find(key).ok_or_else(|| {
             let text = format!("`{}` does not say the movie's {key}", path.display());
             Diagnostic::error(text).with_help("make the frames with this version of ivcam")
         })
     };
     let wrong = |key: &str| Diagnostic::error(format!("`{}`: invalid {key}", path.display()));
     let frames = value("frames")?.parse().ok();
+    let find = |key: &str| lines(&text).find(|(k, _)| *k == key).map(|(_, v)| v);
     let frames = frames.filter(|n| (1..=super::timeline::MOST_FRAMES).contains(n));
     let rate = value("rate")?.parse().ok();
     let rate = rate.filter(|r| RATES.contains(r));
-    Ok((
-        frames.ok_or_else(|| wrong("number of frames"))?,
-        rate.ok_or_else(|| wrong("rate"))?,
-    ))
+    Ok(MovieFacts {
+        frames: frames.ok_or_else(|| wrong("number of frames"))?,
+        rate: rate.ok_or_else(|| wrong("rate"))?,
+        size: size_of_frames(find("size"), find("region")),
+    })
+}
+
+/// Returns the size of frames by the values of `--size` and `--region`, which is a part of it.
+fn size_of_frames(size: Option<&str>, region: Option<&str>) -> Option<FrameSize> {
+    let words = region.and_then(|region| region.splitn(3, ',').nth(2));
+    let (width, height) = words.or(size)?.split_once([',', 'x'])?;
+    Some((width.trim().parse().ok()?, height.trim().parse().ok()?))
 }
 
 /// Returns the keys and values of a label.
@@ -156,6 +177,14 @@ mod tests {
             files.iter().map(file).collect()
         };
         let check = |files: &[(&str, u64)]| check_files(&folder, &inputs(files));
+    #[test]
+    fn frames_have_the_size_of_the_region_if_there_is_one() {
+        assert_eq!(size_of_frames(Some("40x30"), None), Some((40, 30)));
+        let region = Some("3,4,20,10");
+        assert_eq!(size_of_frames(Some("40x30"), region), Some((20, 10)));
+        assert_eq!(size_of_frames(None, None), None);
+    }
+
         let results = [
             check(&[("room.iv", 1), ("my lens.dat", 2)]),
             check(&[("room.iv", 1), ("my lens.dat", 2), ("late.png", 3)]),

@@ -250,17 +250,26 @@ fn frames_are_listed_and_broken_ones_are_made_again() {
     let path = |n: u32| folder.0.join(format!("pull-frames/{n:05}.png"));
     let whole = std::fs::read(path(2)).unwrap();
     let picture = Raster::open(&path(2)).unwrap();
-    // One is cut off, one is damaged inside, and one has another size.
+    // One is cut off, one is damaged inside, and two have another size, of which one is the first.
     std::fs::write(path(2), &whole[..whole.len() - 20]).unwrap();
     let mut damaged = std::fs::read(path(3)).unwrap();
     let middle = damaged.windows(4).position(|w| w == b"IDAT").unwrap() + 8;
     damaged[middle] ^= 0x55;
     std::fs::write(path(3), damaged).unwrap();
-    image::RgbImage::new(2, 2).save(path(4)).unwrap();
-    let survey = crate::movie::Frames::survey(&folder.0.join("pull.mov")).unwrap();
-    let is_broken = |state| matches!(state, &crate::movie::FrameState::Broken(_));
-    let broken: Vec<bool> = survey.states.iter().map(is_broken).collect();
-    assert_eq!(broken, [false, false, true, true, true, false]);
+    image::RgbImage::new(2, 2).save(path(0)).unwrap();
+    image::RgbImage::new(2, 3).save(path(4)).unwrap();
+    let broken = || -> Vec<bool> {
+        let survey = crate::movie::Frames::survey(&folder.0.join("pull.mov")).unwrap();
+        let is_broken = |state| matches!(state, &crate::movie::FrameState::Broken(_));
+        survey.states.iter().map(is_broken).collect()
+    };
+    assert_eq!(broken(), [true, false, true, true, true, false]);
+    // Without the size in the label, the most common one decides.
+    let label = folder.0.join("pull-frames/film.txt");
+    let text = std::fs::read_to_string(&label).unwrap();
+    std::fs::write(&label, text.replace("size 18x12\n", "")).unwrap();
+    assert_eq!(broken(), [true, false, true, true, true, false]);
+    std::fs::write(&label, text).unwrap();
 
     assert_eq!(ivcam(&list, &["--json", "--remove-broken"]), 1);
     assert_eq!(ivcam(&line, &["0-5"]), 0);
