@@ -50,6 +50,10 @@ fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
         &scratch.frames("--frames 1-1 --samples 2"),
         "samples is 1 there and 2 here",
     );
+    must_fail(
+        &scratch.frames("--frames 1-1 --arithmetic portable"),
+        "arithmetic is",
+    );
     std::fs::write(scratch.0.join("cube.iv"), SCENE.replace("Cube", "Cone")).unwrap();
     must_fail(&scratch.frames("--frames 1-1"), "scene-content is");
     std::fs::write(scratch.0.join("file"), "in the way").unwrap();

@@ -3,13 +3,15 @@
 //! One has a line for each choice that determines the pictures: a key, a blank and a value. The
 //! keys `frames` and `rate` describe the movie to those who have only the folder. The other has the
 //! hashes of the files that the first process read: the scene and its parts, pictures, the camera
-//! and the lens.
+//! and the lens; and one of what was compiled of the scene, because not everything may fit into the
+//! memory.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use ivcam_base::diag::{Diagnostic, Result, differences};
 use ivcam_base::files::{Inputs, MAX_TEXT, hash_of_file, read_file, write_new};
+use ivcam_base::math::simd::arithmetic;
 
 use super::timeline::{RATES, Timeline};
 use crate::photo::Plan;
@@ -18,6 +20,8 @@ use crate::photo::Plan;
 pub(super) const LABEL: &str = "film.txt";
 /// The name of the file of the hashes.
 const FILES: &str = "files.txt";
+/// What stands among the names of the files for the parts of the scene that were compiled.
+pub(super) const PARTS: &str = "the parts of the scene";
 
 /// Returns the label of a movie.
 ///
@@ -26,6 +30,7 @@ const FILES: &str = "files.txt";
 pub(super) fn label(plan: &Plan, timeline: &Timeline) -> Result<String> {
     let mut choices = plan.with_given(plan.describe());
     let mut say = |key: &str, value: String| choices.insert(key.to_owned(), value);
+    say("arithmetic", arithmetic().to_owned());
     if let Some(target) = plan.stop.error {
         say("target", target.to_string());
     }
@@ -89,7 +94,11 @@ pub(super) fn check_files(folder: &Path, inputs: &Inputs) -> Result<()> {
         };
         let here = hex(here);
         if !hashes.split(',').any(|hash| here.iter().any(|h| h == hash)) {
-            return another_movie(folder, &format!("`{name}` has changed since"));
+            let difference = match name {
+                PARTS => "other parts of the scene fit into the memory (`--memory`)".to_owned(),
+                _ => format!("`{name}` has changed since"),
+            };
+            return another_movie(folder, &difference);
         }
     }
     Ok(())
@@ -133,6 +142,7 @@ pub(super) fn read_label(folder: &Path) -> Result<MovieFacts> {
     let bytes = read_file(&path, MAX_TEXT)
         .map_err(|e| e.with_help("a folder with the frames of a movie has a file `film.txt`"))?;
     let text = String::from_utf8_lossy(&bytes);
+    let find = |key: &str| lines(&text).find(|(k, _)| *k == key).map(|(_, v)| v);
     let value = |key: &str| {
         find(key).ok_or_else(|| {
             let text = format!("`{}` does not say the movie's {key}", path.display());
@@ -141,7 +151,6 @@ pub(super) fn read_label(folder: &Path) -> Result<MovieFacts> {
     };
     let wrong = |key: &str| Diagnostic::error(format!("`{}`: invalid {key}", path.display()));
     let frames = value("frames")?.parse().ok();
-    let find = |key: &str| lines(&text).find(|(k, _)| *k == key).map(|(_, v)| v);
     let frames = frames.filter(|n| (1..=super::timeline::MOST_FRAMES).contains(n));
     let rate = value("rate")?.parse().ok();
     let rate = rate.filter(|r| RATES.contains(r));
@@ -169,6 +178,14 @@ mod tests {
     use super::*;
 
     #[test]
+    fn frames_have_the_size_of_the_region_if_there_is_one() {
+        assert_eq!(size_of_frames(Some("40x30"), None), Some((40, 30)));
+        let region = Some("3,4,20,10");
+        assert_eq!(size_of_frames(Some("40x30"), region), Some((20, 10)));
+        assert_eq!(size_of_frames(None, None), None);
+    }
+
+    #[test]
     fn a_file_that_has_changed_makes_another_movie_and_a_further_file_does_not() {
         let folder = std::env::temp_dir().join(format!("ivcam-files-{}", std::process::id()));
         std::fs::create_dir_all(&folder).unwrap();
@@ -177,14 +194,6 @@ mod tests {
             files.iter().map(file).collect()
         };
         let check = |files: &[(&str, u64)]| check_files(&folder, &inputs(files));
-    #[test]
-    fn frames_have_the_size_of_the_region_if_there_is_one() {
-        assert_eq!(size_of_frames(Some("40x30"), None), Some((40, 30)));
-        let region = Some("3,4,20,10");
-        assert_eq!(size_of_frames(Some("40x30"), region), Some((20, 10)));
-        assert_eq!(size_of_frames(None, None), None);
-    }
-
         let results = [
             check(&[("room.iv", 1), ("my lens.dat", 2)]),
             check(&[("room.iv", 1), ("my lens.dat", 2), ("late.png", 3)]),

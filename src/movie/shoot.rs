@@ -4,6 +4,7 @@
 //! frame that exists is not rendered again, so an interrupted movie continues with the missing
 //! frames. A frame in work is claimed, so several processes on a shared folder divide the movie.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -17,7 +18,7 @@ use ivcam_render::render::report::stated_error;
 
 use super::frames::{claim_name, frame_path, is_whole};
 use super::journal::Journal;
-use super::label::{check_files, label, label_folder};
+use super::label::{PARTS, check_files, label, label_folder};
 use super::moments::{expose_moments, share};
 use super::timeline::{Moment, Timeline, Travel};
 use crate::photo::{Optics, Plan, Session};
@@ -80,7 +81,10 @@ impl MovieSession {
     fn open(shoot: &Shoot, report: &mut ShootReport<'_>) -> Result<Self> {
         let record = InputRecord::begin();
         let mut session = Session::open(shoot.plan.clone())?;
-        check_files(&shoot.folder, &record.inputs())?;
+        let mut inputs = record.inputs();
+        let parts = crc32fast::hash(session.compiled().as_bytes());
+        inputs.insert(PARTS.into(), BTreeSet::from([parts.into()]));
+        check_files(&shoot.folder, &inputs)?;
         let start = session.pose.clone();
         let lens = lens_travel(&shoot.plan)?;
         if shoot.plan.meters {

@@ -30,6 +30,13 @@ impl Session {
         say("bounds", format!("{:?}", self.scene.bounds()));
         facts
     }
+
+    /// Describes what was compiled of the scene, of which not everything may fit into the memory.
+    pub(crate) fn compiled(&self) -> String {
+        let scene = &self.scene;
+        let left_out = scene.left_out().join("; ");
+        format!("{:?} {:?} {left_out}", scene.primitives(), scene.bounds())
+    }
 }
 
 impl Plan {
