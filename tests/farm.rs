@@ -63,12 +63,21 @@ fn frames_of_another_movie_and_a_folder_in_the_way_are_refused() {
 #[test]
 fn an_option_of_a_movie_is_refused_for_a_picture_and_the_other_way_around() {
     let scratch = cube("idle");
-    for (option, whole) in [
-        ("--chunk 7", "render cube.iv -o a.png"),
-        ("--parts 2", "pull-focus cube.iv --from 1 --to 2 -o a.mp4"),
+    for (option, whole, error) in [
+        (
+            "--chunk 7",
+            "render cube.iv -o a.png",
+            "does nothing with `render`",
+        ),
+        (
+            "--parts 2",
+            "pull-focus cube.iv --from 1 --to 2 -o a.mp4",
+            "does nothing with `pull-focus`",
+        ),
+        ("--parts 2", "ivcam render cube.iv", "`ivcam` makes neither"),
     ] {
         let farm = scratch.ivcam(&format!("farm slurm -o jobs {option} -- {whole}"));
-        must_fail(&farm, "does nothing with");
+        must_fail(&farm, error);
         assert!(!scratch.0.join("jobs").exists());
     }
 }
@@ -163,6 +172,21 @@ fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
     words.push("-");
     must_fail(&ivcam("slurm", "x", &words), "standard input");
     assert!(!scratch.0.join("x").exists());
+}
+
+#[test]
+fn a_job_is_not_started_or_left_out_by_the_files_of_an_earlier_one() {
+    let scratch = cube("earlier");
+    let farm = |scheduler: &str| {
+        let whole = "pull-focus cube.iv --from 1 --to 2 -o a.mp4";
+        scratch.ivcam(&format!("farm {scheduler} -o jobs -- {whole}"))
+    };
+    assert!(farm("parallel").status.success());
+    let log = scratch.0.join("jobs/tasks.log");
+    std::fs::write(&log, "Seq\tHost\n").unwrap();
+    assert!(farm("parallel").status.success());
+    assert!(!log.exists());
+    must_fail(&farm("slurm"), "run.sh` is of a job for another scheduler");
 }
 
 /// The script of a task continues its part when it is started again, and the last one makes the

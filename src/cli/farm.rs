@@ -10,7 +10,7 @@ use ivcam_base::files::write_whole;
 use super::farm_picture::DividedPicture;
 use super::pull_focus::MovieFilm;
 use super::{flags, parsed, text, value};
-use crate::farm::{Division, Scheduler, ShellWord, pieces, script};
+use crate::farm::{Division, LOG, Scheduler, ShellWord, pieces, script};
 use crate::movie::frames_text;
 
 /// Returns the definition of the command.
@@ -86,15 +86,9 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         cores,
     };
     let most = scheduler.most_tasks();
-    let is_picture = words.first().is_some_and(|word| word == "render");
-    let (idle, whole) = match is_picture {
-        true => ("chunk", "render"),
-        false => ("parts", "pull-focus"),
-    };
-    if m.contains_id(idle) {
-        let error = format!("`--{idle}` does nothing with `{whole}`");
-        return Err(Diagnostic::error(error).with_help("leave it out"));
-    }
+    let folder = Path::new(text(m, "folder").unwrap_or_default());
+    refuse_other_job(folder, *scheduler)?;
+    let is_picture = is_picture(m, &words)?;
     let (division, count) = if is_picture {
         let parts = number("parts")?.unwrap_or(8) as usize;
         let picture = DividedPicture::of_command(&words, parts.min(most))?;
@@ -106,8 +100,11 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         let division = division(&film, &words, place, |frames| pieces(frames, chunk, most))?;
         (division, counted(film.frames.len(), "frame"))
     };
-    let folder = Path::new(text(m, "folder").unwrap_or_default());
     create_folder(folder)?;
+    let log = folder.join(LOG);
+    if log.exists() {
+        std::fs::remove_file(&log).map_err(|e| Diagnostic::io(log.display(), &e))?;
+    }
     for file in scheduler.files(&division) {
         write_whole(&folder.join(file.name), |to| {
             to.write_all(file.content.as_bytes())
@@ -121,6 +118,44 @@ pub(crate) fn run(m: &ArgMatches) -> Result<i32> {
         scheduler.start()
     );
     Ok(0)
+}
+
+/// Returns whether the whole is a picture, not a movie, and checks that the options fit it.
+///
+/// # Errors
+/// Fails if its command is neither, or if an option has no effect on it.
+fn is_picture(m: &ArgMatches, words: &[OsString]) -> Result<bool> {
+    let name = words.first().map(|word| word.to_string_lossy());
+    let (idle, whole) = match name.as_deref() {
+        Some(whole @ "render") => ("chunk", whole),
+        Some(whole @ "pull-focus") => ("parts", whole),
+        name => {
+            let name = name.unwrap_or_default();
+            let text = format!("`{name}` makes neither a movie nor a picture");
+            return Err(Diagnostic::unsupported(text)
+                .with_help("begin the words after `--` with `pull-focus` or `render`"));
+        }
+    };
+    if m.contains_id(idle) {
+        let error = format!("`--{idle}` does nothing with `{whole}`");
+        return Err(Diagnostic::error(error).with_help("leave it out"));
+    }
+    Ok(whole == "render")
+}
+
+/// Refuses a folder with the job files of another scheduler, which would start the tasks of this
+/// job.
+fn refuse_other_job(folder: &Path, scheduler: Scheduler) -> Result<()> {
+    let others = Scheduler::NAMES.map(|(_, other)| other.start_file());
+    let mut others = others
+        .iter()
+        .filter(|file| **file != scheduler.start_file());
+    let Some(other) = others.find(|file| folder.join(file).exists()) else {
+        return Ok(());
+    };
+    let other = folder.join(other);
+    let text = format!("`{}` is of a job for another scheduler", other.display());
+    Err(Diagnostic::error(text).with_help("remove it, or give `-o` another folder"))
 }
 
 /// Where and how the tasks run.

@@ -96,15 +96,6 @@ impl MovieFilm {
     /// # Errors
     /// Fails if the command is not valid, or reads its scene from standard input.
     pub(crate) fn of_command(words: &[OsString]) -> Result<Self> {
-        let name = words.first().map(|w| w.to_string_lossy().into_owned());
-        if name.as_deref() != Some("pull-focus") {
-            let text = format!(
-                "`{}` makes neither a movie nor a picture",
-                name.unwrap_or_default()
-            );
-            return Err(Diagnostic::unsupported(text)
-                .with_help("give `pull-focus` or `render` with its arguments after `--`"));
-        }
         let m = command().try_get_matches_from(words).map_err(|error| {
             let text = error.to_string();
             let text = text.trim_start_matches("error: ").trim_end();
@@ -152,9 +143,12 @@ pub(crate) fn run(m: &ArgMatches, words: &[OsString]) -> Result<i32> {
         FrameSelection::Movie => movies(m)?,
         FrameSelection::Frames(_) => Vec::new(),
     };
-    let expiry = parsed(m, "claim-expiry", "a time such as 60s or 10m", |word| {
-        duration(word).filter(|time| (SHORTEST_EXPIRY..=LONGEST_EXPIRY).contains(time))
-    })?;
+    let expiry = parsed(
+        m,
+        "claim-expiry",
+        "a time from 1s to 1h, such as 60s or 10m",
+        |word| duration(word).filter(|time| (SHORTEST_EXPIRY..=LONGEST_EXPIRY).contains(time)),
+    )?;
     let options = OutputOptions::of_movie(m)?;
     let folder = text(m, "folder").map_or_else(|| frames_folder(m, &movies), PathBuf::from);
     let (frames, rate) = (timeline.frames, timeline.rate);

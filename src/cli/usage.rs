@@ -155,6 +155,10 @@ pub(super) fn explained(
     };
     let named = text(ContextKind::InvalidArg).unwrap_or_default();
     match error.kind() {
+        ErrorKind::UnknownArgument if is_after_dashes(&named, typed) => {
+            let message = format!("`{named}` is after `--`, where no word is an option");
+            Diagnostic::error(message).with_help("give options before `--`")
+        }
         ErrorKind::UnknownArgument => unknown(&named, command),
         ErrorKind::InvalidSubcommand => {
             let word = text(ContextKind::InvalidSubcommand).unwrap_or_default();
@@ -186,6 +190,12 @@ pub(super) fn explained(
         }
         _ => Diagnostic::error(plain(error)),
     }
+}
+
+/// Returns whether a word has the form of an option and was typed after `--`.
+fn is_after_dashes(word: &str, typed: &[OsString]) -> bool {
+    let mut words = typed.iter().skip_while(|typed| *typed != "--");
+    word.starts_with('-') && words.any(|typed| typed == word)
 }
 
 /// Returns clap's own text without its marks and its last line.

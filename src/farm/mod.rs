@@ -13,5 +13,6 @@ mod shell;
 mod slurm;
 
 pub(crate) use division::{Division, pieces};
+pub(crate) use parallel::LOG;
 pub(crate) use scheduler::Scheduler;
 pub(crate) use shell::{ShellWord, script};

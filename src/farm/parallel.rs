@@ -2,18 +2,22 @@
 
 use super::division::{Division, JobFile, scripts};
 
+/// The file in which GNU parallel notes which tasks have succeeded. Of another job it would keep the
+/// tasks of this one from starting.
+pub(crate) const LOG: &str = "tasks.log";
+
 pub(super) fn files(division: &Division) -> Vec<JobFile> {
+    let cores = division.cores;
     let mut run = format!(
         "#!/bin/sh\n\
          # Runs the tasks and what follows them. Arguments are options of GNU parallel. The log says\n\
          # which tasks have succeeded; run again, only the others are started.\n\
          set -eu\n\
          cd -- \"$(dirname -- \"$0\")\"\n\
-         jobs=$(($(getconf _NPROCESSORS_ONLN) / {}))\n\
+         jobs=$(($(getconf _NPROCESSORS_ONLN) / {cores}))\n\
          [ \"$jobs\" -gt 0 ] || jobs=1\n\
-         parallel --joblog tasks.log --resume-failed --retries 3 --jobs \"$jobs\" \"$@\" \\\n  \
-         sh ./task.sh {{}} :::: tasks.txt\n",
-        division.cores
+         parallel --joblog {LOG} --resume-failed --retries 3 --jobs \"$jobs\" \"$@\" \\\n  \
+         sh ./task.sh {{}} :::: tasks.txt\n"
     );
     if division.last.is_some() {
         run += "exec sh ./last.sh\n";

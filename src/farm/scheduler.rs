@@ -53,4 +53,10 @@ impl Scheduler {
             Self::Parallel => "sh run.sh",
         }
     }
+
+    /// Returns the name of the file that the command starts.
+    pub(crate) fn start_file(self) -> &'static str {
+        let start = self.start();
+        start.rsplit(' ').next().unwrap_or(start)
+    }
 }
