@@ -11,6 +11,9 @@ use serde_json::json;
 /// The least time between two lines of JSON.
 const INTERVAL: Duration = Duration::from_millis(500);
 
+/// The length of a progress bar.
+const BAR_STEPS: u64 = 10_000;
+
 /// How the progress of a render is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum MeterKind {
@@ -61,12 +64,12 @@ impl SceneMeter {
         let bar = if kind == MeterKind::Silent || !std::io::stderr().is_terminal() {
             indicatif::ProgressBar::hidden()
         } else {
-            indicatif::ProgressBar::new(1)
+            indicatif::ProgressBar::new(BAR_STEPS)
         };
         if let Ok(style) =
-            indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {elapsed}{left}  {msg}")
+            indicatif::ProgressStyle::with_template("{bar:30} {percent}%  {elapsed}{msg}")
         {
-            bar.set_style(style.with_key("left", time_left));
+            bar.set_style(style);
         }
         if !bar.is_hidden() {
             bar.enable_steady_tick(Duration::from_millis(200));
@@ -77,16 +80,9 @@ impl SceneMeter {
     pub(super) fn show(&self, progress: Progress) {
         match self {
             Self::Bar(bar) => {
-                bar.set_length(progress.work);
-                bar.set_position(progress.work_done);
-                if let Some(error) = progress.error {
-                    let rate = f64::from(progress.samples) / bar.elapsed().as_secs_f64().max(1e-3);
-                    bar.set_message(format!(
-                        "{} spp, {rate:.1} a second  relative error {}",
-                        progress.samples,
-                        percent(error, 2)
-                    ));
-                }
+                let part = progress.part().unwrap_or_default();
+                bar.set_position((BAR_STEPS as f64 * part) as u64);
+                bar.set_message(bar_message(&progress));
             }
             Self::Json { start, last } => {
                 let mut last = last.lock().unwrap_or_else(|e| e.into_inner());
@@ -118,24 +114,31 @@ impl SceneMeter {
 
 /// Returns the line of JSON for the progress after some seconds.
 fn line(progress: &Progress, seconds: f64) -> serde_json::Value {
-    let part = progress.work_done as f64 / progress.work.max(1) as f64;
-    let left = (part > 0.0).then(|| seconds * (1.0 - part) / part);
     json!({
         "phase": "render",
         "seconds": seconds,
-        "seconds_left": left,
-        "part": part,
+        "seconds_left": progress.seconds_left(),
+        "part": progress.part(),
         "samples": progress.samples,
         "error": progress.error,
     })
 }
 
-/// Writes the time left of a progress bar; nothing before there is progress to estimate it from.
-fn time_left(state: &indicatif::ProgressState, text: &mut dyn std::fmt::Write) {
-    if state.pos() > 0 {
-        let left = indicatif::HumanDuration(state.eta());
-        let _ = write!(text, "  {left:#} left");
-    }
+/// Returns the text after a progress bar: the time left, and the error with the samples per pixel,
+/// of which this run makes a number a second.
+fn bar_message(progress: &Progress) -> String {
+    let left = progress.seconds_left().map(Duration::try_from_secs_f64);
+    let left = left.and_then(|left| left.ok()).map(|left| {
+        let left = indicatif::HumanDuration(left);
+        format!("  {left:#} left")
+    });
+    let error = progress.error.map(|error| {
+        let (samples, error) = (progress.samples, percent(error, 2));
+        let before = progress.work_before as f64 / progress.work_done.max(1) as f64;
+        let rate = f64::from(samples) * (1.0 - before) / progress.elapsed.as_secs_f64().max(1e-3);
+        format!("  {samples} spp, {rate:.1} a second  relative error {error}")
+    });
+    left.unwrap_or_default() + &error.unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -144,17 +147,27 @@ mod tests {
 
     #[test]
     fn a_line_of_progress_has_the_time_left_once_there_is_progress() {
+        // An earlier run has made 5, and this one 5 in a second.
         let progress = |work_done| Progress {
             work_done,
+            work_before: 5,
             work: 40,
+            work_is_known: true,
+            elapsed: Duration::from_secs(1),
             samples: 4,
             error: Some(0.25),
         };
-        let first = line(&progress(0), 1.0);
+        let first = line(&progress(5), 1.0);
         assert!(first["seconds_left"].is_null());
         let later = line(&progress(10), 2.0);
         assert_eq!(later["part"], 0.25);
         assert_eq!(later["seconds_left"], 6.0);
+        let unknown = Progress {
+            work_is_known: false,
+            ..progress(10)
+        };
+        let unknown = line(&unknown, 2.0);
+        assert!(unknown["part"].is_null() && unknown["seconds_left"].is_null());
         assert_eq!(
             (&later["samples"], &later["error"]),
             (&json!(4), &json!(0.25))

@@ -234,6 +234,51 @@ fn passes_with_a_limit_on_time_begin_with_one_sample() {
     assert_eq!((samples, more), (0, 1));
 }
 
+#[test]
+fn the_work_that_is_expected_is_that_of_the_limit_which_ends_the_render() {
+    let stop = Stop::after(20_000);
+    let time = Some(Duration::from_millis(300));
+    for (stop, resumed) in [
+        (Stop::after(64), true),
+        (Stop { time, ..stop }, false),
+        (
+            Stop {
+                error: Some(0.05),
+                ..stop
+            },
+            false,
+        ),
+    ] {
+        let mut session = small_session(stop.samples, false);
+        session.plan.stop = stop;
+        let seen = Mutex::new(Vec::new());
+        let note = |progress: Progress| seen.lock().unwrap().push(progress);
+        let keeper = Interruption::after(9);
+        let run = |task: Task<'_>| {
+            with_render(&session, 2, |r| r.run_inside(whole(&session), task, &note))
+        };
+        let keepers: &[&dyn Keeper] = &[&keeper];
+        let mut task = Task::default();
+        if resumed {
+            run(Task {
+                keepers,
+                ..Task::default()
+            });
+            seen.lock().unwrap().clear();
+            task.sums = Some(keeper.sums());
+        }
+        run(task);
+        let seen = seen.into_inner().unwrap();
+        let last = seen.iter().max_by_key(|p| p.work_done).unwrap();
+        assert_eq!(last.work_before > 0, resumed);
+        assert_eq!(seen[0].work_is_known, stop.error.is_none());
+        assert!((0.1..=1.0).contains(&last.part().unwrap()), "{last:?}");
+        let left = last.seconds_left().unwrap();
+        let limit = stop.time.map(|time| time.as_secs_f64());
+        assert!(limit.is_none_or(|limit| left <= limit), "{last:?}");
+    }
+}
+
 /// Compares the error estimates of 100 pictures of 4 samples per pixel with their errors against
 /// one picture of 1,024. 95 of 100 have a standard error of 2.2.
 #[test]

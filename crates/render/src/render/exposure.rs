@@ -36,12 +36,37 @@ impl Stop {
 pub struct Progress {
     /// The finished work, in samples of a tile's pixels.
     pub work_done: u64,
-    /// The work up to the largest number of samples.
+    /// The part of it that earlier runs did.
+    pub work_before: u64,
+    /// The whole work that is expected, by the samples, the time, and the last estimate of the
+    /// error.
     pub work: u64,
+    /// Whether the end is known. With a target error it is unknown before the first estimate, and
+    /// the work is that of the largest number of samples.
+    pub work_is_known: bool,
+    /// The time that this run has exposed samples.
+    pub elapsed: Duration,
     /// Samples that all pixels have.
     pub samples: u32,
     /// The last estimate of the relative RMSE.
     pub error: Option<f64>,
+}
+
+impl Progress {
+    /// Returns the finished part of the expected work, if that is known.
+    pub fn part(&self) -> Option<f64> {
+        let part = self.work_done as f64 / self.work.max(1) as f64;
+        self.work_is_known.then_some(part)
+    }
+
+    /// Returns the expected seconds to the end, by the speed of this run; `None` if the end is
+    /// unknown or this run has done nothing.
+    pub fn seconds_left(&self) -> Option<f64> {
+        let made = self.work_done.saturating_sub(self.work_before);
+        let left = self.work.saturating_sub(self.work_done);
+        let is_known = self.work_is_known && made > 0;
+        is_known.then(|| self.elapsed.as_secs_f64() * left as f64 / made as f64)
+    }
 }
 
 /// The result of a render.

@@ -70,6 +70,8 @@ struct PassRun<'r> {
     last: u32,
     /// The time of earlier runs.
     before: Spent,
+    /// The work of earlier runs, as in [`Progress`].
+    work_before: u64,
     watch: &'r Stopwatch,
     keepers: &'r [&'r dyn Keeper],
     progress: &'r (dyn Fn(Progress) + Sync),
@@ -156,6 +158,7 @@ impl Render<'_> {
         let run = PassRun {
             last,
             before: sums.spent,
+            work_before: sums.work_done(),
             watch: &watch,
             keepers,
             progress,
@@ -217,7 +220,7 @@ impl Render<'_> {
             }
             sums.begin();
             let start = Instant::now();
-            self.expose_sums(sums, run, measured.error.map(|e| e.relative_rmse))?;
+            self.expose_sums(sums, run, measured)?;
             per_sample = start.elapsed() / (sums.place.end - done).max(1);
             sums.end();
         }
@@ -231,8 +234,9 @@ impl Render<'_> {
         &self,
         sums: &mut Sums,
         run: &PassRun<'_>,
-        error: Option<f64>,
+        measured: &Measured,
     ) -> Result<(), Stopped> {
+        let last = self.expected_end(measured, sums.place.end, run.last);
         let PicturePlace {
             region,
             first,
@@ -246,11 +250,17 @@ impl Render<'_> {
         let samples = u64::from(end - done);
         let snapshot = || sums.snapshot(&segment, run.before.plus(run.watch.spent()));
         let proceed = |finished: u64| {
+            let work_done = u64::from(done - first) * tiles + finished * samples;
+            let work = u64::from(last.unwrap_or(run.last) - first) * tiles;
+            let in_time = self.work_in_time(run, work_done);
             (run.progress)(Progress {
-                work_done: u64::from(done - first) * tiles + finished * samples,
-                work: u64::from(run.last - first) * tiles,
+                work_done,
+                work_before: run.work_before,
+                work: in_time.map_or(work, |in_time| work.min(in_time)),
+                work_is_known: last.is_some() || in_time.is_some(),
+                elapsed: run.watch.elapsed(),
                 samples: done - first,
-                error,
+                error: measured.error.map(|e| e.relative_rmse),
             });
             for keeper in run.keepers.iter().filter(|keeper| keeper.is_due()) {
                 keeper.keep(&snapshot());
@@ -278,6 +288,31 @@ impl Render<'_> {
                 part: finished as f64 / tiles as f64,
             }),
         }
+    }
+
+    /// Returns the number of samples per pixel at which the render is expected to end, of at least
+    /// `begun` and at most `last`. With a target the error is taken to fall with the square root of
+    /// the samples; `None` before it was estimated.
+    fn expected_end(&self, measured: &Measured, begun: u32, last: u32) -> Option<u32> {
+        let Some(target) = self.stop.error else {
+            return Some(last);
+        };
+        let growth = measured.error?.high / target;
+        let needed = f64::from(measured.samples) * growth * growth;
+        let needed = (needed as u32).min(last);
+        let mut end = begun;
+        while end < needed {
+            end = self.pass_end(end);
+        }
+        Some(end.min(last))
+    }
+
+    /// Returns the work that can be done in the time of the render at the speed until now.
+    fn work_in_time(&self, run: &PassRun<'_>, work_done: u64) -> Option<u64> {
+        let elapsed = run.watch.elapsed().as_secs_f64().max(1e-9);
+        let share = (self.stop.time?.as_secs_f64() / elapsed).max(1.0);
+        let made = work_done - run.work_before;
+        Some(run.work_before + (made as f64 * share) as u64)
     }
 
     /// Estimates the error of sums at the end of a pass.

@@ -5,6 +5,7 @@
 //! have no pixel in common, so their squared errors and the variances of those add up.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use ivcam_optics::film::{ErrorEstimate, ErrorUnknown, Film, Region, SquaredError};
 
@@ -23,6 +24,8 @@ pub struct Strips<'a> {
     lights: LightWatch,
     /// The work of the finished strips, and of the picture, as in [`Progress`].
     work: (u64, u64),
+    /// When the first strip was begun.
+    start: Instant,
     sums: StripSums,
 }
 
@@ -80,6 +83,7 @@ impl<'a> Strips<'a> {
             left: Box::new(strips(region, most_pixels)),
             lights: LightWatch::new(render, 1),
             work: (0, work(render, region)),
+            start: Instant::now(),
             sums,
         }
     }
@@ -87,11 +91,13 @@ impl<'a> Strips<'a> {
     /// Renders the next strip; `None` after the last one. Uses rayon's current pool.
     pub fn next(&mut self, progress: &(dyn Fn(Progress) + Sync)) -> Option<Film> {
         let strip = self.left.next()?;
-        let (done, whole) = self.work;
+        let (start, (done, whole)) = (self.start, self.work);
         let report = |inside: Progress| {
             progress(Progress {
                 work_done: done + inside.work_done,
+                work_before: 0,
                 work: whole,
+                elapsed: start.elapsed(),
                 ..inside
             });
         };

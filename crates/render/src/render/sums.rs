@@ -211,6 +211,19 @@ impl Sums {
         result
     }
 
+    /// Returns the work in the sums, as in [`Progress`](super::Progress).
+    pub(super) fn work_done(&self) -> u64 {
+        let PicturePlace {
+            region,
+            first,
+            done,
+            end,
+            ..
+        } = self.place;
+        let finished = self.finished.len() as u64 * u64::from(end - done);
+        u64::from(done - first) * Tile::count(region) + finished
+    }
+
     /// Returns where the render was stopped, if some pixels have more samples than others.
     pub fn stopped(&self) -> Option<Stopped> {
         let PicturePlace {
