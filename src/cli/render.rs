@@ -674,7 +674,7 @@ fn report_lost_rays(session: &Session, counts: &Counts) {
          passes",
         100.0 * share,
         count(counts.passed),
-        count(counts.film_rays + counts.error_rays)
+        count(counts.film_rays)
     );
 }
 

@@ -185,11 +185,11 @@ pub struct Counts {
     /// Rays that left the film for the picture, one for each sample. A resampled ray is counted
     /// once, and further wavelengths are not counted.
     pub film_rays: u64,
-    /// Rays from the film that passed through the lens, error rays included.
+    /// Those of them that passed through the lens.
     pub passed: u64,
-    /// Rays traced through the scene: from the camera, reflected, and refracted.
+    /// Rays traced through the scene for the picture: from the camera, reflected, and refracted.
     pub scene_rays: u64,
-    /// Rays toward lights.
+    /// Rays toward lights for the picture.
     pub shadow_rays: u64,
     /// Rays that left the film for the error estimate and are not part of the picture.
     pub error_rays: u64,
@@ -237,6 +237,6 @@ impl Counts {
 
     /// Returns the share of the film's rays that passed through the lens.
     pub fn passed_share(&self) -> f64 {
-        self.passed as f64 / (self.film_rays + self.error_rays).max(1) as f64
+        self.passed as f64 / self.film_rays.max(1) as f64
     }
 }

@@ -154,6 +154,11 @@ impl Render<'_> {
             error.missed = lights.missed();
             error.cut_rays = self.shader.scene().cut_rays();
         }
+        // The other rays are those of the picture, however often its error was measured.
+        let counts = Counts {
+            error_rays: counts.error_rays,
+            ..Counts::default()
+        };
         (error, counts)
     }
 
