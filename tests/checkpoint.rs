@@ -44,6 +44,12 @@ impl Scratch {
         assert!(output.status.success(), "{words}: {}", stderr(&output));
     }
 
+    /// Returns whether a file has a text.
+    fn has(&self, file: &str, text: &str) -> bool {
+        let bytes = std::fs::read(self.0.join(file)).unwrap();
+        bytes.windows(text.len()).any(|w| w == text.as_bytes())
+    }
+
     /// Checks that two pictures have the same bits in all channels.
     fn must_be_same(&self, a: &str, b: &str) {
         assert!(
@@ -89,12 +95,15 @@ fn parts_of_the_samples_and_of_the_picture_merge_to_the_bits_of_one_render() {
         {
             merge(names, &format!("{number}.exr"));
             scratch.must_be_same(&format!("{number}.exr"), &format!("{kind}.exr"));
+            assert!(!scratch.has(&format!("{number}.exr"), "ivcam:region"));
         }
         // A checkpoint of parts is one of the picture, and its render has only to state the error.
         merge("b c", &format!("{kind}-bc.ckpt"));
         merge("a bc", "all.ckpt");
         let said = scratch.must_render(&format!("{options} --checkpoint all.ckpt -o all.exr"));
         assert!(said.contains("continues after 150 samples"), "{said}");
+        let quiet = format!("{options} --checkpoint all.ckpt -o all.exr --quiet");
+        assert!(!scratch.must_render(&quiet).contains("continues"));
         scratch.must_be_same("all.exr", &format!("{kind}.exr"));
     }
 }
@@ -138,7 +147,7 @@ fn a_checkpoint_of_something_else_is_refused_with_the_difference() {
         "--sample-range 64..128 --samples 128",
         "its samples begin with 0, and these with 64",
     );
-    refused("--arithmetic portable", "arithmetic is");
+    refused("--arithmetic portable", "`--arithmetic portable` makes");
     scratch.texture(100);
     refused("", "the content of `dots.png` is");
     scratch.texture(200);
@@ -294,9 +303,7 @@ fn a_signal_leaves_the_picture_so_far_and_the_same_command_continues() {
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(code), "{said}");
         assert!(said.contains("the same command continues it"), "{said}");
-        let bytes = std::fs::read(scratch.0.join("a.exr")).unwrap();
-        let mark = b"ivcam:unfinished";
-        assert!(bytes.windows(mark.len()).any(|w| w == mark));
+        assert!(scratch.has("a.exr", "ivcam:unfinished"));
         scratch.must_merge("a.ckpt -o now.exr");
         scratch.must_be_same("now.exr", "a.exr");
     }
@@ -304,4 +311,21 @@ fn a_signal_leaves_the_picture_so_far_and_the_same_command_continues() {
     assert!(last.status.success() && stderr(&last).contains("continues after"));
     scratch.must_render("--size 64x40 --samples 192 -o once.exr");
     scratch.must_be_same("a.exr", "once.exr");
+}
+
+/// A shell without job control starts programs in the background so, and `nohup` does it too.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_signal_that_the_program_was_started_to_ignore_stays_ignored() {
+    let scratch = room("ignored");
+    let line = format!(
+        "trap '' INT; {} render room.iv --size 64x40 --samples 64 --checkpoint a.ckpt --every 0.01s \
+         -o a.exr & until test -e a.ckpt; do sleep 0.01; done; kill -INT $!; wait $!",
+        env!("CARGO_BIN_EXE_ivcam")
+    );
+    let mut shell = Command::new("sh");
+    let run = shell.current_dir(&scratch.0).args(["-c", &line]).output();
+    let run = run.unwrap();
+    assert!(run.status.success(), "{}", stderr(&run));
+    assert!(!scratch.has("a.exr", "ivcam:unfinished"));
 }

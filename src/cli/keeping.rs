@@ -33,6 +33,8 @@ pub(crate) struct Keeping {
     /// The file of the checkpoint.
     pub path: Option<PathBuf>,
     every: Duration,
+    /// Whether it is not printed from where the render continues.
+    quiet: bool,
     /// The files that the run reads, which a checkpoint names.
     record: InputRecord,
     /// The numbers of the samples, if they are a part.
@@ -62,6 +64,7 @@ impl Keeping {
             record: InputRecord::begin(),
             path,
             every: every.unwrap_or(EVERY),
+            quiet: m.get_flag("quiet"),
             samples,
         })
     }
@@ -182,7 +185,9 @@ impl Keeping {
             differences.push(text);
         }
         if differences.is_empty() {
-            super::status!("{}: {}", path.display(), where_it_is(place));
+            if !self.quiet {
+                super::status!("{}: {}", path.display(), where_it_is(place));
+            }
             return Ok(there.sums);
         }
         let error = format!(
@@ -190,10 +195,13 @@ impl Keeping {
             path.display(),
             differences.join("; ")
         );
-        Err(Diagnostic::error(error).with_help(
-            "give `--checkpoint` another name, or remove the file to begin again; \
-             `--arithmetic portable` makes processors agree",
-        ))
+        let help = "give `--checkpoint` another name, or remove the file to begin again";
+        let is_same = |name: &str| there.label.facts.get(name) == label.facts.get(name);
+        let help = match is_same("arithmetic") {
+            true => help.to_owned(),
+            false => format!("{help}; `--arithmetic portable` makes processors agree"),
+        };
+        Err(Diagnostic::error(error).with_help(help))
     }
 
     /// Returns the warning for a render that a signal has stopped.
@@ -226,12 +234,15 @@ fn range(word: &str) -> Option<Range<u32>> {
 }
 
 /// Returns a variable that the first SIGINT or SIGTERM sets to its number; it also ends the work of
-/// the scene. A second one ends the program at once.
+/// the scene. A second one ends the program at once. A signal that the program was started to
+/// ignore, as behind `nohup` or `trap ''`, stays ignored.
 #[cfg(not(target_family = "wasm"))]
 fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
     let number = Arc::new(AtomicUsize::new(0));
     let came = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
+    let ignored = ignored_signals();
+    let is_heard = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
+    for signal in [SIGINT, SIGTERM].into_iter().filter(is_heard) {
         // The order matters: the first signal finds the flag unset, and then sets it.
         let registered = flag::register_conditional_shutdown(signal, 128 + signal, came.clone())
             .and_then(|_| flag::register(signal, came.clone()))
@@ -240,6 +251,16 @@ fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
         registered.map_err(|e| Diagnostic::io("signals", &e))?;
     }
     Ok(number)
+}
+
+/// Returns the signals that the process ignores, as bits from signal 1 on; none where the system
+/// has no `/proc`.
+#[cfg(not(target_family = "wasm"))]
+fn ignored_signals() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.unwrap_or_default()
 }
 
 /// Returns a variable that stays 0, because no signals come.
@@ -261,6 +282,7 @@ mod tests {
             let keeping = Keeping {
                 path: None,
                 every: EVERY,
+                quiet: false,
                 record: InputRecord::default(),
                 samples: range(word),
             };

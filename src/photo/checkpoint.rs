@@ -263,7 +263,10 @@ impl Keeper for Watch {
         let mut fault = self.fault.lock().unwrap_or_else(PoisonError::into_inner);
         if let (Some(error), None) = (&error, &*fault) {
             let text = format!("the checkpoint was not written: {}", error.message);
-            let help = "the render goes on and tries again; the last checkpoint is still there";
+            let help = match path.exists() {
+                true => "the render goes on and tries again; the last checkpoint is still there",
+                false => "the render goes on and tries again",
+            };
             (self.warn)(&Diagnostic::warning(text).with_help(help));
         }
         *fault = error;

@@ -50,8 +50,15 @@ pub(crate) fn merge(paths: &[PathBuf]) -> Result<Checkpoint> {
     }
     let whole = check_regions(&regions)?;
     let mut regions = regions.into_iter().map(|(_, checkpoint)| checkpoint);
-    let Some(first) = regions.next() else {
+    let Some(mut first) = regions.next() else {
         return Err(Diagnostic::error("there is nothing to merge"));
+    };
+    match whole == Region::whole(first.sums.place.picture) {
+        true => first.label.described.shift_remove("region"),
+        false => first
+            .label
+            .described
+            .insert("region".into(), whole.to_string()),
     };
     if first.sums.place.region == whole {
         return Ok(first);

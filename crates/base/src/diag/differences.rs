@@ -1,5 +1,7 @@
 //! Describes how two lists of choices differ.
 
+use super::counted;
+
 /// The differences that are listed.
 const MOST: usize = 3;
 /// The longest value that is quoted. The description of a whole timeline is no use in a message.
@@ -26,15 +28,15 @@ pub fn differences(
             continue;
         }
         let is_short = |v: &Option<String>| v.as_ref().is_none_or(|v| v.len() <= LONGEST);
-        let or_none = |v: Option<String>| v.unwrap_or_else(|| "none".into());
+        let stated = |v: Option<String>| match v {
+            None => "not stated".into(),
+            Some(v) if v.is_empty() => "given".into(),
+            Some(v) => v,
+        };
         found.push(match is_short(&a) && is_short(&b) {
             true => {
                 let [first, second] = places;
-                format!(
-                    "{key} is {} {first} and {} {second}",
-                    or_none(a),
-                    or_none(b)
-                )
+                format!("{key} is {} {first} and {} {second}", stated(a), stated(b))
             }
             false => format!("{key} differs"),
         });
@@ -42,7 +44,7 @@ pub fn differences(
     if found.len() > MOST {
         let more = found.len() - MOST;
         found.truncate(MOST);
-        found.push(format!("{more} more differences"));
+        found.push(counted(more, "more difference"));
     }
     found
 }
@@ -58,22 +60,26 @@ mod tests {
             ("ivcam", "1"),
             ("samples", "4"),
             ("focus", "1"),
-            ("timeline", "a"),
+            ("coating", "none"),
         ];
         let here = [
             ("ivcam", "1"),
             ("samples", "8"),
             ("focus", &long),
-            ("seed", "3"),
+            ("handles", ""),
         ];
         assert_eq!(
             differences(&there, &here, ["there", "here"]),
             [
                 "samples is 4 there and 8 here",
                 "focus differs",
-                "timeline is a there and none here",
-                "1 more differences"
+                "coating is none there and not stated here",
+                "1 more difference"
             ]
+        );
+        assert_eq!(
+            differences(&[], &here[3..], ["there", "here"]),
+            ["handles is not stated there and given here"]
         );
     }
 }
