@@ -6,7 +6,7 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{folder_of, write_whole};
+use ivcam_base::files::{folder_of, temporary_prefix, write_whole};
 use ivcam_optics::picture::{Raster, Samples};
 
 /// The filter that makes limited-range Y'CbCr by ITU-R BT.709, which the tags of the movie state.
@@ -109,8 +109,8 @@ fn check_sizes(frames: &[PathBuf]) -> Result<()> {
 /// with a colon from being read as a protocol.
 fn by_ffmpeg(movie: &Path, end: &str, frames: &[PathBuf], rate: f64) -> Result<()> {
     let folder = frames.first().map_or_else(PathBuf::new, |f| folder_of(f));
-    let name = movie.file_name().unwrap_or_default().to_string_lossy();
-    let beside = movie.with_file_name(format!(".{name}.{}.tmp.{end}", std::process::id()));
+    let prefix = temporary_prefix(movie);
+    let beside = movie.with_file_name(format!("{prefix}{}.tmp.{end}", std::process::id()));
     let mut target = OsString::from("file:");
     let absolute = std::path::absolute(&beside);
     target.push(absolute.map_err(|e| Diagnostic::io(movie.display(), &e))?);

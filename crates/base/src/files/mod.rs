@@ -27,4 +27,5 @@ pub use read::{FileBytes, LARGE_FILE, MAX_PICTURE, MAX_TEXT, open_file};
 pub use read::{read_file, read_file_named, read_stream};
 pub use space::{SizeEstimate, check_space};
 pub use standard_output::is_output_closed;
-pub use whole::{WriteSeek, check_writable, write_new, write_whole, write_whole_seekable};
+pub use whole::{WriteSeek, check_writable, temporary_prefix};
+pub use whole::{write_new, write_whole, write_whole_seekable};

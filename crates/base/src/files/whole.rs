@@ -10,14 +10,22 @@ use std::hash::{BuildHasher, RandomState};
 use std::io::{BufWriter, Cursor, Error, ErrorKind, Seek, Write};
 use std::path::{Path, PathBuf};
 
+use super::folder::folder_of;
 #[cfg(unix)]
 use super::pipes;
 use crate::diag::{Diagnostic, Result};
-use crate::platform::{process_id, real_path};
+use crate::platform::process_id;
 
 /// Temporary names that are tried in turn. A second one is needed only if two processes chose the
 /// same 64 random bits.
 const TRIES: usize = 8;
+
+/// The symbolic links that are followed from one name, as many as Linux follows.
+const MOST_LINKS: usize = 40;
+
+/// The longest part of a file's name in those of its temporary files. A name has at most 255 bytes,
+/// and what follows takes up to 30.
+const LONGEST_PREFIX: usize = 220;
 
 /// A file that can be written under its name.
 struct Writable {
@@ -42,8 +50,14 @@ struct Temporary {
 impl Writable {
     /// Opens the stream, or creates the temporary file.
     fn new(path: &Path) -> Result<Self> {
-        let linked = path.is_symlink().then(|| real_path(path).ok());
-        let target = linked.flatten().unwrap_or_else(|| path.to_path_buf());
+        let target = match is_stream(path) {
+            true => path.to_path_buf(),
+            false => link_target(path),
+        };
+        let is_wrong_name = |e: &Error| e.kind() == ErrorKind::InvalidFilename;
+        if let Some(e) = target.symlink_metadata().err().filter(is_wrong_name) {
+            return Err(Diagnostic::io(path.display(), &e));
+        }
         let kind = if is_stream(&target) {
             open_stream(&target).map(TargetKind::Stream)
         } else {
@@ -157,7 +171,8 @@ impl Temporary {
     /// Creates a temporary file in the folder of `target` and locks it.
     fn beside(target: &Path) -> std::io::Result<Self> {
         for _ in 0..TRIES {
-            let path = target.with_file_name(format!("{}{:016x}.tmp", prefix(target), random()));
+            let path =
+                target.with_file_name(format!("{}{:016x}.tmp", temporary_prefix(target), random()));
             let file = match OpenOptions::new().write(true).create_new(true).open(&path) {
                 Err(e) if e.kind() == ErrorKind::AlreadyExists => continue,
                 opened => opened?,
@@ -194,10 +209,27 @@ fn open_stream(path: &Path) -> std::io::Result<File> {
     OpenOptions::new().write(true).open(path)
 }
 
-/// Returns the beginning of the names of temporary files for a target.
-fn prefix(target: &Path) -> String {
+/// Returns the file that a path leads to through symbolic links, also if it does not exist yet.
+fn link_target(path: &Path) -> PathBuf {
+    let mut target = path.to_path_buf();
+    for _ in 0..MOST_LINKS {
+        let Ok(next) = target.read_link() else {
+            return target;
+        };
+        target = folder_of(&target).join(next);
+    }
+    target
+}
+
+/// Returns the beginning of the names of temporary files for a target: its name, or the beginning
+/// of a long one.
+pub fn temporary_prefix(target: &Path) -> String {
     let name = target.file_name().unwrap_or_default().to_string_lossy();
-    format!(".{name}.")
+    let mut end = name.len().min(LONGEST_PREFIX);
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    format!(".{}.", &name[..end])
 }
 
 /// Returns a number that other processes cannot predict.
@@ -214,7 +246,7 @@ fn remove_leftovers(target: &Path) {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
     };
-    let prefix = prefix(target);
+    let prefix = temporary_prefix(target);
     let is_temporary = |name: &str| {
         let middle = name
             .strip_prefix(&prefix)
@@ -341,8 +373,34 @@ mod tests {
     fn a_missing_folder_and_a_long_name_are_found_before_the_work() {
         let folder = Folder::new("files-early");
         assert!(check_writable(&folder.0.join("gone/a.png")).is_err());
-        assert!(check_writable(&folder.0.join("a".repeat(249))).is_err());
+        assert!(check_writable(&folder.0.join("a".repeat(256))).is_err());
         assert!(check_writable(&folder.0.join("a.png")).is_ok());
         assert!(folder.names().is_empty());
+    }
+
+    #[test]
+    fn the_longest_names_can_be_written() {
+        let folder = Folder::new("files-long");
+        for name in ["a".repeat(255), format!("b{}", "é".repeat(127))] {
+            write_whole(&folder.0.join(&name), |file| file.write_all(b"whole")).unwrap();
+            assert!(folder.names().contains(&name));
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_file_that_does_not_exist_yet_stays_a_link() {
+        let folder = Folder::new("files-link");
+        std::os::unix::fs::symlink("b.png", folder.0.join("a.png")).unwrap();
+        std::os::unix::fs::symlink("a.png", folder.0.join("link.png")).unwrap();
+        for text in ["first", "second"] {
+            let write = |file: &mut dyn Write| file.write_all(text.as_bytes());
+            write_whole(&folder.0.join("link.png"), write).unwrap();
+            assert_eq!(
+                std::fs::read(folder.0.join("b.png")).unwrap(),
+                text.as_bytes()
+            );
+            assert!(folder.0.join("link.png").is_symlink() && folder.0.join("a.png").is_symlink());
+        }
     }
 }
