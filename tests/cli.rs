@@ -2140,7 +2140,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 96] = [
+const MISTAKES: [(&str, &str, &str); 101] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2538,6 +2538,31 @@ const MISTAKES: [(&str, &str, &str); 96] = [
         "gallery SCENE -o OUT --fov 30",
         "`--fov` is for one picture",
         "leave it out",
+    ),
+    (
+        "converge SCENE --methods 1999+adaptive",
+        "cannot be used with the sampler `jittered`",
+        "`sobol+adaptive`",
+    ),
+    (
+        "converge SCENE --methods jittered --adaptive",
+        "cannot be used with the sampler `jittered`",
+        "`sobol+adaptive`",
+    ),
+    (
+        "render -- SCENE --size 30x20",
+        "`--size` is after `--`",
+        "before `--`",
+    ),
+    (
+        "pull-focus SCENE --from 1 --to 2 --claim-expiry 2h",
+        "is not a time from 1s to 1h",
+        "",
+    ),
+    (
+        "render SCENE -o q.png --report -",
+        "`--report -`",
+        "the name of a file",
     ),
     (
         "pull-focus SCENE",

@@ -51,6 +51,7 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .get_arguments()
         .filter(takes_values)
         .partition(|arg| OUTPUTS.contains(&arg.get_id().as_str()));
+    refuse_streams(&outputs, matches)?;
     // The output of a folder of scenes or pictures is a folder, which need not exist.
     let is_folder = folder_of_scenes(matches).is_some()
         || compares_folder(matches)
@@ -89,6 +90,23 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// Refuses `-` for the outputs that cannot be a stream: all but `--output`, so that there is one
+/// stream at most.
+fn refuse_streams(outputs: &[&Arg], matches: &ArgMatches) -> Result<()> {
+    let is_stream = |id: &str| {
+        let mut raw = matches.get_raw(id).into_iter().flatten();
+        id != "output" && is_given(matches, id) && raw.any(|word| word == "-")
+    };
+    let mut names = outputs.iter().map(|arg| arg.get_id().as_str());
+    match names.find(|id| is_stream(id)) {
+        None => Ok(()),
+        Some(id) => Err(Diagnostic::unsupported(format!(
+            "`--{id} -`: it can't be written to standard output"
+        ))
+        .with_help("give the name of a file")),
+    }
 }
 
 /// Refuses to write to a file that the command has read.
