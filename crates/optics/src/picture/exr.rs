@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use super::channels::ChannelImage;
 use super::raster::{Raster, Samples, check_size};
-use super::rows::{Heading, ROWS, RowSource, fill_placeholder};
+use super::rows::{Heading, LATE_LENGTH, ROWS, RowSource, cut_off, fill_placeholder};
 
 /// Returns a text that the header of an EXR file states, such as `ivcam:response`; none if it does
 /// not, or if the file is of another format.
@@ -190,22 +190,23 @@ pub(super) fn write_rows(
     match heading.late {
         None => Ok(()),
         Some(key) => {
-            // An attribute is its name, its type and the size of its value, then the value.
             let start = format!("{key}\0string\0");
-            let start = [start.as_bytes(), &placeholder_size(&head, &start)?].concat();
-            fill_placeholder(file, &head, &start, &rows.late())
+            let late = late_attribute(cut_off(&rows.late()));
+            fill_placeholder(file, &head, start.as_bytes(), &late)
         }
     }
 }
 
-/// Returns the bytes of the size of an attribute's value; `start` is what precedes them.
-fn placeholder_size(head: &[u8], start: &str) -> std::io::Result<[u8; 4]> {
-    let found = head
-        .windows(start.len())
-        .position(|bytes| bytes == start.as_bytes());
-    let size = found.and_then(|at| head.get(at + start.len()..)?.first_chunk());
-    size.copied()
-        .ok_or_else(|| std::io::Error::other("the header has no place for the late entry"))
+/// Returns the size and the value of the late entry's attribute. Another attribute takes the rest
+/// of the place, if that has room for its name, its type and the size of its value.
+fn late_attribute(late: &str) -> Vec<u8> {
+    let sized = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let rest = LATE_LENGTH - late.len();
+    let filler = b"ivcam:filler\0string\0";
+    match rest.checked_sub(filler.len() + 4) {
+        Some(blanks) => [&sized(late)[..], filler, &sized(&" ".repeat(blanks))].concat(),
+        None => sized(&format!("{late}{}", " ".repeat(rest))),
+    }
 }
 
 /// Returns a system error as itself, and any other error as text.

@@ -15,7 +15,7 @@ pub const ROWS: u32 = 16;
 
 /// The length of the text of a late entry, in formats that have it before the pixels. A longer
 /// text is cut off.
-const LATE_LENGTH: usize = 240;
+pub(super) const LATE_LENGTH: usize = 240;
 
 /// What is known of a picture before its pixels.
 #[derive(Clone, Debug)]
@@ -54,24 +54,29 @@ impl Heading {
     }
 }
 
-/// Replaces the placeholder of the late entry. `head` is the beginning of the file, and `start` the
-/// bytes that are in front of the placeholder in it.
-pub(super) fn fill_placeholder(
-    file: &mut dyn WriteSeek,
-    head: &[u8],
-    start: &[u8],
-    late: &str,
-) -> std::io::Result<()> {
-    let missing = || std::io::Error::other("the late entry has no place in the file");
-    let found = head.windows(start.len()).position(|bytes| bytes == start);
-    let at = found.ok_or_else(missing)? + start.len();
+/// Returns the beginning of a late entry that its place has room for.
+pub(super) fn cut_off(late: &str) -> &str {
     let mut length = late.len().min(LATE_LENGTH);
     while !late.is_char_boundary(length) {
         length -= 1;
     }
+    &late[..length]
+}
+
+/// Replaces the placeholder of the late entry, or its beginning. `head` is the beginning of the
+/// file, and `start` the bytes that are in front of what is replaced.
+pub(super) fn fill_placeholder(
+    file: &mut dyn WriteSeek,
+    head: &[u8],
+    start: &[u8],
+    late: &[u8],
+) -> std::io::Result<()> {
+    let missing = || std::io::Error::other("the late entry has no place in the file");
+    let found = head.windows(start.len()).position(|bytes| bytes == start);
+    let at = found.ok_or_else(missing)? + start.len();
     let end = file.stream_position()?;
     file.seek(std::io::SeekFrom::Start(at as u64))?;
-    file.write_all(&late.as_bytes()[..length])?;
+    file.write_all(late)?;
     file.seek(std::io::SeekFrom::Start(end)).map(|_| ())
 }
 

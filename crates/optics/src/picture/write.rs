@@ -10,7 +10,9 @@ use ivcam_base::diag::Result;
 use ivcam_base::files::{WriteSeek, write_whole, write_whole_seekable};
 
 use super::developed::{Depth, Picture, PictureFormat};
-use super::rows::{Heading, PictureRows, RowSource, fill_placeholder, write_levels};
+use super::rows::{
+    Heading, LATE_LENGTH, PictureRows, RowSource, cut_off, fill_placeholder, write_levels,
+};
 use super::{exr, sgi, tiff};
 use crate::film::Resolution;
 
@@ -119,8 +121,13 @@ pub(super) fn ppm_rows(
         None => Ok(()),
         Some(key) => {
             let late = rows.late().replace(['\n', '\r'], " ");
+            let mut late = cut_off(&late).to_owned();
+            // The blanks that are left over become a comment of their own.
+            if late.len() + 2 <= LATE_LENGTH {
+                late += "\n#";
+            }
             let start = format!("# {key}: ");
-            fill_placeholder(to, head.as_bytes(), start.as_bytes(), &late)
+            fill_placeholder(to, head.as_bytes(), start.as_bytes(), late.as_bytes())
         }
     }
 }
