@@ -13,6 +13,7 @@ use ivcam_optics::picture::{Depth, Picture, PictureFormat, Raster, exr_text};
 use super::outputs::{is_standard_stream, picture_format, save_picture};
 use super::{exit_code, parsed, switch, text, value};
 use crate::compare::difference::provenance;
+use crate::photo::UNFINISHED;
 
 /// Returns the definition of the command.
 pub(crate) fn command() -> Command {
@@ -54,11 +55,14 @@ pub(crate) fn run(matches: &ArgMatches, command: &str, out: &mut dyn Write) -> R
     let output = Path::new(text(matches, "output").unwrap_or_default());
     let format = picture_format(output)?;
     let mut film: Option<Picture> = None;
-    let mut stated = Vec::new();
+    let (mut stated, mut kept) = (Vec::new(), Vec::new());
     for (name, weight) in names.iter().zip(&weights) {
         let bytes = read_file(Path::new(name), MAX_PICTURE)?;
         let raster = Raster::decode(&bytes, name)?;
         stated.extend(exr_text(&bytes, "ivcam:response").map(|response| (*name, response)));
+        for key in kept_entries(names.len()) {
+            kept.extend(exr_text(&bytes, key).map(|text| (*key, *name, text)));
+        }
         let film = film.get_or_insert_with(|| blank(&raster));
         add(film, &raster, *weight).map_err(|e| {
             e.in_file(name.as_str())
@@ -76,6 +80,15 @@ pub(crate) fn run(matches: &ArgMatches, command: &str, out: &mut dyn Write) -> R
     film.provenance = provenance(command);
     film.provenance
         .insert("ivcam:exposures".into(), list.join("; "));
+    for (key, name, text) in kept {
+        let text = match names.len() {
+            1 => text,
+            _ => format!("{name}: {text}"),
+        };
+        let entry: &mut String = film.provenance.entry(key.into()).or_default();
+        let separator = if entry.is_empty() { "" } else { "; " };
+        *entry += &format!("{separator}{text}");
+    }
     if let Some(words) = response(text(matches, "response"), &stated, format)? {
         film.response = Response::open(words).map_err(|e| e.with_help(CHOOSE))?;
         film.provenance
@@ -91,6 +104,15 @@ pub(crate) fn run(matches: &ArgMatches, command: &str, out: &mut dyn Write) -> R
         names.len(),
         output.display()
     ))
+}
+
+/// Returns the entries of exposures that hold for their sum: of a single one its samples and its
+/// relative error, and of any that it is unfinished.
+fn kept_entries(exposures: usize) -> &'static [&'static str] {
+    match exposures {
+        1 => &[UNFINISHED, "ivcam:samples", "ivcam:error"],
+        _ => &[UNFINISHED],
+    }
 }
 
 /// The help for a response that the exposures do not decide.
@@ -218,6 +240,26 @@ mod tests {
     fn run_words(words: &[&str]) -> Result<i32> {
         let matches = command().no_binary_name(true).get_matches_from(words);
         run(&matches, "ivcam expose", &mut Vec::new())
+    }
+
+    #[test]
+    fn a_copy_of_an_unfinished_exposure_is_unfinished() {
+        let folder = Folder::new("expose-unfinished");
+        let path = |name: &str| folder.path(name);
+        write_pair(path, ["srgb"; 2]);
+        let (a, b, out) = (path("a.exr"), path("b.exr"), path("out.exr"));
+        let mut picture = blank(&Raster::open(Path::new(&a)).unwrap());
+        for (key, text) in [(UNFINISHED, "half"), ("ivcam:samples", "3")] {
+            picture.provenance.insert(key.into(), text.into());
+        }
+        picture.save(Path::new(&a), Depth::Eight).unwrap();
+        let stated = |key: &str| exr_text(&std::fs::read(&out).unwrap(), key);
+        run_words(&[&a, "-o", &out]).unwrap();
+        assert_eq!(stated(UNFINISHED).as_deref(), Some("half"));
+        assert_eq!(stated("ivcam:samples").as_deref(), Some("3"));
+        run_words(&[&b, &a, "-o", &out]).unwrap();
+        assert_eq!(stated(UNFINISHED), Some(format!("{a}: half")));
+        assert_eq!(stated("ivcam:samples"), None);
     }
 
     #[test]
