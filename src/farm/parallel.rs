@@ -2,8 +2,8 @@
 
 use super::division::{Division, JobFile, scripts};
 
-/// The file in which GNU parallel notes which tasks have succeeded. Of another job it would keep the
-/// tasks of this one from starting.
+/// The file in which GNU parallel notes which tasks have succeeded. That of another job would keep
+/// the tasks of this one from starting.
 pub(crate) const LOG: &str = "tasks.log";
 
 pub(super) fn files(division: &Division) -> Vec<JobFile> {

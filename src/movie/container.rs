@@ -99,7 +99,8 @@ fn check_sizes(frames: &[PathBuf]) -> Result<()> {
     );
     let folder = folder_of(first);
     Err(Diagnostic::error(text).with_help(format!(
-        "`ivcam frames {} --remove-broken` removes those of the wrong size, and the next run makes them again",
+        "`ivcam frames {} --remove-broken` removes those of the wrong size, and the next run makes \
+         them again",
         folder.display()
     )))
 }

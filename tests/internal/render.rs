@@ -243,7 +243,7 @@ fn the_work_that_is_expected_is_that_of_the_limit_which_ends_the_render() {
         (Stop { time, ..stop }, false),
         (
             Stop {
-                error: Some(0.05),
+                error: Some(0.01),
                 ..stop
             },
             false,
