@@ -29,7 +29,7 @@ pub(crate) fn command() -> Command {
             "methods",
             "LIST",
             "of 1999, random, jittered, sobol, blue, golden, each also with +rear, +adaptive or +FILTER \
-             [sobol,jittered,1999]",
+             [sobol,jittered,1999; with --adaptive sobol,blue]",
         ))
         .arg(value(
             "from",
@@ -86,7 +86,10 @@ pub(crate) fn run(m: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     let from = parsed(m, "from", "a number of samples", whole)?.unwrap_or(1);
     let deep = parsed(m, "reference-samples", "a number of samples", whole)?.unwrap_or(16 * most);
     let methods: Vec<ConvergenceMethod> = text(m, "methods")
-        .unwrap_or("sobol,jittered,1999")
+        .unwrap_or(match plan.adaptive {
+            true => "sobol,blue",
+            false => "sobol,jittered,1999",
+        })
         .split(',')
         .map(|word| ConvergenceMethod::parse(word, plan.adaptive))
         .collect::<Result<_>>()?;
