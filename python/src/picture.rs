@@ -382,7 +382,7 @@ fn make(
     let report = write_all(&session, outputs, &exposure, (&picture, layers.as_ref()))?;
     Ok(RenderOutput {
         depth: session.plan.depth,
-        error: exposure.film.error().ok(),
+        error: session.error_of(&picture, exposure.film.error()).ok(),
         samples: exposure.samples,
         layers: layers.filter(|_| outputs.keeps_layers),
         notices: session.notices(),
@@ -425,6 +425,7 @@ fn write_all(
     (picture, layers): (&ivcam::Picture, Option<&ChannelImage>),
 ) -> Result<serde_json::Value> {
     let mut report: RenderReport = session.report(exposure);
+    report.set_error(session.error_of(picture, exposure.film.error()));
     if let Some(path) = &outputs.picture {
         keep_inputs(session, path)?;
         picture.save(path, session.plan.depth)?;

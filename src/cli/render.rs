@@ -12,7 +12,7 @@ use ivcam_base::math::use_portable_arithmetic;
 use ivcam_base::thread_context::ThreadContext;
 use ivcam_base::work::StopCause;
 use ivcam_inventor::iv::Document;
-use ivcam_optics::film::ErrorUnknown;
+use ivcam_optics::film::{ErrorEstimate, ErrorUnknown};
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
 use ivcam_render::camera::{Aim, Camera};
 use ivcam_render::render::report::{RenderReport, count, error_text, percent};
@@ -552,7 +552,7 @@ fn render_whole(
     if has_picture {
         let writing = format!("writing {}", options.output.display());
         let write = || write_picture(session, options, exposure, command);
-        waiting(options.meter, writing, write)?;
+        report.set_error(waiting(options.meter, writing, write)?);
     }
     watch.result()?;
     if let Some(denoiser) = options.denoiser.as_ref().filter(|_| has_picture) {
@@ -563,14 +563,15 @@ fn render_whole(
     Ok((report, counts, code))
 }
 
-/// Writes the picture of an exposure, with its layers.
+/// Writes the picture of an exposure, with its layers. Returns its error.
 fn write_picture(
     session: &Session,
     options: &OutputOptions,
     exposure: Exposure,
     command: &str,
-) -> Result<()> {
+) -> Result<std::result::Result<ErrorEstimate, ErrorUnknown>> {
     let (counts, is_finished) = (exposure.counts, exposure.stopped.is_none());
+    let error = exposure.film.error();
     let warn = |picture: &Picture| {
         if let Some(warning) = session.warn_without_diffraction(picture) {
             print_diagnostic(&warning);
@@ -584,11 +585,13 @@ fn write_picture(
     if options.layers.is_none() && options.denoiser.is_none() {
         let picture = session.develop_last(exposure, command);
         warn(&picture);
-        return options.on_threads(|| save(session, options, &picture))?;
+        options.on_threads(|| save(session, options, &picture))??;
+        return Ok(session.error_of(&picture, error));
     }
     let picture = session.develop(&exposure, command);
     warn(&picture);
-    options.on_threads(|| write_layers(session, options, &exposure, &picture))?
+    options.on_threads(|| write_layers(session, options, &exposure, &picture))??;
+    Ok(session.error_of(&picture, error))
 }
 
 /// Writes a picture to the output and shows it in tev.

@@ -17,12 +17,12 @@ use ivcam_inventor::pose::{CameraPose, Projection, UpAxis, ViewDirection};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_inventor::traversal::state::Language;
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
-use ivcam_optics::film::{Film, GhostImage, Region};
+use ivcam_optics::film::{ErrorEstimate, ErrorUnknown, Film, GhostImage, Region};
 use ivcam_optics::lens::Movements;
 use ivcam_optics::picture::{Depth, Picture};
 use ivcam_optics::sampling::{FilterTable, Sampler};
 use ivcam_render::camera::{Camera, LampFinder, LensCamera, film_plane, lens_in_scene};
-use ivcam_render::render::diffraction::{diffract, diffraction_time};
+use ivcam_render::render::diffraction::{diffract, diffraction_time, error_of_diffracted};
 use ivcam_render::render::ghosts::GhostRender;
 use ivcam_render::render::report::{RenderReport, StageSeconds, stated_error};
 use ivcam_render::render::{
@@ -967,10 +967,32 @@ impl Session {
         }
     }
 
+    /// Whether the plan has diffraction, and the camera a pupil.
+    fn spreads_light(&self) -> bool {
+        self.plan.diffraction && matches!(self.camera, Camera::Lens(_))
+    }
+
+    /// Returns the error of a developed picture, from that of its rays.
+    pub fn error_of(
+        &self,
+        picture: &Picture,
+        rays: std::result::Result<ErrorEstimate, ErrorUnknown>,
+    ) -> std::result::Result<ErrorEstimate, ErrorUnknown> {
+        match self.is_diffracted(picture) {
+            true => error_of_diffracted(rays),
+            false => rays,
+        }
+    }
+
+    /// Returns whether a developed picture has diffraction.
+    fn is_diffracted(&self, picture: &Picture) -> bool {
+        let said = picture.provenance.get(UNFINISHED);
+        self.spreads_light() && !said.is_some_and(|text| text.ends_with(WITHOUT_DIFFRACTION))
+    }
+
     /// Returns the warning that a picture has no diffraction because the work was stopped.
     pub fn warn_without_diffraction(&self, picture: &Picture) -> Option<Box<Diagnostic>> {
-        let said = picture.provenance.get(UNFINISHED);
-        if !said.is_some_and(|text| text.ends_with(WITHOUT_DIFFRACTION)) {
+        if self.is_diffracted(picture) || !self.spreads_light() {
             return None;
         }
         Some(match self.budget.stop().cause() {
@@ -1012,14 +1034,17 @@ impl Session {
         is_diffracted: bool,
         command: &str,
     ) -> IndexMap<String, String> {
-        let error = stated_error(exposure.film.error());
+        let error = match is_diffracted {
+            true => error_of_diffracted(exposure.film.error()),
+            false => exposure.film.error(),
+        };
+        let error = stated_error(error);
         let mut provenance = self.provenance(command, exposure.samples, &error);
         if let Some(stopped) = &exposure.stopped {
             let text = stopped.describe(self.plan.stop.samples);
             provenance.insert(UNFINISHED.into(), text);
         }
-        let is_lens = matches!(self.camera, Camera::Lens(_));
-        if self.plan.diffraction && is_lens && !is_diffracted {
+        if self.spreads_light() && !is_diffracted {
             let text: &mut String = provenance.entry(UNFINISHED.into()).or_default();
             if !text.is_empty() {
                 text.push_str(", ");

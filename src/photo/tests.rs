@@ -160,6 +160,28 @@ fn the_report_names_what_the_scene_did_not_need() {
     }
 }
 
+/// The noise of neighboring pixels is mixed, so the error is not that of the rays.
+#[test]
+fn the_error_of_a_picture_with_diffraction_is_that_of_its_rays_by_name_only() {
+    let folder = Folder::new("diffracted");
+    let mut plan = plan(&folder);
+    for diffraction in [false, true] {
+        plan.diffraction = diffraction;
+        let session = Session::open(plan.clone()).expect("the scene is whole");
+        let exposure = session.expose(&|_| ());
+        let picture = session.develop(&exposure, "");
+        let rays = exposure.film.error();
+        let error = session.error_of(&picture, rays);
+        assert_eq!(error.is_ok(), rays.is_ok() && !diffraction, "{error:?}");
+        let stated = &picture.provenance["ivcam:error"];
+        assert_eq!(
+            stated.contains("diffraction spreads the noise"),
+            diffraction,
+            "{stated}"
+        );
+    }
+}
+
 #[test]
 fn a_scene_with_nothing_to_see_needs_no_rays() {
     let folder = Folder::new("nothing");

@@ -222,6 +222,7 @@ fn save(setup: &Setup, saving: &Saving, threads: usize) -> Result<String> {
     let picture = session.develop(&exposure, &setup.command(output));
     picture.save(output, session.plan.depth)?;
     let mut report = session.report(&exposure);
+    report.set_error(session.error_of(&picture, exposure.film.error()));
     report.picture = output.display().to_string();
     report.total_seconds = report.seconds.total();
     Ok(report.line())

@@ -33,6 +33,11 @@ pub enum ErrorUnknown {
     Black,
     /// The picture is denoised, so its error is not that of its samples.
     Denoised,
+    /// Diffraction has spread the light of the samples, and their noise with it.
+    Diffracted {
+        /// The relative error of the film before.
+        rays: f64,
+    },
     /// The estimate has too few pairs of exposures: the picture is small, or adaptive sampling
     /// has concentrated its samples on few pixels.
     FewPairs {
@@ -73,6 +78,13 @@ impl fmt::Display for ErrorUnknown {
             Self::NotMeasured => write!(f, "not measured"),
             Self::Black => write!(f, "the picture is black"),
             Self::Denoised => write!(f, "the picture is denoised"),
+            Self::Diffracted { rays } => {
+                let percent = 100.0 * rays;
+                write!(
+                    f,
+                    "diffraction spreads the noise, {percent:.2}% of the rays"
+                )
+            }
             Self::FewPairs { pairs } => {
                 write!(f, "only {pairs} pairs of exposures estimate it")
             }
