@@ -83,7 +83,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         }
     }
     if matches!(target, Target::X3d | Target::Vrml97 | Target::Inventor) {
-        light_by_levels(&mut model, losses);
+        light_by_levels(&mut model, target, losses);
     }
     let viewing = || inventor::Viewing::of(&taken, &options.model.compile.limits);
     if has_own_nodes && matches!(target, Target::Glb | Target::Gltf | Target::Usda) {
@@ -124,7 +124,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
 }
 
 /// Replaces lights of glTF by lights of a screen's levels, which are right at the scene's center.
-fn light_by_levels(model: &mut Model, losses: &mut Losses) {
+fn light_by_levels(model: &mut Model, target: Target, losses: &mut Losses) {
     let bounds = model.bounds().unwrap_or((DVec3::NEG_ONE, DVec3::ONE));
     let (center, radius) = (
         0.5 * (bounds.0 + bounds.1),
@@ -135,6 +135,13 @@ fn light_by_levels(model: &mut Model, losses: &mut Losses) {
             let text =
                 "the light falls off by the distance, which is near the inverse square of light";
             losses.add(Feature::LightFalloff.code(), text, light.place.clone(), 1);
+        }
+        // What is written as Inventor names every spot of two angles.
+        if target != Target::Inventor
+            && let LightShape::Spot { inner, outer, .. } = light.shape
+            && inner < outer
+        {
+            losses.feature(Feature::SpotFalloff, &light.place, 1);
         }
         let distance = light.position.distance(center).max(0.1 * radius).max(1e-6);
         *light = light.on_screen(distance);

@@ -142,6 +142,24 @@ fn what_moves_becomes_an_animation() {
     assert_eq!(gltf["accessors"][times]["max"][0], 2.0);
 }
 
+/// A range and a cone of glTF have their own numbers, and lose nothing.
+#[test]
+fn a_light_of_gltf_goes_through_gltf_whole() {
+    let scene = r#"{ "asset": { "version": "2.0" }, "scene": 0, "scenes": [ { "nodes": [ 0 ] } ],
+        "nodes": [ { "extensions": { "KHR_lights_punctual": { "light": 0 } } } ],
+        "extensionsUsed": [ "KHR_lights_punctual" ],
+        "extensions": { "KHR_lights_punctual": { "lights": [ { "type": "spot", "range": 2.5,
+            "spot": { "innerConeAngle": 0.25, "outerConeAngle": 0.5 } } ] } } }"#;
+    let conversion = converted(scene, Target::Gltf);
+    assert!(conversion.losses.is_empty(), "{:?}", conversion.losses);
+    let gltf: Json = serde_json::from_slice(&conversion.bytes).expect("JSON");
+    let light = &gltf["extensions"]["KHR_lights_punctual"]["lights"][0];
+    assert_eq!(light["range"], 2.5);
+    assert_eq!(light["spot"]["outerConeAngle"], 0.5);
+    let as_vrml = converted(scene, Target::Vrml97).losses;
+    assert!(as_vrml.iter().any(|loss| loss.code == "spot-falloff"));
+}
+
 /// A box moves away by 20 m and back, and a camera toward it from 30 m to 10 m.
 #[test]
 fn the_planes_of_a_camera_enclose_the_scene_at_all_times() {

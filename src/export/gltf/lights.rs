@@ -46,7 +46,7 @@ pub(super) fn light(light: &SceneLight, around: SceneSphere, losses: &mut Losses
     {
         let falls = match exponent {
             Some(exponent) => exponent > 0.0,
-            None => inner < outer,
+            None => inner < outer && !light.linear,
         };
         if falls || outer > std::f32::consts::FRAC_PI_2 {
             losses.feature(Feature::SpotFalloff, &light.place, 1);

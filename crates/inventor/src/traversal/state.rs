@@ -490,6 +490,14 @@ pub enum LightKind {
         /// The angle at the cone's edge.
         cut_off: f32,
     },
+    /// The spot light of glTF. Its intensity falls from 1 to 0 by the square of what the cosine has
+    /// left to the cone's edge (`KHR_lights_punctual`).
+    Cone {
+        /// The angle up to which the intensity is full.
+        inner: f32,
+        /// The angle at the cone's edge.
+        outer: f32,
+    },
 }
 
 /// A light in world space, in meters.

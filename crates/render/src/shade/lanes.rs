@@ -518,7 +518,7 @@ impl PointLanes {
                 exponent,
                 lit: &mut self.lit,
             });
-        } else if let LightKind::Beam { .. } = light.kind {
+        } else if let LightKind::Beam { .. } | LightKind::Cone { .. } = light.kind {
             for lane in bits(self.lit.rays.mask) {
                 let cone = light.cone(of_lane(&self.lit.rays.direction, lane));
                 self.lit.share[lane] *= cone;
@@ -762,7 +762,7 @@ impl SimdKernel for Reach<'_> {
                 let falloff = kc + distance * (kl + distance * kq);
                 let falloff = falloff.max(light.least_divisor);
                 let part = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
-                factor[i] = if distance > light.radius { 0.0 } else { part };
+                factor[i] = part * light.left_at(distance);
                 out.t_max[i] = distance * SHADOW_END;
             }
         }

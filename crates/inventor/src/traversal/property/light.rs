@@ -67,6 +67,16 @@ pub(in crate::traversal) fn light<'a>(
         let scale = if scale > 0.0 { scale } else { 1.0 };
         light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
         light.linear = node.get_node(vrml_light::METADATA).is_some_and(says_linear);
+        if let (
+            true,
+            LightKind::Beam {
+                beam_width: inner,
+                cut_off: outer,
+            },
+        ) = (light.linear, light.kind)
+        {
+            light.kind = LightKind::Cone { inner, outer };
+        }
         light.least_divisor = if light.linear { 0.0 } else { 1.0 };
         light.ambient = node.get(vrml97_point_light::AMBIENT_INTENSITY);
         light.radius = node.get(vrml97_point_light::RADIUS) * scale;

@@ -49,6 +49,10 @@ pub(super) fn light((class, light): &(String, LightElement)) -> Json {
         LightKind::Beam {
             beam_width,
             cut_off,
+        }
+        | LightKind::Cone {
+            inner: beam_width,
+            outer: cut_off,
         } => {
             object["beamWidth"] = plain(beam_width);
             object["cutOffAngle"] = plain(cut_off);

@@ -26,6 +26,8 @@ pub struct Light {
     pub least_divisor: f32,
     /// The distance at which a VRML 97 light ends, in meters; infinite for Inventor's lights.
     pub radius: f32,
+    /// Whether the light fades toward that distance, as glTF's, in place of a sudden end.
+    pub fades: bool,
     /// The intensity of a light whose light becomes the level of a screen where it arrives; 0 for
     /// other lights.
     pub encoded: f32,
@@ -66,12 +68,13 @@ impl Light {
             attenuation: element.attenuation,
             least_divisor: element.least_divisor,
             radius: element.radius,
+            fades: element.linear,
             at_eye: false,
         }
     }
 
     /// The bits of all values, which are the same for lights that shine alike.
-    pub(super) fn bits(&self) -> [u32; 21] {
+    pub(super) fn bits(&self) -> [u32; 22] {
         let (kind, [inner, outer]) = match self.kind {
             LightKind::Directional => (0, [0.0; 2]),
             LightKind::Point => (1, [0.0; 2]),
@@ -80,6 +83,7 @@ impl Light {
                 beam_width,
                 cut_off,
             } => (3, [beam_width, cut_off]),
+            LightKind::Cone { inner, outer } => (4, [inner, outer]),
         };
         let vectors = [
             self.color,
@@ -88,8 +92,16 @@ impl Light {
             self.direction,
             self.attenuation,
         ];
-        let scalars = [inner, outer, self.least_divisor, self.radius, self.encoded];
-        let mut bits = [kind; 21];
+        let fades = f32::from(self.fades);
+        let scalars = [
+            inner,
+            outer,
+            self.least_divisor,
+            self.radius,
+            self.encoded,
+            fades,
+        ];
+        let mut bits = [kind; 22];
         let values = vectors.iter().flat_map(Vec3::to_array).chain(scalars);
         for (bits, value) in bits.iter_mut().skip(1).zip(values) {
             *bits = (value + 0.0).to_bits(); // −0 becomes 0
@@ -119,6 +131,7 @@ impl Light {
             attenuation: Vec3::Z,
             least_divisor: 0.0,
             radius: f32::INFINITY,
+            fades: false,
             encoded: 0.0,
             at_eye: true,
         }
@@ -144,9 +157,7 @@ impl Light {
         let a = self.attenuation;
         let falloff = (a.z + distance * (a.y + distance * a.x)).max(self.least_divisor);
         let mut factor = if falloff > 0.0 { 1.0 / falloff } else { 1.0 };
-        if distance > self.radius {
-            factor = 0.0;
-        }
+        factor *= self.left_at(distance);
         let factor = self.shown(factor * self.cone(toward));
         IncidentLight {
             toward,
@@ -158,6 +169,23 @@ impl Light {
 }
 
 impl Light {
+    /// Returns the share of the light that the radius leaves at a distance. That of glTF fades by
+    /// 1 − (d/r)⁴, as `KHR_lights_punctual` recommends.
+    #[inline(always)]
+    pub(crate) fn left_at(&self, distance: f32) -> f32 {
+        let ratio = if self.fades {
+            distance / self.radius
+        } else {
+            0.0
+        };
+        let square = ratio * ratio;
+        if distance > self.radius {
+            0.0
+        } else {
+            1.0 - square * square
+        }
+    }
+
     /// Returns a factor of the light as a factor of the color: that of the screen's level, if the
     /// light is encoded.
     pub(crate) fn shown(&self, factor: f32) -> f32 {
@@ -191,6 +219,11 @@ impl Light {
                 beam_width,
                 cut_off,
             } => beam(along, beam_width, cut_off),
+            LightKind::Cone { inner, outer } => {
+                let [full, none] = [inner, outer].map(libm::cosf);
+                let part = ((along - none) / (full - none).max(1e-3)).clamp(0.0, 1.0);
+                part * part
+            }
             _ => 1.0,
         }
     }
@@ -229,6 +262,34 @@ mod tests {
         let near = light.reach(Vec3::new(0.0, 0.0, 1.0)).color.x;
         let far = light.reach(Vec3::new(0.0, 0.0, 3.0)).color.x;
         assert!((near / far - 9.0).abs() < 1e-5);
+    }
+
+    /// The formulas of `KHR_lights_punctual`.
+    #[test]
+    fn a_light_of_gltf_fades_toward_its_range_and_the_edge_of_its_cone() {
+        let light = Light {
+            kind: LightKind::Cone {
+                inner: 0.3,
+                outer: 0.6,
+            },
+            attenuation: Vec3::X,
+            radius: 2.0,
+            fades: true,
+            ..Light::headlight(Vec3::NEG_Z)
+        };
+        for (distance, left) in [(1.0, 15.0 / 16.0), (1.9, 0.185_493_75), (2.1, 0.0)] {
+            let shown = light.reach(Vec3::new(0.0, 0.0, -distance)).color.x;
+            let expected = left / (distance * distance);
+            assert!((shown - expected).abs() < 1e-5, "{distance}: {shown}");
+        }
+        let [full, none] = [0.3, 0.6].map(libm::cosf);
+        for (angle, part) in [(0.2, 1.0), (0.5, 0.1615), (0.7, 0.0)] {
+            let cosine = libm::cosf(angle);
+            let shown = light.cone(Vec3::new(libm::sinf(angle), 0.0, cosine));
+            let linear = ((cosine - none) / (full - none)).clamp(0.0, 1.0);
+            assert!((shown - linear * linear).abs() < 1e-5, "{angle}: {shown}");
+            assert!((shown - part).abs() < 1e-3, "{angle}: {shown}");
+        }
     }
 
     #[test]

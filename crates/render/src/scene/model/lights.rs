@@ -24,7 +24,8 @@ pub enum LightShape {
         /// The angle at the cone's edge.
         outer: f32,
         /// The exponent of the cosine by which Inventor's spot falls off inside the cone, or `None`
-        /// for VRML97's, which falls linearly from the inner to the outer angle.
+        /// for VRML97's, which falls linearly from the inner to the outer angle, and for a linear
+        /// light, which falls as glTF's.
         exponent: Option<f32>,
     },
 }
@@ -115,6 +116,10 @@ impl SceneLight {
             LightKind::Beam {
                 beam_width,
                 cut_off,
+            }
+            | LightKind::Cone {
+                inner: beam_width,
+                outer: cut_off,
             } => LightShape::Spot {
                 inner: finite_or(beam_width, std::f32::consts::FRAC_PI_2).min(angle(cut_off)),
                 outer: angle(cut_off),

@@ -146,7 +146,7 @@ impl PathTracer<'_> {
 
     /// Whether a light has a cone, and a size that makes its edge soft.
     fn has_soft_cone(&self, light: &Light) -> bool {
-        let has_cone = matches!(light.kind, LightKind::Spot { .. } | LightKind::Beam { .. });
+        let has_cone = !matches!(light.kind, LightKind::Directional | LightKind::Point);
         has_cone && self.settings.own.light_radius > 0.0
     }
 
