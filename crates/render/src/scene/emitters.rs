@@ -435,11 +435,12 @@ impl RenderScene {
         sound_color(Vec3::new(r, g, b))
     }
 
-    /// The number of materials whose diffuse and specular colors exceed 1 in sum.
+    /// The number of materials whose diffuse and specular colors exceed 1 in sum. Physical
+    /// materials have none of these colors.
     pub fn excess_materials(&self) -> usize {
         let exceeds = |s: &&Surface| {
             let sum = |d: &Vec3| (d.clamp(Vec3::ZERO, Vec3::ONE) + s.specular).max_element() > 1.0;
-            !s.base_color && s.diffuse.iter().any(sum)
+            !s.base_color && s.physical.is_none() && s.diffuse.iter().any(sum)
         };
         self.surfaces.iter().filter(exceeds).count()
     }

@@ -24,7 +24,7 @@ use super::frame::cosine_direction;
 use super::microfacets::{AlbedoRow, Microfacets, schlick};
 use crate::scene::sound_color;
 
-/// The reflectances of a surface at a point, none above 1 in sum.
+/// The reflectances of a surface at a point, none above 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reflectance {
     /// The matte part ρ.
@@ -35,8 +35,8 @@ pub(super) struct Reflectance {
     pub(super) facets: Microfacets,
 }
 
-/// Scales two reflectances so that no channel of their sum exceeds 1. NaN and what is negative
-/// become 0.
+/// Scales two reflectances so that no channel of their sum exceeds 1, as Phong's diffuse and
+/// specular color must not. NaN and what is negative become 0.
 pub(super) fn conserving(diffuse: Vec3, specular: Vec3) -> (Vec3, Vec3) {
     let (diffuse, specular) = (sound_color(diffuse), sound_color(specular));
     let most = (diffuse + specular).max_element();
@@ -309,15 +309,23 @@ mod tests {
         assert!(sum > 3000.0, "{sum}");
     }
 
-    /// Under white light from everywhere a metal that absorbs nothing is as bright as the light.
+    /// Under white light from everywhere a metal that absorbs nothing is as bright as the light,
+    /// and so is a clear layer on white.
     #[test]
-    fn a_white_metal_vanishes_in_a_white_furnace() {
+    fn what_absorbs_nothing_vanishes_in_a_white_furnace() {
+        let white = |diffuse: f32, specular: f32| [diffuse, specular].map(Vec3::splat);
+        for colors in [white(0.0, 1.0), white(1.0, 0.04), white(1.0, 0.5)] {
+            check_in_white_furnace(colors);
+        }
+    }
+
+    fn check_in_white_furnace([diffuse, specular]: [Vec3; 2]) {
         let mut random = TestNumbers(2);
         for n in [0.0, 3.0, 20.0, 128.0] {
             for cosine in [0.1f32, 0.4, 0.95] {
                 let own = Reflectance {
-                    diffuse: Vec3::ZERO,
-                    specular: Vec3::ONE,
+                    diffuse,
+                    specular,
                     facets: Microfacets::of_exponent(n),
                 };
                 let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);

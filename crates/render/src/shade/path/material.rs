@@ -5,7 +5,7 @@ use glam::Vec3;
 use super::bsdf::{Reflectance, conserving};
 use super::microfacets::Microfacets;
 use super::options::PathSettings;
-use crate::scene::{PlainSurface, Point, Surface, sound_color};
+use crate::scene::{PhysicalSurface, PlainSurface, Point, Surface, sound_color};
 
 /// The α of a physical material below which it is a mirror. A lobe of this α is a thousandth of a
 /// radian wide.
@@ -46,17 +46,10 @@ impl ScatteringMaterial {
             };
         }
         if let Some(physical) = surface.physical {
-            let (diffuse, specular) = physical.reflectances(point.textured(point.diffuse));
-            let (diffuse, specular) = conserving(diffuse, specular);
+            let color = point.textured(point.diffuse);
             return Self {
                 emission,
-                reflectance: Some(Reflectance {
-                    diffuse,
-                    specular,
-                    facets: Microfacets {
-                        alpha: physical.alpha,
-                    },
-                }),
+                reflectance: Some(physical_reflectance(physical, color)),
                 is_mirror: physical.alpha < MIRROR_ALPHA,
             };
         }
@@ -86,6 +79,21 @@ impl ScatteringMaterial {
     }
 }
 
+/// The scattering of a physical material of a diffuse color. The matte part gets only the light
+/// that the layer lets through, so the two need no scaling: what absorbs nothing sends back all
+/// light.
+fn physical_reflectance(physical: PhysicalSurface, color: Vec3) -> Reflectance {
+    let (diffuse, specular) = physical.reflectances(color);
+    let sound = |reflectance: Vec3| sound_color(reflectance).min(Vec3::ONE);
+    Reflectance {
+        diffuse: sound(diffuse),
+        specular: sound(specular),
+        facets: Microfacets {
+            alpha: physical.alpha,
+        },
+    }
+}
+
 /// A surface, with its material if that is the same everywhere.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::shade) struct PathSurface {
@@ -100,5 +108,22 @@ impl PathSurface {
             (plain, ScatteringMaterial::of(&point, settings))
         });
         Self { plain }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The default material of glTF, if it is no metal, absorbs nothing.
+    #[test]
+    fn a_white_physical_material_is_all_white_below_its_layer() {
+        let white = PhysicalSurface {
+            metallic: 0.0,
+            alpha: 0.25,
+            dielectric: Vec3::splat(0.04),
+        };
+        let own = physical_reflectance(white, Vec3::ONE);
+        assert_eq!([own.diffuse, own.specular], [Vec3::ONE, Vec3::splat(0.04)]);
     }
 }
