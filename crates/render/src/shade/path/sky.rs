@@ -3,7 +3,8 @@
 //!
 //! Luminance and color of the sky are the paper's formulas for a turbidity. The sun is the light
 //! that the paper's Rayleigh and aerosol extinction leave of 127.5 klx, at one wavelength for each
-//! channel. Everything is scaled so that white paper that lies flat shows the level 1.
+//! channel. Everything is scaled so that white paper that lies flat shows the level 1 as
+//! the mean of its channels.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
