@@ -272,6 +272,20 @@ fn a_scene_without_light_is_lit_from_the_camera_with_a_notice() {
             "{level} {said}"
         );
     }
+    // By model `path` an unlit shape shines, but it is no lamp that an object needs.
+    scratch.file(
+        "label.iv",
+        "#Inventor V2.1 ascii\nSeparator { LightModel { model BASE_COLOR } Cube { } }\n\
+         Translation { translation 4 0 0 } Cube { }\n",
+    );
+    let (level, said) = lit(&scratch, "render --shading path DIR/label.iv");
+    assert!(level > 100 && said.contains("headlight: a flash"), "{said}");
+    scratch.file(
+        "label.wrl",
+        "#VRML V2.0 utf8\nNavigationInfo { headlight FALSE }\nShape { geometry Box { } }\n",
+    );
+    let (level, said) = lit(&scratch, "render --shading path DIR/label.wrl");
+    assert!(level > 100 && !said.contains("warning"), "{said}");
     // The shading by normals needs no light.
     let (_, said) = lit(&scratch, "render -s n DIR/dark.iv");
     assert!(!said.contains(HEADLIGHT_ON), "{said}");
@@ -342,6 +356,11 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
         "dull.iv",
         &format!("PerspectiveCamera {{ position 0 0 3 }} Material {{ diffuseColor 0 0 0 }} {wall}"),
     );
+    let glow = "Material { emissiveColor .02 .02 .02 diffuseColor 0 0 0 }";
+    scene(
+        "glow.iv",
+        &format!("PerspectiveCamera {{ position 0 0 3 }} {glow} {wall}"),
+    );
     for (line, cause, next) in [
         ("render DIR/empty.iv", "nothing to see", "ivcam check"),
         ("render DIR/behind.iv", "behind the camera", "--camera"),
@@ -359,6 +378,11 @@ fn a_picture_that_is_black_or_clipped_says_so_with_the_likely_cause() {
             "--exposure",
         ),
         ("render DIR/dull.iv", "black or nearly so", "--exposure"),
+        (
+            "render --shading path --headlight=off DIR/glow.iv",
+            "its only light, of shapes or surroundings, is dim",
+            "--exposure",
+        ),
         ("render DIR/away.iv", "face away from the light", "-s f"),
         ("render DIR/edge.iv", "too thin to see", "--camera"),
         // A warning is no progress and no summary, so it is not suppressed.

@@ -158,6 +158,12 @@ impl Session {
         };
         let needs = self.plan.shading.needs();
         if needs.lights && self.headlight.is_none() && !self.scene.has_lights() {
+            if self.plan.shading == Shading::Path && brightest > 0.0 {
+                return because(
+                    "its only light, of shapes or surroundings, is dim",
+                    &exposure,
+                );
+            }
             if is_left_dark(self.headlight_sources, self.headlight_state()) {
                 return None;
             }

@@ -466,11 +466,12 @@ impl Session {
 
     /// Turns the headlight on or off, and warns if that leaves the scene without any light.
     fn decide_headlight(&mut self) {
-        let has_lamps = || self.scene.has_lamps(self.plan.light.emission);
-        self.headlight_sources.scene_has_light |= self.plan.shading == Shading::Path && has_lamps();
+        let (is_path, emission) = (self.plan.shading == Shading::Path, self.plan.light.emission);
+        self.headlight_sources.scene_has_light |= is_path && self.scene.has_lamps(emission);
         let lit = self.turn_headlight();
         let can_be_lit = self.plan.shading.needs().lights && self.scene.primitives() != (0, 0, 0);
-        if can_be_lit && is_left_dark(self.headlight_sources, lit) {
+        let glows = is_path && self.scene.has_glow(emission);
+        if can_be_lit && !glows && is_left_dark(self.headlight_sources, lit) {
             let dark = "the scene has no light, and the headlight is off";
             let help = "`-headlight`, or `--headlight=on`, turns the light on the camera on";
             self.sink.add(*Diagnostic::warning(dark).with_help(help));

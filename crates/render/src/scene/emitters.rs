@@ -458,6 +458,12 @@ impl RenderScene {
         self.surfaces.iter().any(|s| !s.base_color && glows(s))
     }
 
+    /// Whether any shape shines: by its emission times a factor, or because it is not lit.
+    pub fn has_glow(&self, emission: f32) -> bool {
+        let glows = |s: &Surface| (s.base_color || emission > 0.0) && brightness_of(s) > 0.0;
+        self.surfaces.iter().any(glows)
+    }
+
     /// Whether any shape is luminous as a light.
     pub fn has_emitters(&self) -> bool {
         !self.emitters().is_empty()
