@@ -2164,7 +2164,7 @@ fn lenses_are_listed_by_a_word_and_one_that_is_too_small_for_the_film_says_so() 
 
 /// What a user of other programs, or one in a hurry, may write, and what the answer says is wrong
 /// and what to do. `SCENE`, `LENS`, `CAMERA`, `PICTURE`, `TEXT`, `FBX` and `ZIP` stand for files.
-const MISTAKES: [(&str, &str, &str); 101] = [
+const MISTAKES: [(&str, &str, &str); 102] = [
     (
         "render SCENE --fstopp 2",
         "no option `--fstopp`",
@@ -2182,6 +2182,11 @@ const MISTAKES: [(&str, &str, &str); 101] = [
         "`--lens none`",
     ),
     ("render SCENE --ev 1", "no option `--ev`", "`--exposure"),
+    (
+        "render SCENE --shading path --sun-size 90",
+        "`--sun-size 90`",
+        "from 0 to below 90",
+    ),
     (
         "render SCENE --xyzzy",
         "no option `--xyzzy`",

@@ -85,7 +85,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     .plan(
         |plan, words, _| {
             let size = |word: &str| angle(word).filter(|a| *a >= 0.0);
-            let size = words.parsed("sun-size", "an angle in degrees from 0 to 90", size)?;
+            let size = words.parsed("sun-size", "an angle in degrees from 0 to below 90", size)?;
             set(&mut plan.light.sun_size, size);
             Ok(())
         },
