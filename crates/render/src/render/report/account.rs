@@ -31,7 +31,7 @@ impl StageSeconds {
 }
 
 /// The report of one render. The JSON form has these names.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct RenderReport {
     /// The version of the program.
     pub ivcam: &'static str,
@@ -149,15 +149,17 @@ impl RenderReport {
                 let _ = write!(line, "  error unknown: {reason}");
             }
         }
-        if let Some(share) = self.ghosts_of_picture {
-            let _ = write!(
-                line,
-                "  ghosts {:.3}% of the picture's light",
-                100.0 * share
-            );
-        }
-        if let Some(share) = self.ghosts_of_lights {
-            let _ = write!(line, ", {:.3}% of the lights'", 100.0 * share);
+        let share = |share: f64, whole: &str| format!("{:.3}% of {whole} light", 100.0 * share);
+        let ghosts: Vec<String> = [
+            self.ghosts_of_picture
+                .map(|part| share(part, "the picture's")),
+            self.ghosts_of_lights.map(|part| share(part, "the lights'")),
+        ]
+        .into_iter()
+        .flatten()
+        .collect();
+        if !ghosts.is_empty() {
+            let _ = write!(line, "  ghosts {}", ghosts.join(", "));
         }
         if self.shared_uses > 0 {
             let _ = write!(
@@ -218,6 +220,26 @@ pub fn percent(share: f64, digits: i32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ghosts_over_a_black_picture_are_named_in_the_line() {
+        let line = |of_picture: Option<f64>, of_lights: Option<f64>| {
+            let report = RenderReport {
+                ghosts_of_picture: of_picture,
+                ghosts_of_lights: of_lights,
+                ..RenderReport::default()
+            };
+            report.line()
+        };
+        let black = line(None, Some(5e-4));
+        assert!(
+            black.ends_with("  ghosts 0.050% of the lights' light"),
+            "{black}"
+        );
+        let lit = line(Some(0.02), Some(5e-4));
+        let both = "  ghosts 2.000% of the picture's light, 0.050% of the lights' light";
+        assert!(lit.ends_with(both), "{lit}");
+    }
 
     #[test]
     fn a_share_is_a_percentage_with_its_significant_digits() {
