@@ -424,7 +424,7 @@ impl<'d> Assembler<'d> {
             self.warn_about_numbers(node, index, span, message);
         }
         if let ClassRef::Known(class) = self.document.nodes[node.0 as usize].class
-            && let Some(range) = self.range_above(class.get(), index, &value)
+            && let Some(range) = self.range_beside(class.get(), index, &value)
         {
             let message = format!("has a number outside of its range, {range}");
             self.warn_about_numbers(node, index, span, &message);

@@ -221,9 +221,9 @@ impl Assembler<'_> {
         }
     }
 
-    /// Returns the range of a field of VRML97 if a value is below it. The range is that of the
-    /// standard, as text.
-    pub(super) fn range_above(
+    /// Returns the range of a field of VRML97 if a finite value is outside of it. The range is that
+    /// of the standard, as text.
+    pub(super) fn range_beside(
         &self,
         class: &Class,
         index: u16,
@@ -231,14 +231,17 @@ impl Assembler<'_> {
     ) -> Option<&'static str> {
         let decl = class.fields.get(usize::from(index))?;
         let range = decl.range.filter(|_| class.is_vrml97())?;
-        let least: f64 = range[1..].split(',').next()?.trim().parse().ok()?;
-        let number = match value {
-            Value::Float(number) => f64::from(*number),
-            Value::Double(number) => *number,
-            Value::Vec3(vector) => f64::from(vector.min_element()),
+        let (least, most) = range[1..range.len() - 1].split_once(',')?;
+        let end = |text: &str| text.trim().parse::<f64>().ok();
+        let (least, most) = (end(least)?, end(most)?);
+        let [low, high] = match value {
+            Value::Float(number) => [f64::from(*number); 2],
+            Value::Double(number) => [*number; 2],
+            Value::Vec3(vector) => [vector.min_element(), vector.max_element()].map(f64::from),
             _ => return None,
         };
-        let is_below = number < least || number == least && range.starts_with('(');
-        is_below.then_some(range)
+        let is_below = low < least || low == least && range.starts_with('(');
+        let is_above = high > most || high == most && range.ends_with(')');
+        (value.is_finite() && (is_below || is_above)).then_some(range)
     }
 }
