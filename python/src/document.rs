@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
+use ivcam::cli::keep_inputs;
 use ivcam::diag::{Diagnostic, Severity, Sink};
 use ivcam::export::{ExportOptions, Losses, Target, convert};
 use ivcam::iv::{FolderLoader, Format, Limits, Loader, NoFiles, NodeId, Value};
@@ -10,7 +11,9 @@ use ivcam::memory::MemoryLimit;
 use ivcam::pose::Projection;
 use ivcam::scene::CompileOptions;
 use ivcam::scene::check::{Checked, scene_files};
-use ivcam::scene::model::{SceneCamera, SceneLight, LightShape, Model, ModelOptions, Place, Sampling};
+use ivcam::scene::model::{
+    LightShape, Model, ModelOptions, Place, Sampling, SceneCamera, SceneLight,
+};
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::{Allowance, Budget, WorkLimit};
 use ivcam_inventor::events::SnapshotOptions;
@@ -36,7 +39,7 @@ fn allowance() -> Allowance {
 pub(crate) struct PyDocument {
     inner: Arc<RwLock<ivcam::Document>>,
     /// The file that it was read from.
-    path: Option<PathBuf>,
+    pub(crate) path: Option<PathBuf>,
     search: Vec<PathBuf>,
 }
 
@@ -270,18 +273,8 @@ impl PyDocument {
     ) -> ivcam::diag::Result<()> {
         let mut inputs = document.opened_files();
         inputs.extend(self.path.clone());
-        let real = |path: &PathBuf| path.canonicalize().ok();
-        let inputs: Vec<PathBuf> = inputs.iter().filter_map(real).collect();
-        match files
-            .iter()
-            .find(|f| real(f).is_some_and(|f| inputs.contains(&f)))
-        {
-            None => Ok(()),
-            Some(file) => {
-                let text = format!("`{}` is a file of the scene", file.display());
-                Err(Diagnostic::error(text).with_help("give the output another name"))
-            }
-        }
+        let mut files = files.iter();
+        files.try_for_each(|file| keep_inputs("path", file, &inputs))
     }
 }
 

@@ -17,14 +17,11 @@ use pyo3::types::PyDict;
 
 use crate::document::PyDocument;
 use crate::errors::{OrRaise, records};
-use crate::options::{Keywords, OF_PROCESSES};
+use crate::options::{Keywords, OF_PROCESSES, OUTPUTS};
 use crate::picture::{listening, on_threads, threads};
 use crate::{comparison, values};
 
 type Result<T> = ivcam::diag::Result<T>;
-
-/// The options of pictures that name an output, which a fit has none of.
-const OUTPUTS: [&str; 4] = ["output", "aov", "write-camera", "report"];
 
 /// What a fit found.
 struct Found {
@@ -34,6 +31,7 @@ struct Found {
     warnings: Vec<Diagnostic>,
 }
 
+/// Returns the options of a fit, which writes no files.
 fn known() -> Vec<&'static Opt> {
     let is_known = |o: &&Opt| !OF_PROCESSES.contains(&o.name) && !OUTPUTS.contains(&o.name);
     all().filter(is_known).collect()

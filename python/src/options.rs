@@ -20,6 +20,9 @@ pub(crate) const OF_PROCESSES: [&str; 7] = [
     "progress",
 ];
 
+/// The options of pictures that name a file to write.
+pub(crate) const OUTPUTS: [&str; 4] = ["output", "aov", "write-camera", "report"];
+
 /// Returns the options of `render`: their names, values and help.
 #[pyfunction]
 pub(crate) fn render_options(py: Python<'_>) -> PyResult<Bound<'_, PyList>> {
@@ -48,7 +51,7 @@ fn listed<'py>(
 }
 
 /// Returns the name of an option as a keyword.
-fn keyword(name: &str) -> String {
+pub(crate) fn keyword(name: &str) -> String {
     name.replace('-', "_")
 }
 

@@ -7,6 +7,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use indexmap::IndexMap;
+use ivcam::cli::{check_outputs, files_in, keep_inputs};
 use ivcam::diag::{Diagnostic, Severity, Sink};
 use ivcam::film::{ErrorEstimate, Response};
 use ivcam::math::use_portable_arithmetic;
@@ -26,7 +27,7 @@ use pyo3::types::{PyBytes, PyDict, PyList};
 use crate::calls::{Call, STACK, on_pool};
 use crate::document::PyDocument;
 use crate::errors::{OrRaise, records};
-use crate::options::{Keywords, OF_PROCESSES};
+use crate::options::{Keywords, OF_PROCESSES, OUTPUTS, keyword};
 use crate::values;
 
 type Result<T> = ivcam::diag::Result<T>;
@@ -62,6 +63,31 @@ impl Outputs {
             .map(PictureFormat::of)
             .transpose()?;
         Ok(outputs)
+    }
+
+    /// Checks the files before the render. An existing file that another option names, or the file
+    /// of the scene, is an input.
+    fn check(&self, given: &GivenOptions, scene: Option<&Path>) -> Result<()> {
+        let others = given.list().filter(|(name, _)| !OUTPUTS.contains(name));
+        let values = others.flat_map(|(_, values)| values).map(Path::new);
+        let inputs: Vec<PathBuf> = values.chain(scene).flat_map(files_in).collect();
+        check_outputs(&self.files(), &inputs)
+    }
+
+    /// Refuses to replace a file that the scene names, such as a texture.
+    fn keep(&self, session: &Session) -> Result<()> {
+        let inputs = session.document.opened_files();
+        let mut files = self.files().into_iter();
+        files.try_for_each(|(option, path)| keep_inputs(&option, &path, &inputs))
+    }
+
+    /// Returns the files, each with its keyword.
+    fn files(&self) -> Vec<(String, PathBuf)> {
+        let paths = [&self.picture, &self.layers, &self.camera, &self.report];
+        let named = OUTPUTS.iter().zip(paths);
+        named
+            .filter_map(|(name, path)| Some((keyword(name), path.clone()?)))
+            .collect()
     }
 
     fn needs_layers(&self) -> bool {
@@ -250,7 +276,7 @@ pub(crate) fn render(
     let known: Vec<_> = all().filter(|o| !OF_PROCESSES.contains(&o.name)).collect();
     let Keywords { given, .. } = Keywords::read("render", options, &known)?;
     let document = scene.cast::<PyDocument>().ok().map(|d| d.get());
-    let path = match document {
+    let path: PathBuf = match document {
         Some(document) => document.source_path(),
         None => scene.extract()?,
     };
@@ -262,11 +288,13 @@ pub(crate) fn render(
     let plan = Plan::from_options(
         &given,
         Era::Modern,
-        |era| Plan::of_era(era, path),
+        |era| Plan::of_era(era, &path),
         &mut sink,
     );
     let plan = plan.or_raise(py)?;
     let outputs = Outputs::of(&given, layers).or_raise(py)?;
+    let file = document.map_or(Some(&*path), |document| document.path.as_deref());
+    outputs.check(&given, file).or_raise(py)?;
     let budget = plan.budget();
     let seen: Mutex<Option<Progress>> = Mutex::new(None);
     let work = || {
@@ -353,6 +381,7 @@ fn make(
         Some(document) => Session::with_document(plan, document)?,
         None => Session::open_once(plan)?,
     };
+    outputs.keep(&session)?;
     if outputs.needs_layers() {
         session.take_layers()?;
     }
@@ -427,12 +456,10 @@ fn write_all(
     let mut report: RenderReport = session.report(exposure);
     report.set_error(session.error_of(picture, exposure.film.error()));
     if let Some(path) = &outputs.picture {
-        keep_inputs(session, path)?;
         picture.save(path, session.plan.depth)?;
         report.picture = path.display().to_string();
     }
     if let (Some(path), Some(layers)) = (&outputs.layers, layers) {
-        keep_inputs(session, path)?;
         layers.save(path)?;
     }
     report.total_seconds = report.seconds.total();
@@ -442,24 +469,4 @@ fn write_all(
         write_whole(path, |file| writeln!(file, "{report:#}"))?;
     }
     Ok(report)
-}
-
-/// Refuses to replace a file that the scene names, such as a texture.
-fn keep_inputs(session: &Session, output: &Path) -> Result<()> {
-    let mut inputs = session.document.opened_files();
-    inputs.push(session.plan.scene.clone());
-    let real = |path: &Path| path.canonicalize().ok();
-    let Some(output) = real(output) else {
-        return Ok(());
-    };
-    match inputs
-        .iter()
-        .any(|input| real(input).as_ref() == Some(&output))
-    {
-        false => Ok(()),
-        true => {
-            let text = format!("`{}` is a file of the scene", output.display());
-            Err(Diagnostic::error(text).with_help("give the output another name"))
-        }
-    }
 }

@@ -76,6 +76,30 @@ def test_files_are_written(scene: pathlib.Path, tmp_path: pathlib.Path) -> None:
         picture.save(tmp_path / "no" / "folder" / "a.png")
 
 
+def test_inputs_are_kept_and_outputs_checked_before_the_render(
+    scene: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    (tmp_path / "part.iv").write_bytes(scene.read_bytes())
+    whole = tmp_path / "whole.iv"
+    whole.write_text('#Inventor V2.1 ascii\nFile { name "part.iv" }\n')
+    kept = {path: path.read_bytes() for path in (whole, tmp_path / "part.iv", scene)}
+    seen: List[ivcam.Progress] = []
+    hours: Dict[str, Any] = {"samples": 65536, "size": (1000, 800), "progress": seen.append}
+    for option in ("write_camera", "report"):
+        for source in (whole, ivcam.open(whole)):
+            for path in (whole, tmp_path / "part.iv"):
+                with pytest.raises(ivcam.ArgumentError, match=f"`{option} .*would overwrite"):
+                    ivcam.render(source, **hours, **{option: path})
+        with pytest.raises(ivcam.ArgumentError, match="would overwrite"):
+            ivcam.render(whole, camera=scene, **hours, **{option: scene})
+    for option in ("output", "aov", "write_camera", "report"):
+        with pytest.raises(ivcam.NotFoundError, match="there is no folder"):
+            ivcam.render(whole, **hours, **{option: tmp_path / "no" / "a.exr"})
+    with pytest.raises(ivcam.ArgumentError, match="write to the same file"):
+        ivcam.render(whole, **hours, output=tmp_path / "a.exr", report=tmp_path / "a.exr")
+    assert not seen and kept == {path: path.read_bytes() for path in kept}
+
+
 def test_wrong_options_are_refused(scene: pathlib.Path) -> None:
     with pytest.raises(TypeError, match="Did you mean `samples`"):
         ivcam.render(scene, sampels=4)

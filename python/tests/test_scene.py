@@ -94,7 +94,7 @@ def test_a_conversion_writes_its_files_and_names_what_is_lost(
     assert {"light", "camera"} <= {loss["feature"] for loss in made.losses}
     with pytest.raises(ivcam.UnsupportedError, match="glb"):
         document.convert(tmp_path / "ball.xyz")
-    with pytest.raises(ivcam.ArgumentError, match="file of the scene"):
+    with pytest.raises(ivcam.ArgumentError, match="would overwrite the input"):
         document.convert(scene, format="inventor")
     assert scene.read_bytes() == SCENE
 

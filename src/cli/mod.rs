@@ -66,3 +66,4 @@ pub use dispatch::{open, plan, run};
 pub use lens::{LensOutput, lens_output};
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};
+pub use outputs::{check_outputs, files_in, keep_inputs};

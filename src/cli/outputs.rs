@@ -66,21 +66,32 @@ pub(crate) fn check(command: &Command, matches: &ArgMatches) -> Result<()> {
         .flat_map(named)
         .flat_map(|(_, path)| files_in(&path))
         .collect();
-    for (i, (option, path)) in outputs.iter().enumerate() {
-        writable(path)?;
+    for (_, path) in outputs.iter().filter(|(option, _)| option == "--report") {
         // The files that the scenes of a folder use are not known yet.
         let is_json = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("json"));
-        if is_folder && option == "--report" && path.exists() && !is_json {
+        if is_folder && path.exists() && !path.is_dir() && !is_json {
             let text = format!("`{}` exists and is not a JSON file", path.display());
             return Err(
                 Diagnostic::error(text).with_help("give `--report` a name that ends in .json")
             );
         }
-        if !is_forced(matches) {
-            keep_inputs(option, path, &inputs)?;
-        }
+    }
+    match is_forced(matches) {
+        true => check_outputs(&outputs, &[]),
+        false => check_outputs(&outputs, &inputs),
+    }
+}
+
+/// Checks files to write, each with the option that names it, before the work that fills them.
+///
+/// # Errors
+/// Fails if an output is also an input or another output, is a folder, or has no folder to be in.
+pub fn check_outputs(outputs: &[(String, PathBuf)], inputs: &[PathBuf]) -> Result<()> {
+    for (i, (option, path)) in outputs.iter().enumerate() {
+        writable(path)?;
+        keep_inputs(option, path, inputs)?;
         if let Some((other, _)) = outputs[..i].iter().find(|(_, p)| is_same_file(p, path)) {
             return Err(Diagnostic::error(format!(
                 "`{other}` and `{option}` write to the same file"
@@ -113,7 +124,7 @@ fn refuse_streams(outputs: &[&Arg], matches: &ArgMatches) -> Result<()> {
 ///
 /// # Errors
 /// Fails if `path` is one of the inputs under any name: a link, or another spelling.
-pub(crate) fn keep_inputs(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<()> {
+pub fn keep_inputs(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<()> {
     let Some(input) = inputs.iter().find(|input| is_same_file(input, path)) else {
         return Ok(());
     };
@@ -295,7 +306,7 @@ fn values(arg: &Arg, matches: &ArgMatches) -> Vec<(String, PathBuf)> {
 }
 
 /// Returns the existing files that a value names: one, or several with commas between.
-fn files_in(value: &Path) -> Vec<PathBuf> {
+pub fn files_in(value: &Path) -> Vec<PathBuf> {
     if value.is_file() {
         return vec![value.to_path_buf()];
     }

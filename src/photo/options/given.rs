@@ -29,7 +29,7 @@ impl GivenOptions {
     }
 
     /// Returns all options that were given, with their values.
-    pub(crate) fn list(&self) -> impl Iterator<Item = (&'static str, &[OsString])> {
+    pub fn list(&self) -> impl Iterator<Item = (&'static str, &[OsString])> {
         self.values
             .iter()
             .map(|(name, values)| (*name, &values[..]))
