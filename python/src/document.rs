@@ -19,7 +19,7 @@ use ivcam_base::work::{Allowance, Budget, WorkLimit};
 use ivcam_inventor::events::SnapshotOptions;
 use pyo3::exceptions::{PyKeyError, PyTypeError};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
+use pyo3::types::{PyBytes, PyDict, PyList};
 
 use crate::calls::on_pool;
 use crate::errors::{OrRaise, records};
@@ -204,18 +204,24 @@ impl PyDocument {
         arrays.into_dict(py, &model)
     }
 
+    /// Returns the bytes of the scene, and what they leave out.
     fn write<'py>(
         &self,
         py: Python<'py>,
         binary: bool,
-    ) -> PyResult<Bound<'py, pyo3::types::PyBytes>> {
+    ) -> PyResult<(Bound<'py, PyBytes>, Vec<String>)> {
         let format = if binary {
             Format::Binary
         } else {
             Format::Ascii
         };
-        let bytes = on_pool(py, || self.read().in_inventor(format).write(format))?;
-        Ok(pyo3::types::PyBytes::new(py, &bytes))
+        let (bytes, losses) = on_pool(py, || {
+            let document = self.read();
+            let document = document.in_inventor(format);
+            (document.write(format), document.losses(format))
+        })?;
+        let losses = losses.into_iter().map(|loss| loss.text).collect();
+        Ok((PyBytes::new(py, &bytes), losses))
     }
 
     #[allow(clippy::too_many_arguments)]

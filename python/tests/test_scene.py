@@ -2,6 +2,7 @@
 
 import gzip
 import pathlib
+import warnings
 from typing import Dict
 
 import numpy as np
@@ -40,6 +41,27 @@ def test_a_field_that_is_set_is_drawn_and_written(scene: pathlib.Path) -> None:
     after = np.abs(document.triangles().positions[:, 1]).max()
     assert after == pytest.approx(2 * before, rel=1e-6)
     assert b"radius 3" in document.to_bytes()
+
+
+def test_a_field_of_an_inlined_file_is_drawn_and_its_loss_reported(
+    scene: pathlib.Path, tmp_path: pathlib.Path
+) -> None:
+    whole = b'#Inventor V2.1 ascii\nFile { name "ball.iv" } Cone { }\n'
+    document = ivcam.open(whole, folder=tmp_path)
+    next(document.find("Cone"))["height"] = 3.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert b"height 3" in document.to_bytes()
+    assert not document.convert(tmp_path / "out.iv").losses
+    next(document.find("Sphere"))["radius"] = 9.0
+    assert document.triangles().positions.max() == pytest.approx(9, rel=1e-3)
+    for binary in (False, True):
+        with pytest.warns(ivcam.IvcamWarning, match="`Sphere` is not written.*ball.iv"):
+            document.to_bytes(binary=binary)
+    (loss,) = document.convert(tmp_path / "out.iv").losses
+    assert (loss["feature"], loss["node"], loss["name"]) == ("edited-field", "Sphere", "Ball")
+    losses = document.convert(tmp_path / "out.glb").losses
+    assert "edited-field" not in {loss["feature"] for loss in losses}
 
 
 def test_a_wrong_field_is_refused_with_the_nearest_name(scene: pathlib.Path) -> None:

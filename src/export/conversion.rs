@@ -59,6 +59,11 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
     if let Some(mut conversion) = web3d::rewritten(document, target, options) {
+        add(
+            &mut conversion.losses,
+            document,
+            document.unwritten_edits(Format::Ascii),
+        );
         conversion.is_empty = draws_nothing(&taken, &options.model.compile);
         return Ok(conversion);
     }
@@ -156,10 +161,7 @@ pub(crate) fn rewriting(
     options: &ExportOptions,
 ) -> Conversion {
     let mut losses = Losses::default();
-    for FormatLoss { code, text, node } in document.losses(format) {
-        let place = node.map(|id| Place::of(NodeRef { document, id }));
-        losses.add(code, text, place.unwrap_or_default(), 1);
-    }
+    add(&mut losses, document, document.losses(format));
     let compile = &options.model.compile;
     let taken = snapshot(document, &snapshot_options(options.time), compile);
     Conversion {
@@ -167,6 +169,14 @@ pub(crate) fn rewriting(
         is_empty: draws_nothing(&taken, compile),
         keeps_addresses: true,
         ..Conversion::default()
+    }
+}
+
+/// Adds what a format loses of a document.
+fn add(losses: &mut Losses, document: &Document, all: Vec<FormatLoss>) {
+    for FormatLoss { code, text, node } in all {
+        let place = node.map(|id| Place::of(NodeRef { document, id }));
+        losses.add(code, text, place.unwrap_or_default(), 1);
     }
 }
 

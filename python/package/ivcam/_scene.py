@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import warn
+from ._common import warn, warn_texts
 from ._ivcam import Node
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -201,8 +201,12 @@ class Document:
         return Conversion(**found)
 
     def to_bytes(self, *, binary: bool = False) -> bytes:
-        """Returns the scene in the language of its file, with the fields that were set."""
-        return self._core.write(binary)
+        """Returns the scene in the language of its file, with the fields that were set, and warns
+        of what cannot be written: files that the scene names and instances of protos stay as they
+        are, so fields that were set in them are left out."""
+        data, left_out = self._core.write(binary)
+        warn_texts(left_out, 3)
+        return data
 
     def __repr__(self) -> str:
         return f"<ivcam.Document {self.path or 'of bytes'}: {self.format}>"

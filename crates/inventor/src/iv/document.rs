@@ -133,6 +133,8 @@ pub struct Document {
     pub meta: Vec<(String, String)>,
     /// The files, by their index in `sources`, whose textures multiply the color of a material.
     pub(crate) multiplying: BTreeSet<u16>,
+    /// The nodes of which a field was set after the document was read.
+    pub(crate) edited: BTreeSet<NodeId>,
     /// Opens the files that nodes refer to.
     pub(crate) loader: Option<Arc<dyn Loader>>,
     /// The diagnostics that reading reported.

@@ -28,7 +28,9 @@ impl<'a> NodeRef<'a> {
 }
 
 impl Document {
-    /// Sets a field of a node. Engines and routes that compute the field still do.
+    /// Sets a field of a node. Engines and routes that compute the field still do. The document
+    /// is written without it if the node is in another file or in an instance of a proto, as
+    /// [`Document::unwritten_edits`] says.
     ///
     /// # Errors
     /// Returns an error if the node's class has no such field, or a field of another type.
@@ -51,6 +53,7 @@ impl Document {
         }
         let id = at.id;
         self.store(id, index as u16, value);
+        self.edited.insert(id);
         Ok(())
     }
 
@@ -97,6 +100,27 @@ mod tests {
             text.contains("height 4") && text.contains("bottomRadius 7"),
             "{text}"
         );
+    }
+
+    #[test]
+    fn a_field_of_a_protos_instance_is_written_in_binary_alone_and_the_loss_is_reported() {
+        let text = b"#VRML V2.0 utf8\nPROTO Ball [ ] { Sphere { } } Shape { geometry Ball { } }";
+        let mut document = Document::read(
+            "a.wrl",
+            text.to_vec(),
+            Arc::new(NoFiles),
+            &Limits::default(),
+        )
+        .expect("reads");
+        let ball = document.descendants().find(|n| n.class_name() == "Sphere");
+        let ball = ball.expect("a ball").id;
+        assert!(document.unwritten_edits(Format::Ascii).is_empty());
+        document
+            .set(ball, "radius", Value::Float(7.0))
+            .expect("a field");
+        assert_eq!(document.losses(Format::Ascii)[0].node, Some(ball));
+        let binary = document.in_inventor(Format::Binary);
+        assert!(binary.unwritten_edits(Format::Binary).is_empty());
     }
 
     #[test]

@@ -5,12 +5,12 @@ use std::io;
 
 use ivcam_base::diag::counted;
 
-use super::protos::protos_by_body;
+use super::protos::{protos_by_body, targets};
 use super::text_values::needs_blank;
 use super::{ascii, binary};
 use crate::grammar::value::{NodeId, Value};
 use crate::iv::declarations::Extension;
-use crate::iv::document::{ClassRef, Document, FieldEntry};
+use crate::iv::document::{ClassRef, Document, FieldEntry, NodeRef};
 use crate::iv::encoding::Escapes;
 
 /// A format that [`Document::write`] can write.
@@ -71,10 +71,11 @@ impl Document {
 
     /// Returns the features of this document that a format cannot express.
     pub fn losses(&self, format: Format) -> Vec<FormatLoss> {
+        let mut out = self.unwritten_edits(format);
         if format == Format::Ascii {
-            return self.lengthened_strings().into_iter().collect();
+            out.extend(self.lengthened_strings());
+            return out;
         }
-        let mut out = Vec::new();
         let mut lost = |code, text: String, node| out.push(FormatLoss { code, text, node });
         if let Some(proto) = self.protos.list.first() {
             let text = "the binary format has no protos; their instances are written expanded";
@@ -116,6 +117,49 @@ impl Document {
             lost("unknown-fields", text, self.first_of(*first));
         }
         out
+    }
+
+    /// Returns the nodes whose fields were set ([`Document::set`]) and that the format does not
+    /// write: those of included files, and in text those of a proto's instance, which reading makes
+    /// again from the proto.
+    pub fn unwritten_edits(&self, format: Format) -> Vec<FormatLoss> {
+        if self.edited.is_empty() {
+            return Vec::new();
+        }
+        let written = self.written(format);
+        let lost = self.edited.iter().filter(|id| !written.contains(id));
+        let loss = |id: &NodeId| {
+            let node = NodeRef {
+                document: self,
+                id: *id,
+            };
+            let place = match node.source().filter(|_| node.data().source != 0) {
+                Some(file) => format!("`{}`, which the scene only names", file.name),
+                None => "an instance of a proto, which is written as it was".to_owned(),
+            };
+            let class = node.class_name();
+            FormatLoss {
+                code: "edited-field",
+                text: format!("what was set in a `{class}` is not written: it is in {place}"),
+                node: Some(*id),
+            }
+        };
+        lost.map(loss).collect()
+    }
+
+    /// Returns the nodes of the scene that the format writes.
+    fn written(&self, format: Format) -> HashSet<NodeId> {
+        let mut pending = self.roots.clone();
+        let mut written = HashSet::new();
+        while let Some(mut id) = pending.pop() {
+            if format == Format::Binary {
+                id = self.node(id).id;
+            }
+            if written.insert(id) {
+                pending.extend(targets(self, id));
+            }
+        }
+        written
     }
 
     /// Returns the loss of text whose strings in quotes cannot end in a backslash.

@@ -83,7 +83,7 @@ pub(super) fn instances_in(document: &Document, proto: usize) -> Vec<usize> {
 }
 
 /// Returns all nodes that a node refers to: children, field values and sources of connections.
-fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
+pub(super) fn targets(document: &Document, id: NodeId) -> Vec<NodeId> {
     let node = &document.nodes[id.0 as usize];
     let mut out = node.children.clone();
     for field in &node.fields {
