@@ -1,6 +1,6 @@
 //! Lenses: rays in arrays, spots, light on the film, and what `ivcam lens` prints.
 
-use ivcam::cli::lens_output;
+use ivcam::cli::output_of_lens;
 use ivcam::diag::{Severity, Sink};
 use ivcam::glam::{DVec2, DVec3};
 use ivcam::lens::{
@@ -30,7 +30,6 @@ pub(crate) struct PyLens {
     /// The lens before it was focused.
     unfocused: ivcam::Lens,
     focus: Option<Focus>,
-    name: String,
     /// The options as words of a command line.
     words: Vec<String>,
     sink: Sink,
@@ -60,10 +59,11 @@ impl PyLens {
         let mut sink = Sink::new();
         let opened = on_pool(py, || {
             let (choice, distance) = LensChoice::from_options(&name, &given, &mut sink)?;
-            let mut unfocused = choice.open(&mut sink)?;
-            if let Some(nm) = wavelength {
-                unfocused = unfocused.at_wavelength(nm);
-            }
+            let opened = choice.open(&mut sink)?;
+            let unfocused = match wavelength {
+                Some(nm) => opened.at_wavelength(nm),
+                None => opened.at_primary_wavelength(),
+            };
             let Some(distance) = distance else {
                 return Ok((unfocused.clone(), unfocused, None));
             };
@@ -77,7 +77,6 @@ impl PyLens {
             lens,
             unfocused,
             focus,
-            name,
             words,
             sink,
         })
@@ -107,15 +106,8 @@ impl PyLens {
 
     /// Returns what `ivcam lens` prints for this lens with more arguments, and its warnings.
     fn output(&self, py: Python<'_>, words: Vec<String>) -> PyResult<(String, Vec<String>)> {
-        let name = ["--".to_owned(), self.name.clone()];
-        let words: Vec<String> = self
-            .words
-            .iter()
-            .cloned()
-            .chain(words)
-            .chain(name)
-            .collect();
-        let output = on_pool(py, || lens_output(&words))?.or_raise(py)?;
+        let words: Vec<String> = self.words.iter().cloned().chain(words).collect();
+        let output = on_pool(py, || output_of_lens(&self.unfocused, &words))?.or_raise(py)?;
         Ok((output.text, output.messages))
     }
 

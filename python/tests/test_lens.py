@@ -163,6 +163,27 @@ def test_exports_and_drawings_are_made(tmp_path: pathlib.Path) -> None:
         lens.export("opncv")
 
 
+def test_a_lens_is_the_one_that_was_read(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ivcam.Lens("biogon", wavelength=486.1).save("mine.zmx")
+    lens, same = ivcam.Lens("mine.zmx"), ivcam.Lens("mine.zmx", focus=2.0)
+    assert lens.wavelength == pytest.approx(486.1) == lens.first_order["wavelength_nm"]
+    expected = lens.data(curves=True)
+    before = ivcam.Lens("mine.zmx", focus=2.0).first_order
+    ivcam.Lens("cooke-triplet", efl=20).save("mine.zmx")
+    assert lens.data(curves=True) == expected and same.first_order == before
+    pathlib.Path("mine.zmx").unlink()
+    (tmp_path / "below").mkdir()
+    monkeypatch.chdir("below")
+    assert lens.fans() == expected["aberrations"]["points"]
+    assert lens.film_z == pytest.approx(lens.first_order["rear_focal_point"], abs=1e-9)
+    assert lens.export("json") == lens.export("json") and "mine" in repr(lens)
+    lens.save("again.json")
+    assert ivcam.Lens("again.json").efl == pytest.approx(lens.efl, rel=1e-12)
+
+
 def test_all_lenses_open() -> None:
     names = ivcam.lenses()
     assert len(names) > 20 and "biogon" in names

@@ -12,6 +12,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::work::Budget;
+use ivcam_optics::lens::Lens;
 use ivcam_optics::picture::Depth;
 
 use super::lens_request::{CONDITIONS, Content, LensRequest};
@@ -318,12 +319,32 @@ pub struct LensOutput {
 /// # Errors
 /// Returns an error if an argument is invalid, the lens cannot be read, or a file not be written.
 pub fn lens_output(words: &[String]) -> Result<LensOutput> {
+    output_by(words, |matches, out| run(matches, out))
+}
+
+/// Runs `ivcam lens` as [`lens_output`] does, for a lens that was opened with the same arguments and
+/// not focused yet. Its file is not read again, and may have changed.
+///
+/// # Errors
+/// Returns an error if an argument is invalid, or a file cannot be written.
+pub fn output_of_lens(lens: &Lens, words: &[String]) -> Result<LensOutput> {
+    output_by(words, |matches, out| {
+        let outputs = outputs_of(matches)?;
+        write(&outputs, matches, out, || LensRequest::of(lens, matches))
+    })
+}
+
+/// Runs some work with the arguments, and returns what it printed.
+fn output_by(
+    words: &[String],
+    work: impl FnOnce(&ArgMatches, &mut dyn Write) -> Result<i32>,
+) -> Result<LensOutput> {
     let words = std::iter::once("lens").chain(words.iter().map(String::as_str));
     let matches = command().try_get_matches_from(words);
     let matches =
         matches.map_err(|e| Diagnostic::error(e.render().to_string().trim().to_owned()))?;
     let mut out = Vec::new();
-    let (code, messages) = heard(|| run(&matches, &mut out));
+    let (code, messages) = heard(|| work(&matches, &mut out));
     code?;
     Ok(LensOutput {
         text: String::from_utf8_lossy(&out).into_owned(),
@@ -333,9 +354,7 @@ pub fn lens_output(words: &[String]) -> Result<LensOutput> {
 
 /// Runs the command and returns the exit code.
 pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
-    let is_asked_for = |output: &&Output| output.is_asked_for(matches);
-    let outputs: Vec<&Output> = OUTPUTS.iter().filter(is_asked_for).collect();
-    check_uses(&outputs, matches)?;
+    let outputs = outputs_of(matches)?;
     let names = matches.get_many::<String>("lens");
     let names: Vec<&str> = names.into_iter().flatten().map(String::as_str).collect();
     let Some(&name) = names.first() else {
@@ -350,15 +369,36 @@ pub(crate) fn run(matches: &ArgMatches, out: &mut dyn Write) -> Result<i32> {
     if !is_file && let Some(list) = lens_list::named_like(name, !outputs.is_empty())? {
         return save(list, None, out);
     }
-    check_standard_output(&outputs, matches)?;
-    for output in &outputs {
+    write(&outputs, matches, out, || LensRequest::open(name, matches))
+}
+
+/// Returns the outputs that are asked for.
+///
+/// # Errors
+/// Fails if an option does nothing for them.
+fn outputs_of(matches: &ArgMatches) -> Result<Vec<&'static Output>> {
+    let is_asked_for = |output: &&Output| output.is_asked_for(matches);
+    let outputs: Vec<&Output> = OUTPUTS.iter().filter(is_asked_for).collect();
+    check_uses(&outputs, matches)?;
+    Ok(outputs)
+}
+
+/// Makes and writes the outputs of one lens, which `open` opens, or its data sheet as text.
+fn write<'m>(
+    outputs: &[&Output],
+    matches: &'m ArgMatches,
+    out: &mut dyn Write,
+    open: impl FnOnce() -> Result<LensRequest<'m>>,
+) -> Result<i32> {
+    check_standard_output(outputs, matches)?;
+    for output in outputs {
         output.check_ending(matches)?;
     }
     let work = options::work(&flags::given_options(matches))?;
     let budget = Budget::new(u64::MAX, work);
     let made = budget.during(|| {
-        let request = LensRequest::open(name, matches)?;
-        check_focus(&outputs, &request);
+        let request = open()?;
+        check_focus(outputs, &request);
         match outputs.is_empty() {
             true => Ok(vec![sheet::text(&request)?]),
             false => outputs.iter().map(|output| output.make(&request)).collect(),

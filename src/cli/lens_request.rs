@@ -87,13 +87,31 @@ impl<'m> LensRequest<'m> {
             LensChoice::from_options(name, &flags::given_options(matches), &mut sink)?;
         let opened = choice.open(&mut sink);
         sink.items().iter().for_each(print_diagnostic);
-        let mut unfocused = opened?;
-        unfocused = match parsed(matches, "wavelength", POSITIVE, positive)? {
+        Self::with(choice, distance, opened?, matches)
+    }
+
+    /// Takes a lens that was opened with the lens's options, and reads the others.
+    ///
+    /// # Errors
+    /// Fails if the lens cannot be focused, or if the value of an option is invalid.
+    pub(super) fn of(lens: &Lens, matches: &'m ArgMatches) -> Result<Self> {
+        let given = flags::given_options(matches);
+        let (choice, distance) = LensChoice::from_options(lens.name(), &given, &mut Sink::new())?;
+        Self::with(choice, distance, lens.clone(), matches)
+    }
+
+    fn with(
+        choice: LensChoice,
+        distance: Option<Meters>,
+        opened: Lens,
+        matches: &'m ArgMatches,
+    ) -> Result<Self> {
+        let unfocused = match parsed(matches, "wavelength", POSITIVE, positive)? {
             Some(nm) => {
-                warn_of_index(&unfocused, nm);
-                unfocused.at_wavelength(wavelength(nm)?)
+                warn_of_index(&opened, nm);
+                opened.at_wavelength(wavelength(nm)?)
             }
-            None => unfocused.at_primary_wavelength(),
+            None => opened.at_primary_wavelength(),
         };
         let (lens, focus) = focused(&unfocused, choice.method, distance)?;
         let (conditions, film) = conditions(matches)?;

@@ -63,7 +63,7 @@ pub(crate) use arguments::{
 };
 use dispatch::unknown_command;
 pub use dispatch::{open, plan, run};
-pub use lens::{LensOutput, lens_output};
+pub use lens::{LensOutput, lens_output, output_of_lens};
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};
 pub use outputs::{check_outputs, files_in, keep_inputs};

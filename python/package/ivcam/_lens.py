@@ -119,11 +119,11 @@ class Lens:
     """A lens with a prescription: one that comes with the package (`ivcam.lenses()`), or a file
     (.dat, .zmx, .seq, .json, …).
 
-    Lens space is in millimeters: light travels toward +z, the front vertex is the origin.
+    The file is read once, here. Lens space is in millimeters: light travels toward +z, the front vertex is the origin.
 
     Args:
         name: the name of a lens, or the path of a file.
-        wavelength: nanometers [the d line, 587.5618].
+        wavelength: nanometers [the primary one of the file, or the d line, 587.5618].
         **options: the options of `ivcam lens` by their names: `efl` (mm), `f_number`, `focus` (m
             from the front vertex, or `inf`), `zoom` (a factor), `zoom_position`, `coating`,
             `focus_method`, `glass_catalogue`, `gap`. `ivcam.lens_options()` lists them.
@@ -140,7 +140,6 @@ class Lens:
         checked = None if wavelength is None else _wavelength(wavelength)
         self._core = _ivcam.Lens(os.fspath(name), options, checked)
         self._data: Optional[Dict[str, Any]] = None
-        self._folder: Optional[tempfile.TemporaryDirectory[str]] = None
         warn(self._core.problems())
 
     @classmethod
@@ -152,14 +151,12 @@ class Lens:
         A surface has `kind`, `R` (mm; 0 is a plane), `t` (mm to the next surface), `n_d`, `V_d`
         and `semi_diameter` (mm). Where `n_d` or `V_d` is changed, delete `cauchy` or `glass`.
         """
-        folder = tempfile.TemporaryDirectory(prefix="ivcam-")
-        name = str(prescription.get("name", "lens")).replace(os.sep, "-")
-        path = os.path.join(folder.name, f"{name}.json")
-        with open(path, "w", encoding="utf-8") as file:
-            json.dump(dict(prescription), file)
-        lens = cls(path, wavelength=wavelength, **options)
-        lens._folder = folder
-        return lens
+        with tempfile.TemporaryDirectory(prefix="ivcam-") as folder:
+            name = str(prescription.get("name", "lens")).replace(os.sep, "-")
+            path = os.path.join(folder, f"{name}.json")
+            with open(path, "w", encoding="utf-8") as file:
+                json.dump(dict(prescription), file)
+            return cls(path, wavelength=wavelength, **options)
 
     @property
     def name(self) -> str:
