@@ -271,12 +271,16 @@ class Lens:
 
     def irradiance(self, points: npt.ArrayLike) -> Array:
         """Returns the irradiance in steradians at N × 2 film points (mm), for a scene of radiance
-        1: ∫ cos⁴θ / Z² over the pupil."""
-        return self._core.irradiance(rows("points", points, 2), self._film())
+        1: ∫ cos⁴θ / Z² over the pupil.
+
+        Raises:
+            ValueError: a point is NaN, or the lens is afocal.
+        """
+        return self._core.irradiance(_known("points", rows("points", points, 2)), self._film())
 
     def illumination(self, heights: npt.ArrayLike) -> Array:
         """Returns the irradiance at N heights on the film's y axis (mm) over that on the axis."""
-        y = _list("heights", heights)
+        y = _known("heights", _list("heights", heights))
         points = np.column_stack([np.zeros_like(y), y])
         on_axis = self.irradiance([[0.0, 0.0]])[0]
         relative: Array = self.irradiance(points) / on_axis
@@ -422,6 +426,8 @@ class Lens:
     def best_focus(self, distance: float = math.inf) -> float:
         """Returns the z of the film (mm) with the smallest spot on the axis, for an object at a
         distance from the front vertex (mm); NaN if too few rays pass."""
+        if math.isnan(distance):
+            raise ValueError("`distance` is NaN")
         z = self._core.best_focus(float(distance))
         return math.nan if z is None else z
 
@@ -531,6 +537,13 @@ def _list(name: str, value: npt.ArrayLike) -> Array:
         array = array.reshape(1)
     if array.ndim != 1:
         raise ValueError(f"`{name}` has the shape {array.shape}, and one dimension is wanted")
+    return array
+
+
+def _known(name: str, array: Array) -> Array:
+    """Returns an array, or raises a ValueError if it has a NaN."""
+    if np.isnan(array).any():
+        raise ValueError(f"`{name}` has a NaN")
     return array
 
 
