@@ -152,6 +152,22 @@ def test_a_prescription_can_be_changed() -> None:
     assert abs(ivcam.Lens.from_prescription(changed).efl - lens.efl) > 0.1
 
 
+def test_arrays_are_taken_where_lists_are() -> None:
+    lens = ivcam.Lens("cooke-triplet", f_number=16)
+    heights, nm = np.array([0.0, 5.0]), np.array([550.0])
+    images = lens.psf(heights, wavelengths=nm, size=16).images
+    np.testing.assert_array_equal(images, lens.psf([0, 5], wavelengths=[550], size=16).images)
+    found = lens.mtf(np.array([10, 20]), heights).tangential
+    np.testing.assert_array_equal(found, lens.mtf([10, 20], [0, 5]).tangential)
+    changed = lens.prescription()
+    for surface in changed["surfaces"]:
+        surface["R"] = np.float32(surface["R"])
+    assert ivcam.Lens.from_prescription(changed).efl == pytest.approx(lens.efl, rel=1e-5)
+    changed["surfaces"][0]["R"] = 1j
+    with pytest.raises(TypeError, match="complex"):
+        ivcam.Lens.from_prescription(changed)
+
+
 def test_exports_and_drawings_are_made(tmp_path: pathlib.Path) -> None:
     lens = ivcam.Lens("biogon", efl=50)
     assert lens._repr_svg_().startswith("<")

@@ -16,6 +16,8 @@ from . import _ivcam
 from ._common import Array, rows, warn, warn_texts
 
 PathLike = Union[str, "os.PathLike[str]"]
+Numbers = Union[Sequence[float], npt.NDArray[Any]]
+Fields = Union[Sequence[Union[float, str]], npt.NDArray[Any]]
 
 #: The codes of `Rays.code`: what became of a ray.
 PASSED, MISSED, BLOCKED, TOTAL_REFLECTION = 0, 1, 2, 3
@@ -150,12 +152,13 @@ class Lens:
 
         A surface has `kind`, `R` (mm; 0 is a plane), `t` (mm to the next surface), `n_d`, `V_d`
         and `semi_diameter` (mm). Where `n_d` or `V_d` is changed, delete `cauchy` or `glass`.
+        Numbers and arrays of NumPy count as those of Python.
         """
         with tempfile.TemporaryDirectory(prefix="ivcam-") as folder:
             name = str(prescription.get("name", "lens")).replace(os.sep, "-")
             path = os.path.join(folder, f"{name}.json")
             with open(path, "w", encoding="utf-8") as file:
-                json.dump(dict(prescription), file)
+                json.dump(dict(prescription), file, default=_plain)
             return cls(path, wavelength=wavelength, **options)
 
     @property
@@ -297,8 +300,8 @@ class Lens:
 
     def mtf(
         self,
-        frequencies: Optional[Sequence[float]] = None,
-        fields: Optional[Sequence[Union[float, str]]] = None,
+        frequencies: Optional[Numbers] = None,
+        fields: Optional[Fields] = None,
         *,
         diffraction: bool = True,
         film: Union[None, str, float, Sequence[float]] = None,
@@ -328,9 +331,9 @@ class Lens:
 
     def psf(
         self,
-        fields: Optional[Sequence[Union[float, str]]] = None,
+        fields: Optional[Fields] = None,
         *,
-        wavelengths: Union[None, Sequence[float], Mapping[float, float], Mapping[int, float]] = None,
+        wavelengths: Union[None, Numbers, Mapping[float, float], Mapping[int, float]] = None,
         size: int = 160,
         film: Union[None, str, float, Sequence[float]] = None,
         defocus: float = 0.0,
@@ -354,7 +357,7 @@ class Lens:
             raise ValueError("`size` is from 8 to 1024")
         if not math.isfinite(defocus):
             raise ValueError("`defocus` is not finite")
-        places = [_field(field) for field in fields or ()]
+        places = [_field(field) for field in (() if fields is None else fields)]
         waves = None if wavelengths is None else _waves(wavelengths)
         found = self._core.psf(places, waves, size, _half_diagonal(film), float(defocus))
         images: Array = found["images"]
@@ -499,7 +502,7 @@ def _field(field: Union[float, str]) -> Tuple[str, float]:
 
 
 def _waves(
-    wavelengths: Union[Sequence[float], Mapping[float, float], Mapping[int, float]],
+    wavelengths: Union[Numbers, Mapping[float, float], Mapping[int, float]],
 ) -> List[Tuple[float, float]]:
     """Returns wavelengths in nanometers with their weights."""
     if isinstance(wavelengths, Mapping):
@@ -545,6 +548,13 @@ def _known(name: str, array: Array) -> Array:
     if np.isnan(array).any():
         raise ValueError(f"`{name}` has a NaN")
     return array
+
+
+def _plain(value: Any) -> Any:
+    """Returns a number or an array of NumPy as one of Python."""
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    raise TypeError(f"a prescription has no {type(value).__name__}, such as {value!r}")
 
 
 def _joined(value: Any, between: str) -> str:
