@@ -91,6 +91,9 @@ def test_arrays_of_an_earlier_call_are_filled_again() -> None:
         lens.trace(origins[:100], [0, 0, 1], out=kept)
     with pytest.raises(ValueError, match="also an array of the rays"):
         lens.trace(kept.origins, [0, 0, 1], out=kept)
+    twice = ivcam.Rays(kept.origins, kept.origins, kept.code, kept.surface)
+    with pytest.raises(ValueError, match="`out.origins` and `out.directions` share memory"):
+        lens.trace(origins, [0, 0, 1], out=twice)
     kept.directions.flags.writeable = False
     with pytest.raises(ValueError, match="may not be written"):
         lens.trace(origins, [0, 0, 1], out=kept)

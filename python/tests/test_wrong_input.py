@@ -45,6 +45,7 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.Lens("double-gauss").trace([1, 2], [0, 0, 1]),
     lambda: ivcam.Lens("double-gauss").trace(np.zeros((2, 3)), np.zeros((3, 3))),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], threads=0),
+    lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], threads=10**6),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], NAN),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], at_z=NAN),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], out=3),  # type: ignore[arg-type]

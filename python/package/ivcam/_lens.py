@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -231,14 +232,16 @@ class Lens:
             toward: `film` or `scene`.
             at_z: the z of a plane in millimeters; `origins` of the result are where rays cross it
                 [they are on the last surface].
-            threads: the number of threads. Other threads of Python run meanwhile.
+            threads: the number of threads, from 1 to 1024. Other threads of Python run meanwhile.
             out: the result of an earlier call with as many rays, which is overwritten and returned.
                 That saves the time to get memory [a new one].
 
         A ray with a coordinate that is not finite is lost, with the code `MISSED`.
 
         Raises:
-            ValueError: a wrong shape, wavelength, `toward`, `at_z` or `out`.
+            ValueError: a wrong shape, wavelength, `toward`, `at_z` or number of threads, or the arrays
+                of `out` have another shape or type, cannot be written, or share memory.
+            TypeError: an array without numbers, or `out` is no `Rays`.
         """
         start, along = rows("origins", origins, 3), rows("directions", directions, 3)
         if len(start) != len(along) and 1 not in (len(start), len(along)):
@@ -246,8 +249,8 @@ class Lens:
         count = len(along) if len(start) == 1 else len(start)
         if toward not in ("film", "scene"):
             raise ValueError(f"`toward` is `film` or `scene`, not `{toward}`")
-        if threads < 1:
-            raise ValueError("`threads` is at least 1")
+        if not 1 <= threads <= 1024:
+            raise ValueError(f"`threads` is from 1 to 1024, not {threads}")
         nm = None if wavelength is None else _wavelength(wavelength)
         z = None if at_z is None else float(at_z)
         if z is not None and not math.isfinite(z):
@@ -477,6 +480,9 @@ def _check_out(out: Rays, count: int, *queries: Array) -> None:
             raise ValueError(f"`out.{name}` is not contiguous or may not be written")
         if any(np.may_share_memory(array, query) for query in queries):
             raise ValueError(f"`out.{name}` is also an array of the rays to trace")
+    for name, other in itertools.combinations(kinds, 2):
+        if np.may_share_memory(getattr(out, name), getattr(out, other)):
+            raise ValueError(f"`out.{name}` and `out.{other}` share memory")
 
 
 def _wavelength(nm: float) -> float:
