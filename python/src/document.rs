@@ -17,7 +17,7 @@ use ivcam::scene::model::{
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::{Allowance, Budget, WorkLimit};
 use ivcam_inventor::events::SnapshotOptions;
-use pyo3::exceptions::{PyKeyError, PyTypeError};
+use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
@@ -497,8 +497,12 @@ impl PyNode {
         // Reading an object may run other code of Python, which may wait for the same lock.
         drop(document);
         let old = old.ok_or_else(|| self.no_field(name))?;
-        let new = values::like(&old, value).ok_or_else(|| {
-            PyTypeError::new_err(format!("`{name}` of `{class}` cannot be set to {value}"))
+        let new = values::like(&old, value).map_err(|error| {
+            let text = format!("`{name}` of `{class}` cannot be set to {value}");
+            match error.is_instance_of::<PyValueError>(py) {
+                true => PyValueError::new_err(format!("{text}: {}", error.value(py))),
+                false => PyTypeError::new_err(text),
+            }
         })?;
         let mut document = self.inner.write().unwrap_or_else(PoisonError::into_inner);
         document.set(NodeId(self.id), name, new).or_raise(py)

@@ -4,9 +4,10 @@ use ivcam::glam::{Mat4, Vec2, Vec3, Vec4};
 use ivcam::iv::Value;
 use ivcam_inventor::grammar::{Image, Plane, Rotation};
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::IntoPyObjectExt;
+use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
+use pyo3::{Borrowed, IntoPyObjectExt};
 use serde_json::Value as Json;
 
 /// Returns JSON as objects of Python.
@@ -118,48 +119,84 @@ pub(crate) fn field<'py>(
     }
 }
 
-/// Returns the value of a field that has the type of `like`, from an object of Python; none if the
-/// object does not fit the type. Fields of nodes and images cannot be set.
-pub(crate) fn like(like: &Value, object: &Bound<'_, PyAny>) -> Option<Value> {
-    let numbers = || object.extract::<Vec<f32>>().ok();
-    fn of<const N: usize>(numbers: Option<Vec<f32>>) -> Option<[f32; N]> {
-        numbers?.try_into().ok()
+/// A number of 32 bits.
+struct Single(f32);
+
+impl<'py> FromPyObject<'_, 'py> for Single {
+    type Error = PyErr;
+
+    /// Rounds a number.
+    ///
+    /// # Errors
+    /// Fails with a `ValueError` if the number is finite and its rounding is not.
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let number: f64 = object.extract()?;
+        let rounded = number as f32;
+        if rounded.is_infinite() && number.is_finite() {
+            let text = format!("{number:e} is beyond the numbers of 32 bits, up to 3.4e38");
+            return Err(PyValueError::new_err(text));
+        }
+        Ok(Self(rounded))
     }
-    fn rows_of<const N: usize>(object: &Bound<'_, PyAny>) -> Option<Vec<[f32; N]>> {
-        let rows: Vec<Vec<f32>> = object.extract().ok()?;
-        rows.into_iter().map(|row| row.try_into().ok()).collect()
+}
+
+/// Returns `N` numbers.
+fn numbers_of<const N: usize>(numbers: Vec<Single>) -> PyResult<[f32; N]> {
+    let numbers: Vec<f32> = numbers.into_iter().map(|number| number.0).collect();
+    let wrong = |_| PyTypeError::new_err("a wrong count of numbers");
+    numbers.try_into().map_err(wrong)
+}
+
+/// Returns rows of `N` numbers.
+fn rows_of<const N: usize>(object: &Bound<'_, PyAny>) -> PyResult<Vec<[f32; N]>> {
+    let rows: Vec<Vec<Single>> = object.extract()?;
+    rows.into_iter().map(numbers_of).collect()
+}
+
+/// Returns the value of a field that has the type of `like`, from an object of Python. Fields of
+/// nodes and images cannot be set.
+///
+/// # Errors
+/// Fails if the object does not fit the type; with a `ValueError` if a number is too large for it.
+pub(crate) fn like(like: &Value, object: &Bound<'_, PyAny>) -> PyResult<Value> {
+    fn of<const N: usize>(object: &Bound<'_, PyAny>) -> PyResult<[f32; N]> {
+        numbers_of(object.extract()?)
     }
     let rotation = |[x, y, z, angle]: [f32; 4]| Rotation {
         axis: Vec3::new(x, y, z),
         angle,
     };
-    Some(match like {
-        Value::Bool(_) => Value::Bool(object.extract().ok()?),
-        Value::Int(_) => Value::Int(object.extract().ok()?),
-        Value::UInt(_) => Value::UInt(object.extract().ok()?),
-        Value::Float(_) => Value::Float(object.extract().ok()?),
-        Value::Double(_) => Value::Double(object.extract().ok()?),
-        Value::String(_) => Value::String(object.extract::<String>().ok()?.into()),
-        Value::Vec2(_) => Value::Vec2(of::<2>(numbers())?.into()),
-        Value::Vec3(_) => Value::Vec3(of::<3>(numbers())?.into()),
-        Value::Vec4(_) => Value::Vec4(of::<4>(numbers())?.into()),
-        Value::Rotation(_) => Value::Rotation(rotation(of(numbers())?)),
+    Ok(match like {
+        Value::Bool(_) => Value::Bool(object.extract()?),
+        Value::Int(_) => Value::Int(object.extract()?),
+        Value::UInt(_) => Value::UInt(object.extract()?),
+        Value::Float(_) => Value::Float(object.extract::<Single>()?.0),
+        Value::Double(_) => Value::Double(object.extract()?),
+        Value::String(_) => Value::String(object.extract::<String>()?.into()),
+        Value::Vec2(_) => Value::Vec2(of::<2>(object)?.into()),
+        Value::Vec3(_) => Value::Vec3(of::<3>(object)?.into()),
+        Value::Vec4(_) => Value::Vec4(of::<4>(object)?.into()),
+        Value::Rotation(_) => Value::Rotation(rotation(of(object)?)),
         Value::Matrix(_) => {
-            let rows: [[f32; 4]; 4] = rows_of(object)?.try_into().ok()?;
+            let wrong = |_| PyTypeError::new_err("a wrong count of rows");
+            let rows: [[f32; 4]; 4] = rows_of(object)?.try_into().map_err(wrong)?;
             Value::Matrix(Box::new(Mat4::from_cols_array_2d(&rows)))
         }
-        Value::Bools(_) => Value::Bools(object.extract().ok()?),
-        Value::Ints(_) => Value::Ints(object.extract().ok()?),
-        Value::UInts(_) => Value::UInts(object.extract().ok()?),
-        Value::Floats(_) => Value::Floats(numbers()?),
-        Value::Doubles(_) => Value::Doubles(object.extract().ok()?),
-        Value::Strings(_) => Value::Strings(object.extract().ok()?),
+        Value::Bools(_) => Value::Bools(object.extract()?),
+        Value::Ints(_) => Value::Ints(object.extract()?),
+        Value::UInts(_) => Value::UInts(object.extract()?),
+        Value::Floats(_) => {
+            let numbers: Vec<Single> = object.extract()?;
+            Value::Floats(numbers.into_iter().map(|number| number.0).collect())
+        }
+        Value::Doubles(_) => Value::Doubles(object.extract()?),
+        Value::Strings(_) => Value::Strings(object.extract()?),
         Value::Vec2s(_) => Value::Vec2s(rows_of(object)?.into_iter().map(Vec2::from).collect()),
         Value::Vec3s(_) => Value::Vec3s(rows_of(object)?.into_iter().map(Vec3::from).collect()),
         Value::Vec4s(_) => Value::Vec4s(rows_of(object)?.into_iter().map(Vec4::from).collect()),
         Value::Rotations(_) => {
             Value::Rotations(rows_of(object)?.into_iter().map(rotation).collect())
         }
-        _ => return None,
+        _ => return Err(PyTypeError::new_err("a field of nodes or images")),
     })
 }

@@ -65,11 +65,18 @@ def test_a_field_of_an_inlined_file_is_drawn_and_its_loss_reported(
 
 
 def test_a_wrong_field_is_refused_with_the_nearest_name(scene: pathlib.Path) -> None:
-    ball = next(ivcam.open(scene).find("Sphere"))
+    document = ivcam.open(scene)
+    ball = next(document.find("Sphere"))
+    red = next(document.find("Material"))
+    with pytest.raises(ValueError, match="beyond"):
+        red["diffuseColor"] = [[1, 0, -1e39]]
     with pytest.raises(KeyError, match="there is `radius`"):
         ball["radus"]
     with pytest.raises(TypeError, match="radius"):
         ball["radius"] = "wide"
+    with pytest.raises(ValueError, match="`radius` of `Sphere` .* beyond the numbers of 32 bits"):
+        ball["radius"] = 1e39
+    assert ball["radius"] == 1.5
 
 
 def test_cameras_and_lights_are_in_world_space(scene: pathlib.Path) -> None:
