@@ -36,7 +36,10 @@ def import_scene(path, collection, *, tolerance=0.005, cameras=True, lights=True
     images = [
         _image(f"{os.path.basename(path)} {i}", pixels) for i, pixels in enumerate(mesh.images)
     ]
-    materials = [_material(i, record, images) for i, record in enumerate(mesh.materials)]
+    clear = set(mesh.material[(mesh.colors[mesh.faces, 3] < 1).any(axis=1)].tolist())
+    materials = [
+        _material(i, record, images, i in clear) for i, record in enumerate(mesh.materials)
+    ]
     objects = []
     order = np.argsort(mesh.node, kind="stable")
     numbers, starts = np.unique(mesh.node[order], return_index=True)
@@ -99,8 +102,9 @@ def _image(name, pixels):
     return image
 
 
-def _material(number, record, images):
-    """Makes a material: its colors are those of the corners, times its texture."""
+def _material(number, record, images, is_clear):
+    """Makes a material: its colors are those of the corners, times its texture. If it is clear, so
+    is its opacity."""
     material = bpy.data.materials.new(f"ivcam {number}")
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True  # From 5.0 on every material has nodes.
@@ -108,7 +112,7 @@ def _material(number, record, images):
     shader = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
     colors = nodes.new("ShaderNodeVertexColor")
     colors.layer_name = "Color"
-    shown = colors.outputs["Color"]
+    shown, opacity = colors.outputs["Color"], colors.outputs["Alpha"] if is_clear else None
     if record["image"] is not None:
         texture = nodes.new("ShaderNodeTexImage")
         texture.image = images[record["image"]]
@@ -119,9 +123,9 @@ def _material(number, record, images):
         links.new(texture.outputs["Color"], product.inputs["A"])
         links.new(shown, product.inputs["B"])
         shown = product.outputs["Result"]
-        links.new(texture.outputs["Alpha"], shader.inputs["Alpha"])
-    elif record["transparency"] > 0:
-        links.new(colors.outputs["Alpha"], shader.inputs["Alpha"])
+        opacity = _product(material.node_tree, texture.outputs["Alpha"], opacity)
+    if opacity is not None:
+        links.new(opacity, shader.inputs["Alpha"])
     links.new(shown, shader.inputs["Emission Color" if record["unlit"] else "Base Color"])
     # Phong's exponent 128 s has about the lobe of a roughness (2 / (128 s + 2))^¼.
     shader.inputs["Roughness"].default_value = (2 / (128 * record["shininess"] + 2)) ** 0.25
@@ -134,6 +138,17 @@ def _material(number, record, images):
         shader.inputs["Emission Strength"].default_value = 1.0
     material.use_backface_culling = not record["double_sided"]
     return material
+
+
+def _product(tree, number, other):
+    """Returns the product of two numbers of a shader, of which the other may be missing."""
+    if other is None:
+        return number
+    product = tree.nodes.new("ShaderNodeMath")
+    product.operation = "MULTIPLY"
+    tree.links.new(number, product.inputs[0])
+    tree.links.new(other, product.inputs[1])
+    return product.outputs["Value"]
 
 
 def _place(made, position, turn, offset):

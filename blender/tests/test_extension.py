@@ -22,6 +22,17 @@ Transform { translation 1 1 0 children Shape { appearance Appearance {
 """
 
 
+CLEAR = """#VRML V2.0 utf8
+DEF textured Transform { children Shape { appearance Appearance {
+  material Material { transparency 0.7 } texture PixelTexture { image 1 1 3 0xFF0000 } }
+  geometry Box { } } }
+DEF opaque Transform { children Shape { appearance Appearance {
+  material Material { } texture PixelTexture { image 1 1 3 0x00FF00 } } geometry Box { } } }
+DEF plain Transform { children Shape { appearance Appearance {
+  material Material { transparency 0.7 } } geometry Box { } } }
+"""
+
+
 @pytest.fixture(scope="module")
 def extension():
     return check.extension()
@@ -53,6 +64,30 @@ def test_objects_stand_where_the_scene_has_them(extension, tmp_path):
     assert middles[0] == pytest.approx((-1.5, 0, 0), abs=0.1)
     (camera,) = [one for one in bpy.data.objects if one.type == "CAMERA"]
     assert tuple(camera.location) == pytest.approx((0, -6, 0))
+
+
+def test_a_texture_and_the_material_are_transparent_together(extension, tmp_path):
+    path = tmp_path / "clear.wrl"
+    path.write_text(CLEAR)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.import_scene.ivcam(filepath=str(path)) == {"FINISHED"}
+    opacity = {}
+    for one in bpy.data.objects:
+        if one.type != "MESH":
+            continue
+        (material,) = one.data.materials
+        shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+        node = shader.inputs["Alpha"].links[0].from_node
+        factors = [x.links[0].from_node.type for x in node.inputs if x.is_linked]
+        name = one["ivcam_path"].split("/")[-1]
+        opacity[name] = (node.type, *factors)
+        alpha = one.data.color_attributes["Color"].data[0].color[3]
+        assert alpha == pytest.approx(1.0 if name == "opaque" else 0.3)
+    assert opacity == {
+        "textured": ("MATH", "TEX_IMAGE", "VERTEX_COLOR"),
+        "opaque": ("TEX_IMAGE",),
+        "plain": ("VERTEX_COLOR",),
+    }
 
 
 def test_a_dead_file_is_an_error_and_leaves_nothing(extension, tmp_path):
