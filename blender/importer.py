@@ -195,6 +195,14 @@ def _light(record, offset):
     return _place(made, record.get("position", offset), turn, offset)
 
 
+def _where(problem):
+    """Returns the place of a problem, which is a byte in a binary file."""
+    for unit in ("line", "byte"):
+        if problem[unit] is not None:
+            return f"{unit} {problem[unit]}: "
+    return ""
+
+
 class IVCAM_OT_import(bpy.types.Operator, ImportHelper):
     """Imports an Inventor, VRML 1.0 or VRML97 scene"""
 
@@ -241,7 +249,7 @@ class IVCAM_OT_import(bpy.types.Operator, ImportHelper):
                 continue
             context.scene.collection.children.link(collection)
             for problem in problems[:5]:
-                self.report({"WARNING"}, f"line {problem['line']}: {problem['message']}")
+                self.report({"WARNING"}, f"{_where(problem)}{problem['message']}")
         return {"CANCELLED"} if failed == len(names or [self.filepath]) else {"FINISHED"}
 
 

@@ -6,7 +6,7 @@ import sys
 import pytest
 
 bpy = pytest.importorskip("bpy", reason="bpy is not installed")
-pytest.importorskip("ivcam", reason="the package ivcam is not installed")
+ivcam = pytest.importorskip("ivcam", reason="the package ivcam is not installed")
 HERE = pathlib.Path(__file__).resolve()
 sys.path.insert(0, str(HERE.parents[1]))
 
@@ -88,6 +88,14 @@ def test_a_texture_and_the_material_are_transparent_together(extension, tmp_path
         "opaque": ("TEX_IMAGE",),
         "plain": ("VERTEX_COLOR",),
     }
+
+
+def test_a_problem_of_a_binary_file_has_its_byte(extension):
+    data = ivcam.open(b"#Inventor V2.1 ascii\nSphere { radius 2 }\n").to_bytes(binary=True)
+    (problem,) = ivcam.open(data.replace(b"radius", b"radiuz")).problems[:1]
+    assert extension.importer._where(problem) == f"byte {problem['byte']}: "
+    (problem,) = ivcam.open(b"#Inventor V2.1 ascii\nSphere { radiuz 2 }\n").problems[:1]
+    assert extension.importer._where(problem) == "line 2: "
 
 
 def test_a_dead_file_is_an_error_and_leaves_nothing(extension, tmp_path):
