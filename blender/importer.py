@@ -103,8 +103,8 @@ def _image(name, pixels):
 
 
 def _material(number, record, images, is_clear):
-    """Makes a material: its colors are those of the corners, times its texture. If it is clear, so
-    is its opacity."""
+    """Makes a material: its colors are those of the corners, times its texture or replaced by it. If
+    it is clear, so is its opacity."""
     material = bpy.data.materials.new(f"ivcam {number}")
     if bpy.app.version < (5, 0, 0):
         material.use_nodes = True  # From 5.0 on every material has nodes.
@@ -117,13 +117,10 @@ def _material(number, record, images, is_clear):
         texture = nodes.new("ShaderNodeTexImage")
         texture.image = images[record["image"]]
         texture.extension = "REPEAT" if all(np.atleast_1d(record["repeat"])) else "EXTEND"
-        product = nodes.new("ShaderNodeMix")
-        product.data_type, product.blend_type = "RGBA", "MULTIPLY"
-        product.inputs["Factor"].default_value = 1.0
-        links.new(texture.outputs["Color"], product.inputs["A"])
-        links.new(shown, product.inputs["B"])
-        shown = product.outputs["Result"]
-        opacity = _product(material.node_tree, texture.outputs["Alpha"], opacity)
+        tree, color, alpha = material.node_tree, texture.outputs["Color"], texture.outputs["Alpha"]
+        shown = color if record["image_replaces_color"] else _color_product(tree, color, shown)
+        kept = None if record["image_replaces_opacity"] else opacity
+        opacity = alpha if kept is None else _product(tree, alpha, kept)
     if opacity is not None:
         links.new(opacity, shader.inputs["Alpha"])
     links.new(shown, shader.inputs["Emission Color" if record["unlit"] else "Base Color"])
@@ -140,10 +137,18 @@ def _material(number, record, images, is_clear):
     return material
 
 
+def _color_product(tree, color, other):
+    """Returns the product of two colors of a shader."""
+    product = tree.nodes.new("ShaderNodeMix")
+    product.data_type, product.blend_type = "RGBA", "MULTIPLY"
+    product.inputs["Factor"].default_value = 1.0
+    tree.links.new(color, product.inputs["A"])
+    tree.links.new(other, product.inputs["B"])
+    return product.outputs["Result"]
+
+
 def _product(tree, number, other):
-    """Returns the product of two numbers of a shader, of which the other may be missing."""
-    if other is None:
-        return number
+    """Returns the product of two numbers of a shader."""
     product = tree.nodes.new("ShaderNodeMath")
     product.operation = "MULTIPLY"
     tree.links.new(number, product.inputs[0])

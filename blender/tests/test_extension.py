@@ -26,6 +26,9 @@ CLEAR = """#VRML V2.0 utf8
 DEF textured Transform { children Shape { appearance Appearance {
   material Material { transparency 0.7 } texture PixelTexture { image 1 1 3 0xFF0000 } }
   geometry Box { } } }
+DEF replaced Transform { children Shape { appearance Appearance {
+  material Material { transparency 0.7 } texture PixelTexture { image 1 1 4 0xFF000080 } }
+  geometry Box { } } }
 DEF opaque Transform { children Shape { appearance Appearance {
   material Material { } texture PixelTexture { image 1 1 3 0x00FF00 } } geometry Box { } } }
 DEF plain Transform { children Shape { appearance Appearance {
@@ -79,12 +82,15 @@ def test_a_texture_and_the_material_are_transparent_together(extension, tmp_path
         shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
         node = shader.inputs["Alpha"].links[0].from_node
         factors = [x.links[0].from_node.type for x in node.inputs if x.is_linked]
+        color = shader.inputs["Base Color"].links[0].from_node.type
         name = one["ivcam_path"].split("/")[-1]
         opacity[name] = (node.type, *factors)
         alpha = one.data.color_attributes["Color"].data[0].color[3]
+        assert color == ("VERTEX_COLOR" if name == "plain" else "TEX_IMAGE")
         assert alpha == pytest.approx(1.0 if name == "opaque" else 0.3)
     assert opacity == {
         "textured": ("MATH", "TEX_IMAGE", "VERTEX_COLOR"),
+        "replaced": ("TEX_IMAGE",),  # By VRML97 its alpha counts alone.
         "opaque": ("TEX_IMAGE",),
         "plain": ("VERTEX_COLOR",),
     }

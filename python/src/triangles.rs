@@ -1,7 +1,7 @@
 //! A scene's triangles as arrays.
 
 use ivcam::glam::{DMat3, DVec3, Vec2};
-use ivcam::scene::model::{Material, Model, Primitives};
+use ivcam::scene::model::{Image, Material, Model, Primitives, Texture};
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -92,7 +92,7 @@ impl Arrays {
         dict.set_item("paths", paths(model))?;
         let materials = PyList::empty(py);
         for material in &model.materials {
-            materials.append(material_record(py, material)?)?;
+            materials.append(material_record(py, material, model)?)?;
         }
         dict.set_item("materials", materials)?;
         let images = PyList::empty(py);
@@ -135,7 +135,15 @@ fn paths(model: &Model) -> Vec<String> {
     paths
 }
 
-fn material_record<'py>(py: Python<'py>, m: &Material) -> PyResult<Bound<'py, PyDict>> {
+fn material_record<'py>(
+    py: Python<'py>,
+    m: &Material,
+    model: &Model,
+) -> PyResult<Bound<'py, PyDict>> {
+    let replaces = |what: fn(&Texture, &Image) -> bool| {
+        let texture = m.texture.as_ref();
+        texture.is_some_and(|texture| what(texture, &model.images[texture.image]))
+    };
     let record = PyDict::new(py);
     record.set_item("ambient", m.ambient.to_array())?;
     record.set_item("diffuse", m.diffuse.to_array())?;
@@ -146,6 +154,11 @@ fn material_record<'py>(py: Python<'py>, m: &Material) -> PyResult<Bound<'py, Py
     record.set_item("unlit", m.unlit)?;
     record.set_item("double_sided", m.double_sided)?;
     record.set_item("image", m.texture.as_ref().map(|t| t.image))?;
+    record.set_item("image_replaces_color", replaces(Texture::replaces_color))?;
+    record.set_item(
+        "image_replaces_opacity",
+        replaces(Texture::replaces_opacity),
+    )?;
     record.set_item("repeat", m.texture.as_ref().map(|t| t.repeat))?;
     Ok(record)
 }

@@ -27,7 +27,7 @@ pub(super) struct Appearance<'m> {
 pub(super) fn is_approximate(model: TextureModel, image: &Image) -> bool {
     match model {
         TextureModel::Blend => true,
-        TextureModel::Decal => matches!(image.components, 2 | 4),
+        TextureModel::Decal => image.has_alpha(),
         _ => false,
     }
 }
@@ -73,40 +73,32 @@ impl<'m> Appearance<'m> {
         let (Some(texture), Some(image)) = (&material.texture, image) else {
             return plain;
         };
-        let has_alpha = matches!(image.components, 2 | 4);
+        let has_alpha = image.has_alpha();
         match texture.model {
             TextureModel::Modulate | TextureModel::Material => plain,
-            TextureModel::Diffuse => Self {
-                // A texture with colors replaces the color, and one with alpha the transparency.
-                color: if image.has_color() {
-                    Vec3::ONE
-                } else {
-                    plain.color
-                },
-                opacity: if has_alpha { 1.0 } else { plain.opacity },
-                keeps_colors: !image.has_color(),
-                ..plain
-            },
-            TextureModel::Replace => Self {
-                color: Vec3::ONE,
-                opacity: if has_alpha { 1.0 } else { plain.opacity },
-                unlit: true,
-                keeps_colors: false,
-                ..plain
-            },
-            TextureModel::Decal if !has_alpha => Self {
-                color: Vec3::ONE,
-                unlit: true,
-                keeps_colors: false,
-                ..plain
-            },
-            TextureModel::Decal | TextureModel::Blend if is_colorful => plain,
-            TextureModel::Decal => {
+            TextureModel::Blend if is_colorful => plain,
+            TextureModel::Decal if has_alpha && is_colorful => plain,
+            TextureModel::Decal if has_alpha => {
                 plain.baked(image, |color, texel, alpha| color.lerp(texel, alpha))
             }
             TextureModel::Blend => plain.baked(image, |color, texel, _| {
                 color * (1.0 - texel) + texture.blend_color * texel
             }),
+            TextureModel::Diffuse | TextureModel::Replace | TextureModel::Decal => {
+                let replaces_color = texture.replaces_color(image);
+                let replaces_opacity = texture.replaces_opacity(image);
+                Self {
+                    color: if replaces_color {
+                        Vec3::ONE
+                    } else {
+                        plain.color
+                    },
+                    opacity: if replaces_opacity { 1.0 } else { plain.opacity },
+                    unlit: plain.unlit || texture.model != TextureModel::Diffuse,
+                    keeps_colors: !replaces_color,
+                    ..plain
+                }
+            }
         }
     }
 

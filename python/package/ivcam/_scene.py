@@ -33,7 +33,8 @@ class Triangles:
         paths: the names of the nodes from the root, with slashes between them.
         materials: dictionaries with `ambient`, `diffuse`, `specular`, `emissive`, `shininess`
             (exponent / 128), `transparency`, `unlit`, `double_sided`, `image` (an index of
-            `images`, or `None`) and `repeat`.
+            `images`, or `None`), `image_replaces_color`, `image_replaces_opacity` (whether the
+            image counts in place of `colors`, and not times them) and `repeat`.
         images: H × W × 4 uint8, rows from the top.
         offset: the point of the world that became the origin of `positions`; 0 unless the scene
             is far from its own origin.

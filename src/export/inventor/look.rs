@@ -165,7 +165,6 @@ impl<'m> Colors<'m> {
             true => Appearance::of(material, image, !mesh.colors.is_empty()),
             false => Appearance::plain(material, image),
         };
-        let has_alpha = |image: &Image| matches!(image.components, 2 | 4);
         let ambient = match look.color == material.diffuse {
             true => material.ambient,
             false => Vec3::splat(ambient_share(material)),
@@ -173,7 +172,7 @@ impl<'m> Colors<'m> {
         Self {
             look,
             ambient,
-            keeps_opacity: !(is_replaced && image.is_some_and(has_alpha)),
+            keeps_opacity: !(is_replaced && image.is_some_and(Image::has_alpha)),
         }
     }
 

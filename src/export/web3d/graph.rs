@@ -346,7 +346,7 @@ impl GraphBuilder<'_> {
             let replaces = self.options.target == Target::Vrml97;
             let takes_color = !kind.is_colored && (is_bare || replaces && image.has_color());
             let takes_opacity = match replaces {
-                true => is_bare || matches!(image.components, 2 | 4),
+                true => is_bare || image.has_alpha(),
                 // The colors of vertices of X3D have opacities.
                 false => is_bare && !kind.is_colored,
             };
@@ -563,7 +563,7 @@ fn tinted<'i>(image: &'i Image, factors: Vec4) -> Cow<'i, Image> {
     }
     let factors = factors.clamp(Vec4::ZERO, Vec4::ONE).to_array();
     let has_color = image.has_color() || factors[..3] != [factors[0]; 3];
-    let has_alpha = matches!(image.components, 2 | 4) || factors[3] < 1.0;
+    let has_alpha = image.has_alpha() || factors[3] < 1.0;
     let level = |(value, factor): (u8, f32)| (f32::from(value) * factor + 0.5) as u8;
     let tint = |pixel: &[u8; 4]| std::array::from_fn(|i| level((pixel[i], factors[i])));
     Cow::Owned(Image {

@@ -35,6 +35,11 @@ impl Image {
         self.components >= 3
     }
 
+    /// Whether the picture has an alpha component.
+    pub fn has_alpha(&self) -> bool {
+        matches!(self.components, 2 | 4)
+    }
+
     /// Whether some pixel is not opaque.
     pub fn is_transparent(&self) -> bool {
         self.pixels.iter().any(|p| p[3] < 255)

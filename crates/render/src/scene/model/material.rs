@@ -2,6 +2,7 @@
 
 use glam::{Affine2, Vec3};
 
+use super::image::Image;
 use ivcam_inventor::traversal::state::PhysicalElement;
 pub use ivcam_inventor::traversal::state::TextureModel;
 
@@ -60,6 +61,23 @@ pub struct Texture {
     pub smooth: bool,
     /// The matrix that is applied to texture coordinates.
     pub matrix: Affine2,
+}
+
+impl Texture {
+    /// Whether the texture's color is shown in place of the material's, and not times it.
+    pub fn replaces_color(&self, image: &Image) -> bool {
+        match self.model {
+            TextureModel::Diffuse => image.has_color(),
+            TextureModel::Decal => !image.has_alpha(),
+            TextureModel::Replace => true,
+            _ => false,
+        }
+    }
+
+    /// Whether the texture's alpha counts in place of the material's opacity, and not times it.
+    pub fn replaces_opacity(&self, image: &Image) -> bool {
+        matches!(self.model, TextureModel::Diffuse | TextureModel::Replace) && image.has_alpha()
+    }
 }
 
 impl Material {
