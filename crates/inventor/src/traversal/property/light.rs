@@ -67,13 +67,11 @@ pub(in crate::traversal) fn light<'a>(
         let scale = if scale > 0.0 { scale } else { 1.0 };
         light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
         light.linear = node.get_node(vrml_light::METADATA).is_some_and(says_linear);
-        if let (
-            true,
-            LightKind::Beam {
+        if light.linear
+            && let LightKind::Beam {
                 beam_width: inner,
                 cut_off: outer,
-            },
-        ) = (light.linear, light.kind)
+            } = light.kind
         {
             light.kind = LightKind::Cone { inner, outer };
         }
