@@ -322,8 +322,8 @@ pub fn lens_output(words: &[String]) -> Result<LensOutput> {
     output_by(words, |matches, out| run(matches, out))
 }
 
-/// Runs `ivcam lens` as [`lens_output`] does, for a lens that was opened with the same arguments and
-/// not focused yet. Its file is not read again, and may have changed.
+/// Runs `ivcam lens` as [`lens_output`] does, for a lens that was opened with the same arguments
+/// and not focused yet. Its file is not read again, and may have changed.
 ///
 /// # Errors
 /// Returns an error if an argument is invalid, or a file cannot be written.

@@ -2,9 +2,10 @@
 
 use glam::{Affine2, Vec3};
 
-use super::image::Image;
 use ivcam_inventor::traversal::state::PhysicalElement;
 pub use ivcam_inventor::traversal::state::TextureModel;
+
+use super::image::Image;
 
 /// The material of a shape. Colors are those of the file, from 0 to 1, as a screen shows them.
 #[derive(Clone, Debug, PartialEq)]
