@@ -57,6 +57,7 @@ pub(crate) mod view;
 mod vintage_help;
 mod wrong_file;
 
+pub use crate::photo::output_files::files_in;
 pub(crate) use arguments::{
     allowance, compares_folder, folder_of_scenes, fonts, is_given, limits, memory, parsed,
     readable_folders, reading_arguments, scene_argument, switch, text, time_for_each, value,
@@ -66,4 +67,4 @@ pub use dispatch::{open, plan, run};
 pub use lens::{LensOutput, lens_output, output_of_lens};
 pub(crate) use messages::status;
 pub(crate) use messages::{ERROR, exit_code, print_diagnostic, print_warnings, print_wrapped};
-pub use outputs::{check_outputs, files_in, keep_inputs};
+pub use outputs::{check_outputs, keep_inputs};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Arg, ArgMatches, Command};
 use ivcam_base::diag::{Diagnostic, Result};
-use ivcam_base::files::{NameClaim, check_space, check_writable, folder_of, is_output_closed};
-use ivcam_base::platform::{real_path, temporary_folder};
+use ivcam_base::files::{NameClaim, check_space, is_output_closed};
+use ivcam_base::platform::temporary_folder;
 use ivcam_optics::film::Resolution;
 use ivcam_optics::picture::{
     Depth, Heading, Picture, PictureFormat, RowSource, save_rows, write_png_rows,
@@ -14,6 +14,7 @@ use ivcam_optics::picture::{
 
 use super::{compares_folder, folder_of_scenes, is_given, print_diagnostic};
 use crate::photo::free_name;
+use crate::photo::output_files::{files_in, is_same_file, overwritten_input, writable};
 
 /// The arguments that name a file to write, in whichever command has them.
 const OUTPUTS: [&str; 15] = [
@@ -125,7 +126,7 @@ fn refuse_streams(outputs: &[&Arg], matches: &ArgMatches) -> Result<()> {
 /// # Errors
 /// Fails if `path` is one of the inputs under any name: a link, or another spelling.
 pub fn keep_inputs(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<()> {
-    let Some(input) = inputs.iter().find(|input| is_same_file(input, path)) else {
+    let Some(input) = overwritten_input(path, inputs) else {
         return Ok(());
     };
     let (input, path) = (input.display(), path.display());
@@ -143,28 +144,6 @@ pub fn keep_inputs(option: &str, path: &Path, inputs: &[PathBuf]) -> Result<()> 
 pub(crate) fn is_forced(matches: &ArgMatches) -> bool {
     let given = matches.try_get_one::<bool>(FORCE);
     given.ok().flatten().copied().unwrap_or_default()
-}
-
-/// Checks that a file can be written, so that hours of work are not lost for want of a folder.
-///
-/// # Errors
-/// Fails if the file's folder does not exist or nothing can be written to it, or a folder has the
-/// file's name.
-pub(crate) fn writable(path: &Path) -> Result<()> {
-    let folder = folder_of(path);
-    if !folder.is_dir() {
-        return Err(
-            Diagnostic::not_found(format!("there is no folder `{}`", folder.display()))
-                .in_file(path.display().to_string()),
-        );
-    }
-    if path.is_dir() {
-        return Err(
-            Diagnostic::error(format!("`{}` is a folder", path.display()))
-                .with_help("give the output the name of a file"),
-        );
-    }
-    check_writable(path)
 }
 
 /// Checks an option's picture file, or `-` for standard output.
@@ -303,43 +282,4 @@ fn values(arg: &Arg, matches: &ArgMatches) -> Vec<(String, PathBuf)> {
     raw.filter(|word| *word != "-")
         .map(|word| (format!("--{id}"), PathBuf::from(word)))
         .collect()
-}
-
-/// Returns the existing files that a value names: one, or several with commas between.
-pub fn files_in(value: &Path) -> Vec<PathBuf> {
-    if value.is_file() {
-        return vec![value.to_path_buf()];
-    }
-    let text = value.to_string_lossy();
-    let parts = text.split(',').map(PathBuf::from);
-    parts.filter(|part| part.is_file()).collect()
-}
-
-/// Returns whether two paths lead to one file, which need not exist.
-fn is_same_file(a: &Path, b: &Path) -> bool {
-    canonical(a) == canonical(b) || is_hard_link(a, b)
-}
-
-/// Returns the path without links and detours. Of a file that does not exist, the folder's path is
-/// made so.
-fn canonical(path: &Path) -> PathBuf {
-    if let Ok(real) = real_path(path) {
-        return real;
-    }
-    let folder = folder_of(path);
-    let folder = real_path(&folder).unwrap_or(folder);
-    folder.join(path.file_name().unwrap_or_default())
-}
-
-/// Returns whether two names stand for one entry of the disk.
-#[cfg(unix)]
-fn is_hard_link(a: &Path, b: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    let entry = |path: &Path| path.metadata().ok().map(|m| (m.dev(), m.ino()));
-    entry(a).is_some_and(|a| Some(a) == entry(b))
-}
-
-#[cfg(not(unix))]
-fn is_hard_link(_: &Path, _: &Path) -> bool {
-    false
 }

@@ -22,6 +22,7 @@ mod light_plan;
 mod memory;
 pub(crate) mod merge;
 pub mod options;
+pub(crate) mod output_files;
 pub(crate) mod overview;
 mod parts;
 mod picture_hint;

@@ -18,6 +18,7 @@ use ivcam_optics::picture::PictureFormat;
 
 use super::archive::{AlignedArchive, AlignmentJob};
 use super::autofocus::{Focused, focus_at};
+use super::files::check_output;
 use super::live::{Live, LiveFrame, Request};
 use super::saving::Saving;
 use super::setup::Setup;
@@ -66,6 +67,8 @@ pub struct Opened {
     pub messages: Vec<Diagnostic>,
     /// The bounding box of the scene as `viewAll` sees it, in meters.
     pub bounds: Option<(DVec3, DVec3)>,
+    /// The files that the scene names, such as textures.
+    pub files: Vec<PathBuf>,
     pub(crate) headlight: HeadlightSources,
     /// See [`Session::headlight_notice`].
     pub notice: Option<&'static str>,
@@ -217,6 +220,7 @@ fn save(setup: &Setup, saving: &Saving, threads: usize) -> Result<String> {
     let output = &saving.path;
     PictureFormat::of(output)?;
     let session = Session::open(setup.plan.clone())?;
+    check_output(output, &session.document.opened_files())?;
     let exposure = pool(threads)?.install(|| session.expose(&|p| saving.note(p.work_done, p.work)));
     session.budget.check()?;
     let picture = session.develop(&exposure, &setup.command(output));
@@ -333,6 +337,7 @@ impl EngineWorker {
                     setup: live.setup().clone(),
                     messages: live.session().sink.items().to_vec(),
                     bounds: live.session().inventor_bounds(),
+                    files: live.session().document.opened_files(),
                     headlight: live.session().headlight_sources,
                     notice: live.session().headlight_notice(),
                 };

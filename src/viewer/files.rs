@@ -1,8 +1,8 @@
 //! Camera and environment files, which `--camera` and `--environment` read.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use ivcam_base::diag::{Result, Sink};
+use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::grammar::class;
@@ -11,6 +11,7 @@ use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::Response;
 
 use super::setup::Setup;
+use crate::photo::output_files::{overwritten_input, writable};
 use crate::photo::{CameraChoice, FileKind, camera_file};
 
 /// The probable kind of a file that was dropped or named.
@@ -138,6 +139,20 @@ fn body(document: &Document) -> String {
     written
         .split_once('\n')
         .map_or(String::new(), |(_, rest)| rest.to_owned())
+}
+
+/// Checks that a file can be written and is none of `inputs`, before the work for it begins.
+///
+/// # Errors
+/// Fails if the folder does not exist, if nothing can be written to it, or if the file is an input.
+pub(crate) fn check_output(path: &Path, inputs: &[PathBuf]) -> Result<()> {
+    writable(path)?;
+    let Some(input) = overwritten_input(path, inputs) else {
+        return Ok(());
+    };
+    let (path, input) = (path.display(), input.display());
+    let text = format!("`{path}` would overwrite the input `{input}`");
+    Err(Diagnostic::error(text).with_help("give the new file another name"))
 }
 
 /// Writes a text file.

@@ -77,7 +77,7 @@ pub(crate) enum Closing {
     Not,
     /// The user has closed it and is asked.
     Asked,
-    /// It closes when all are saved.
+    /// It closes when all are saved or discarded; one that cannot be saved keeps it open.
     WhenSaved,
 }
 
@@ -112,6 +112,8 @@ pub(crate) struct WindowModel {
     pub view_size: Option<Resolution>,
     /// The bounding box of the scene as `viewAll` sees it, in meters.
     pub bounds: Option<(DVec3, DVec3)>,
+    /// The files that the scene names, such as textures.
+    scene_files: Vec<PathBuf>,
     /// The point in the world that an orbit turns about, while a mouse button is held.
     pivot: Option<DVec3>,
     pub depths: Option<Arc<DepthMap>>,
@@ -190,6 +192,7 @@ impl WindowModel {
             frame: None,
             view_size: None,
             bounds: None,
+            scene_files: Vec::new(),
             pivot: None,
             depths: None,
             surface: None,
@@ -316,9 +319,13 @@ impl WindowModel {
         self.output = self.made_up.clone();
     }
 
-    /// Writes a file, after the user has agreed to replace an existing one.
+    /// Writes a file, after the user has agreed to replace an existing one. A file that the picture
+    /// is made of is never replaced.
     pub(crate) fn write(&mut self, output: OutputFile, path: &Path) {
-        if path.exists() || self.saving.iter().any(|s| s.path == path) {
+        let inputs = [self.setup.plan.named_files(), self.scene_files.clone()].concat();
+        if let Err(error) = files::check_output(path, &inputs) {
+            self.add_message(*error);
+        } else if path.exists() || self.saving.iter().any(|s| s.path == path) {
             self.replacing = Some((output, path.to_owned()));
         } else {
             self.write_now(output, path);
@@ -461,7 +468,10 @@ impl WindowModel {
                 self.status = format!("saved {line}");
             }
             News::NotSaved(path, error) => {
-                self.end_saving(&path);
+                let ended = self.end_saving(&path);
+                if ended.is_some_and(|saving| !saving.stop().is_set()) {
+                    self.closing = Closing::Not;
+                }
                 self.status = format!("{} was not saved", path.display());
                 self.add_message(*error);
             }
@@ -474,23 +484,23 @@ impl WindowModel {
 
     /// Returns whether the window may close now. If pictures are being saved, the user is asked.
     pub(crate) fn may_close(&mut self) -> bool {
-        if !self.saving.is_empty() && self.closing == Closing::Not {
+        if !self.saving.is_empty() {
             self.closing = Closing::Asked;
         }
         self.saving.is_empty()
     }
 
-    /// Removes a picture that was saved or failed to save.
-    fn end_saving(&mut self, path: &Path) {
-        if let Some(i) = self.saving.iter().position(|s| s.path == path) {
-            self.saving.remove(i);
-        }
+    /// Removes a picture that was saved or failed to save, and returns it.
+    fn end_saving(&mut self, path: &Path) -> Option<Arc<Saving>> {
+        let i = self.saving.iter().position(|s| s.path == path)?;
+        Some(self.saving.remove(i))
     }
 
     fn opened(&mut self, opened: Opened) {
         let scene = opened.setup.plan.scene.clone();
         (self.headlight, self.notice) = (opened.headlight, opened.notice);
         (self.bounds, self.pivot) = (opened.bounds, None);
+        self.scene_files = opened.files;
         (self.open, self.opening) = (true, false);
         self.status = format!("opened {}", file_name(&scene));
         // What follows names options of the command line.

@@ -2,6 +2,8 @@
 
 use std::ffi::OsStr;
 use std::path::Path;
+#[cfg(feature = "panels")]
+use std::path::PathBuf;
 
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
@@ -14,6 +16,8 @@ use super::option::{OptionNeeds, Takes};
 use super::scene::warn_of_late_actions;
 use super::table::all;
 use super::table::lens_options;
+#[cfg(feature = "panels")]
+use crate::photo::output_files::files_in;
 use crate::photo::plan::{Era, LensChoice, Optics, PictureLook, Plan};
 
 impl Plan {
@@ -83,6 +87,17 @@ impl Plan {
         }
         words.push(self.scene.display().to_string());
         words
+    }
+
+    /// Returns the existing files that the plan names: the scene, and values of options, whatever
+    /// they mean by it.
+    #[cfg(feature = "panels")]
+    pub(crate) fn named_files(&self) -> Vec<PathBuf> {
+        let usual = Self::of_era(self.era, &self.scene);
+        let prints = all().filter_map(|option| option.plan);
+        let values = prints.flat_map(|(_, print)| print(self, &usual));
+        let named = values.map(PathBuf::from).chain([self.scene.clone()]);
+        named.flat_map(|value| files_in(&value)).collect()
     }
 
     /// Returns the options whose values differ from the era's defaults, with their values.

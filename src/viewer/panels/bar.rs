@@ -8,7 +8,7 @@ use ivcam_render::render::report::account::count;
 
 use super::Kit;
 use crate::viewer::draft::Preview;
-use crate::viewer::model::WindowModel;
+use crate::viewer::model::{Closing, WindowModel};
 use crate::viewer::navigate::Tool;
 
 /// The width in points below which the status line leaves out speed and losses.
@@ -127,6 +127,9 @@ pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
             if button.clicked() {
                 saving.cancel();
             }
+        }
+        if model.closing == Closing::WhenSaved {
+            ui.label("then the window closes");
         }
         ui.separator();
         let under = model.hovered.as_ref().and_then(|hovered| hovered.text());

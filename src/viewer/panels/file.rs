@@ -178,9 +178,6 @@ pub(super) fn confirm(ctx: &Context, model: &mut WindowModel) {
     let modal = egui::Modal::new(egui::Id::unique("replace")).show(ctx, |ui| {
         ui.heading(format!("Replace {name}?"));
         ui.label(format!("{} exists.", path.display()));
-        if *path == model.setup.plan.scene {
-            ui.label("It is the scene that is open.");
-        }
         ui.horizontal(|ui| {
             for (text, replace) in [("Keep it", false), ("Replace it", true)] {
                 if ui.button(text).clicked() {

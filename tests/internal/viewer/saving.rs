@@ -6,13 +6,14 @@ use egui::{Key, Modifiers, PointerButton};
 use egui_kittest::kittest::Queryable;
 use glam::DVec3;
 use image::imageops::FilterType;
+use ivcam_base::diag::Diagnostic;
 use ivcam_optics::film::{Resolution, Response};
 use ivcam_optics::lens::{FocusMethod, Iris};
 use ivcam_optics::sampling::SamplerKind;
 
 use super::bench::{Bench, SCENE, Scratch, batch, check_words, exposed, lens_of, window_model};
-use crate::photo::{Era, Headlight, Plan};
-use crate::viewer::model::{Closing, WindowModel};
+use crate::photo::{Era, Headlight, LensChoice, Optics, Plan};
+use crate::viewer::model::{Closing, OutputFile, WindowModel};
 use crate::viewer::setup::Setup;
 
 /// Returns the picture in the window, at the size of the saved one.
@@ -243,8 +244,8 @@ fn a_file_that_is_there_is_replaced_only_after_a_question() {
     let picture = bench.scratch.path("old.png");
     for (button, file) in [
         ("Save picture", picture),
-        ("Write camera", bench.scratch.path("scene.iv")),
-        ("Write environment", bench.scratch.path("scene.iv")),
+        ("Write camera", bench.scratch.path("old.dat")),
+        ("Write environment", bench.scratch.path("old.env")),
     ] {
         std::fs::write(&file, SCENE).unwrap();
         let name = file.display().to_string();
@@ -268,6 +269,60 @@ fn a_file_that_is_there_is_replaced_only_after_a_question() {
 }
 
 #[test]
+fn a_file_that_the_picture_is_made_of_is_not_replaced() {
+    let scene = "#Inventor V2.1 ascii
+Texture2 { filename \"wood.png\" } Cube { }";
+    let scratch = Scratch::with_scene("inputs", scene);
+    let path = |name: &str| scratch.path(name);
+    image::RgbImage::new(2, 2).save(path("wood.png")).unwrap();
+    std::fs::write(path("film.txt"), "white 0\nsense positive\n-2 2\n0 0.1\n").unwrap();
+    std::fs::copy("lenses/normal/double-gauss.dat", path("lens.dat")).unwrap();
+    std::fs::write(path("view.env"), "PerspectiveCamera { position 0 0 9 }").unwrap();
+    let mut plan = scratch.plan();
+    plan.environment = Some(path("view.env"));
+    plan.optics = Optics::Lens(LensChoice::named(path("lens.dat").to_string_lossy()));
+    let film = format!("mono,{}", path("film.txt").display());
+    plan.response = Response::open(&film).unwrap();
+    let mut bench = Bench::new(scratch, plan);
+    bench.until("a frame", |m| m.frame.is_some());
+    for name in ["scene.iv", "wood.png", "film.txt", "lens.dat", "view.env"] {
+        for output in [OutputFile::Picture, OutputFile::Camera] {
+            let file = bench.scratch.path(name);
+            bench.change(|m| m.write(output, &file));
+            let model = bench.model();
+            assert!(
+                model.replacing.is_none() && model.saving.is_empty(),
+                "{name}"
+            );
+            let refused = model.status.contains("would overwrite the input");
+            assert!(refused, "{name}: {}", model.status);
+            bench.change(|m| m.status.clear());
+        }
+    }
+}
+
+/// Before the picture is made if that is known, and also when the window was to close afterwards.
+#[test]
+fn a_picture_that_cannot_be_written_is_reported_and_keeps_the_window_open() {
+    let mut bench = Bench::open("unwritten");
+    let folder = bench.scratch.path("folder");
+    std::fs::create_dir(&folder).unwrap();
+    bench.change(|m| {
+        m.output = folder.join("a.png").display().to_string();
+        m.save_picture();
+        m.closing = Closing::WhenSaved;
+        std::fs::remove_dir(&folder).unwrap();
+    });
+    bench.until("the failure", |m| m.saving.is_empty());
+    assert_eq!(bench.model().closing, Closing::Not);
+    bench.change(|m| m.save_picture());
+    let model = bench.model();
+    assert!(model.saving.is_empty(), "no work begins");
+    let reported = |m: &Diagnostic| m.message.starts_with("there is no folder");
+    assert_eq!(model.messages.iter().filter(|m| reported(m)).count(), 2);
+}
+
+#[test]
 fn the_window_asks_before_it_closes_over_a_picture_that_is_made() {
     let mut bench = Bench::open("closing");
     let output = bench.scratch.path("closing.png");
@@ -282,6 +337,15 @@ fn the_window_asks_before_it_closes_over_a_picture_that_is_made() {
     bench.click("Keep the window");
     assert_eq!(bench.model().closing, Closing::Not);
     bench.request_close();
+    bench.click("Close when it is saved");
+    assert!(
+        bench
+            .harness
+            .query_by_label("then the window closes")
+            .is_some()
+    );
+    bench.request_close();
+    assert_eq!(bench.model().closing, Closing::Asked);
     bench.click("Discard it and close");
     bench.until("the end of the work", |m| m.saving.is_empty());
     assert!(!output.exists());
