@@ -42,8 +42,29 @@ pub(crate) fn run(
         let window = Window::new(model, engine, LensMenu::start(wake));
         Ok(Box::new(App { window, print }) as Box<dyn eframe::App>)
     };
-    eframe::run_native("ivcam", options, Box::new(start))
-        .map_err(|e| Diagnostic::error(format!("the window can't be opened: {e}")).with_help(BATCH))
+    eframe::run_native("ivcam", options, Box::new(start)).map_err(|error| not_opened(&error))
+}
+
+/// Returns the message of a window that cannot be opened. That of the window system about a display
+/// names a line of its source, and no display.
+fn not_opened(error: &eframe::Error) -> Box<Diagnostic> {
+    use eframe::Error::{Winit, WinitEventLoop};
+    let why = match error {
+        Winit(_) | WinitEventLoop(_) => format!("no display answers{}", named_displays()),
+        other => other.to_string(),
+    };
+    Diagnostic::error(format!("the window can't be opened: {why}")).with_help(BATCH)
+}
+
+/// Returns the displays that the environment names, in parentheses.
+fn named_displays() -> String {
+    let named = |name: &&str| std::env::var(name).is_ok_and(|value| !value.is_empty());
+    let names = ["DISPLAY", "WAYLAND_DISPLAY"].into_iter().filter(named);
+    let values = names.map(|name| format!("`{name}={}`", std::env::var(name).unwrap_or_default()));
+    match values.collect::<Vec<_>>().join(", ") {
+        values if values.is_empty() => values,
+        values => format!(" ({values})"),
+    }
 }
 
 /// Checks that Unix has a display server, for a better message than the window system's.
