@@ -20,6 +20,8 @@ pub(crate) struct Saving {
 
 /// The part from which the rest of the time is estimated, in millionths.
 const ENOUGH: u32 = 10_000;
+/// The number of characters of a file's name that are shown.
+const LONGEST_NAME: usize = 24;
 const WHOLE: u32 = 1_000_000;
 
 impl Saving {
@@ -52,7 +54,7 @@ impl Saving {
 
     /// Returns how far the work is, and how long the rest takes, once that can be estimated.
     pub(crate) fn progress(&self) -> String {
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let name = shortened(&self.path.file_name().unwrap_or_default().to_string_lossy());
         if self.stop.is_set() {
             return format!("{name}: ending");
         }
@@ -61,6 +63,14 @@ impl Saving {
             None => format!("{name}: begun"),
             Some(left) => format!("{name}: {}%, {left}", 100 * done / WHOLE),
         }
+    }
+}
+
+/// Shortens a name that would leave no room for what follows it.
+fn shortened(name: &str) -> String {
+    match name.char_indices().nth(LONGEST_NAME) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_owned(),
     }
 }
 

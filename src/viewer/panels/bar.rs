@@ -14,6 +14,9 @@ use crate::viewer::navigate::Tool;
 /// The width in points below which the status line leaves out speed and losses.
 const WIDE: f32 = 720.0;
 
+/// The largest width in points of the name of the scene.
+const SCENE_WIDTH: f32 = 220.0;
+
 pub(super) fn top(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
     ui.horizontal_wrapped(|ui| {
         scenes(ui, model);
@@ -61,9 +64,10 @@ fn scenes(ui: &mut Ui, model: &mut WindowModel) {
     };
     let mut chosen = None;
     let open = model.setup.plan.scene.clone();
-    let combo = egui::ComboBox::from_id_salt("scenes")
-        .selected_text(name(&open))
-        .show_ui(ui, |ui| {
+    let combo = egui::ComboBox::from_id_salt("scenes").selected_text(name(&open));
+    let menu = |ui: &mut Ui| {
+        ui.set_max_width(SCENE_WIDTH);
+        combo.truncate().show_ui(ui, |ui| {
             let mut entry = |ui: &mut Ui, scene: &std::path::Path| {
                 let label = ui.selectable_label(scene == open, name(scene));
                 if label.on_hover_text(scene.display().to_string()).clicked() && scene != open {
@@ -86,7 +90,9 @@ fn scenes(ui: &mut Ui, model: &mut WindowModel) {
                 recent.filter(is_new).for_each(|scene| entry(ui, scene));
             }
             ui.weak("drop files here to open more");
-        });
+        })
+    };
+    let combo = ui.scope(menu).inner;
     let info = || WidgetInfo::labeled(Role::ComboBox, true, "Scenes");
     combo.response.widget_info(info);
     if let Some(scene) = chosen {
@@ -121,7 +127,8 @@ pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
             ui.spinner();
         }
         for saving in &model.saving {
-            ui.label(saving.progress());
+            ui.label(saving.progress())
+                .on_hover_text(saving.path.display().to_string());
             let button = ui.small_button("Cancel saving");
             let button = button.on_hover_text("ends the picture; nothing is written");
             if button.clicked() {

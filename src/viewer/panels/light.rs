@@ -1,5 +1,7 @@
 //! The light panel: exposure with its histogram, the film, and the light of the scene.
 
+use std::path::Path;
+
 use egui::{Color32, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 use ivcam_base::math::Meters;
 use ivcam_optics::film::{Metering, Response, WhiteBalance};
@@ -8,7 +10,7 @@ use ivcam_render::shade::Shading;
 use super::{Kit, rule};
 use crate::photo::{Headlight, Plan};
 use crate::viewer::develop::{BINS, Histogram};
-use crate::viewer::model::WindowModel;
+use crate::viewer::model::{WindowModel, file_name};
 use crate::viewer::setup::Setup;
 
 /// Shutter times of a camera's dial: seconds, then parts of a second.
@@ -27,6 +29,9 @@ const RESPONSES: [(&str, &str); 7] = [
     ("mono,linear", "black and white, like `linear`"),
     ("mono,filmic", "black and white, like `filmic`"),
 ];
+
+/// The width in points of the menu of responses.
+const FILM_WIDTH: f32 = 134.0;
 
 /// Daylight in kelvin, from which a white balance starts.
 const DAYLIGHT: f64 = 5500.0;
@@ -128,15 +133,22 @@ fn film(ui: &mut Ui, plan: &mut Plan) {
     ui.horizontal(|ui| {
         let now = plan.response.unbalanced().name();
         let mut chosen = now.clone();
-        let combo = egui::ComboBox::from_id_salt("response").selected_text(format!("Film: {now}"));
-        let combo = combo.width(134.0).show_ui(ui, |ui| {
-            for (name, help) in RESPONSES {
-                ui.selectable_value(&mut chosen, name.to_owned(), name)
-                    .on_hover_text(help);
-            }
-        });
+        let names = now.split(',').map(|part| file_name(Path::new(part)));
+        let shown = names.collect::<Vec<_>>().join(",");
+        let combo =
+            egui::ComboBox::from_id_salt("response").selected_text(format!("Film: {shown}"));
+        let menu = |ui: &mut Ui| {
+            ui.set_max_width(FILM_WIDTH);
+            combo.width(FILM_WIDTH).truncate().show_ui(ui, |ui| {
+                for (name, help) in RESPONSES {
+                    ui.selectable_value(&mut chosen, name.to_owned(), name)
+                        .on_hover_text(help);
+                }
+            })
+        };
+        let combo = ui.scope(menu).inner.response;
         let help = "how the film turns exposure into levels; drop a film's table for another";
-        let combo = combo.response.on_hover_text(help);
+        let combo = combo.on_hover_text(format!("{now}: {help}"));
         combo.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "Response"));
         if chosen != now
             && let Ok(response) = Response::open(&chosen)

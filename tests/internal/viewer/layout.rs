@@ -11,6 +11,7 @@ use super::raster;
 use crate::photo::{Era, LensChoice, Optics, Plan};
 use crate::viewer::autofocus::Focused;
 use crate::viewer::model::WindowModel;
+use crate::viewer::saving::Saving;
 
 /// The picture has one pixel for each pixel of the screen, in windows of every size.
 #[test]
@@ -305,6 +306,44 @@ fn no_label_is_cut_at_any_size_of_the_window() {
         bench.harness.run_steps(3);
         assert_eq!(cut_labels(&bench), Vec::<String>::new(), "{size:?}");
     }
+}
+
+#[test]
+fn files_with_long_names_move_nothing() {
+    let mut bench = Bench::of_size("long", [1360.0, 860.0]);
+    bench.until("a frame", |m| m.frame.is_some());
+    let labels = ["Picture", "Refine", "Focus wheel", "WB", "Save picture"];
+    let places = |bench: &mut Bench| {
+        bench.harness.run_steps(5);
+        labels.map(|label| bench.harness.get_by_label(label).rect())
+    };
+    let before = places(&mut bench);
+    let long = bench.scratch.path(&"long-".repeat(40));
+    let film = long.with_extension("txt");
+    std::fs::write(&film, "white 0\nsense positive\n-2 2\n0 0.1\n").unwrap();
+    bench.change(|m| m.take_file(&film));
+    assert_eq!(places(&mut bench), before, "a film");
+    let lens = long.with_extension("dat");
+    std::fs::copy("lenses/normal/double-gauss.dat", &lens).unwrap();
+    bench.change(|m| m.take_file(&lens));
+    assert_eq!(places(&mut bench), before, "a lens");
+    let scene = long.with_extension("iv");
+    std::fs::write(&scene, SCENE).unwrap();
+    bench.change(|m| m.take_file(&scene));
+    bench.until("the scene", |m| m.setup.plan.scene == scene && !m.opening);
+    assert_eq!(places(&mut bench), before, "a scene");
+    let picture = long.with_extension("png");
+    let saving = std::sync::Arc::new(Saving::new(picture.clone()));
+    bench.change(|m| m.saving.push(saving));
+    assert_eq!(places(&mut bench), before, "a picture that is saved");
+    image::RgbImage::new(12, 8).save(&picture).unwrap();
+    bench.change(|m| m.take_file(&picture));
+    assert_eq!(places(&mut bench), before, "a picture to compare with");
+    let (x, right) = (
+        |label| bench.harness.get_by_label(label).rect().x_range(),
+        1360.0,
+    );
+    assert!(x("Cancel saving").max < right, "{:?}", x("Cancel saving"));
 }
 
 /// The last section of the panel is visible without scrolling in the window's own size.
