@@ -186,9 +186,9 @@ def test_a_lens_is_the_one_that_was_read(
     tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    ivcam.Lens("biogon", wavelength=486.1).save("mine.zmx")
+    ivcam.Lens("biogon", wavelength=500).save("mine.zmx")
     lens, same = ivcam.Lens("mine.zmx"), ivcam.Lens("mine.zmx", focus=2.0)
-    assert lens.wavelength == pytest.approx(486.1) == lens.first_order["wavelength_nm"]
+    assert lens.wavelength == pytest.approx(500) == lens.first_order["wavelength_nm"]
     expected = lens.data(curves=True)
     before = ivcam.Lens("mine.zmx", focus=2.0).first_order
     ivcam.Lens("cooke-triplet", efl=20).save("mine.zmx")
@@ -198,7 +198,7 @@ def test_a_lens_is_the_one_that_was_read(
     monkeypatch.chdir("below")
     assert lens.fans() == expected["aberrations"]["points"]
     assert lens.film_z == pytest.approx(lens.first_order["rear_focal_point"], abs=1e-9)
-    assert lens.export("json") == lens.export("json") and "mine" in repr(lens)
+    assert lens.export("json") == lens.export("json") and "Biogon" in repr(lens)
     lens.save("again.json")
     assert ivcam.Lens("again.json").efl == pytest.approx(lens.efl, rel=1e-12)
 
