@@ -157,6 +157,8 @@ def test_a_fit_is_that_of_the_program(
     assert found.file == (tmp_path / "c.dat").read_text()
     theirs = json.loads(printed.stdout)
     del theirs["limits_exceeded"]
+    camera = theirs.pop("camera")
+    assert found.position == tuple(camera["position"]) and found.efl_error == camera["efl_error"]
     assert found.comparison == theirs
 
 
