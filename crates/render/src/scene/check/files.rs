@@ -70,18 +70,19 @@ pub fn files_below(
     is_wanted: &dyn Fn(&str) -> bool,
     skipped: &mut Sink,
 ) -> Result<Vec<PathBuf>> {
-    let unreadable = |e| Diagnostic::io(folder.display(), &e);
-    let real = real_path(folder).map_err(unreadable)?;
-    std::fs::read_dir(folder).map_err(unreadable)?;
+    let real = real_path(folder).map_err(|e| Diagnostic::io(folder.display(), &e))?;
     let mut files = Vec::new();
     let mut folders = vec![folder.to_path_buf()];
-    while let Some(folder) = folders.pop() {
-        let entries = std::fs::read_dir(&folder).and_then(Iterator::collect::<io::Result<Vec<_>>>);
-        let entries = entries.unwrap_or_else(|error| {
-            let error = Diagnostic::io(folder.display(), &error);
-            skipped.add(*error.at_most(Severity::Warning));
-            Vec::new()
-        });
+    while let Some(below) = folders.pop() {
+        let entries = std::fs::read_dir(&below).and_then(Iterator::collect::<io::Result<Vec<_>>>);
+        let entries = match entries.map_err(|e| Diagnostic::io(below.display(), &e)) {
+            Ok(entries) => entries,
+            Err(error) if below == folder => return Err(error),
+            Err(error) => {
+                skipped.add(*error.at_most(Severity::Warning));
+                continue;
+            }
+        };
         for path in entries.into_iter().map(|entry| entry.path()) {
             let is_folder = path.is_dir();
             if is_folder && !path.is_symlink() {
