@@ -160,6 +160,33 @@ fn a_light_of_gltf_goes_through_gltf_whole() {
     assert!(as_vrml.iter().any(|loss| loss.code == "spot-falloff"));
 }
 
+/// `KHR_lights_punctual`: scales and rotations act on a light by its position only.
+#[test]
+fn a_light_of_gltf_is_not_scaled() {
+    for scale in [0.01, 1.0, 2.0] {
+        let place = 6.0 / scale;
+        let scene = format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [ {{ "nodes": [ 0 ] }} ],
+            "nodes": [ {{ "scale": [ {scale}, {scale}, {scale} ], "children": [ 1 ] }},
+                {{ "translation": [ {place}, 0, 0 ],
+                   "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }} ],
+            "extensionsUsed": [ "KHR_lights_punctual" ],
+            "extensions": {{ "KHR_lights_punctual": {{ "lights": [
+                {{ "type": "point", "intensity": 20, "range": 3 }} ] }} }} }}"#
+        );
+        let model = Model::at(&document(&scene), 0.0, &ModelOptions::default());
+        let light = &model.lights[0];
+        assert!((light.position.x - 6.0).abs() < 1e-5, "{scale}");
+        assert_eq!((light.radius, light.attenuation), (3.0, glam::Vec3::X));
+        let gltf: Json =
+            serde_json::from_slice(&converted(&scene, Target::Gltf).bytes).expect("JSON");
+        assert_eq!(
+            gltf["extensions"]["KHR_lights_punctual"]["lights"][0]["range"],
+            3.0
+        );
+    }
+}
+
 /// A box moves away by 20 m and back, and a camera toward it from 30 m to 10 m.
 #[test]
 fn the_planes_of_a_camera_enclose_the_scene_at_all_times() {

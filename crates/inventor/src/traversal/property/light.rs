@@ -61,12 +61,16 @@ pub(in crate::traversal) fn light<'a>(
         // VRML97 has the constant, linear and quadratic coefficients in each light. Inventor has
         // them in the reverse order in the `Environment`.
         let a = node.get(vrml97_point_light::ATTENUATION);
-        // The distance is measured in the light's space (4.14.4, table 4.7), and scales act on the
-        // radius (6.35).
-        let scale = libm::cbrt(world.determinant().abs()) as f32;
-        let scale = if scale > 0.0 { scale } else { 1.0 };
-        light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
         light.linear = node.get_node(vrml_light::METADATA).is_some_and(says_linear);
+        // The distance is measured in the light's space (4.14.4, table 4.7), and scales act on the
+        // radius (6.35). On a light of glTF they act by its position only (`KHR_lights_punctual`).
+        let scale = libm::cbrt(world.determinant().abs()) as f32;
+        let scale = if scale > 0.0 && !light.linear {
+            scale
+        } else {
+            1.0
+        };
+        light.attenuation = Vec3::new(a.z / (scale * scale), a.y / scale, a.x);
         if light.linear
             && let LightKind::Beam {
                 beam_width: inner,
