@@ -318,7 +318,8 @@ fn obj_becomes_shapes_of_one_material_each() {
     assert_eq!(sets[0].get(faces97::TEX_COORD_INDEX), [0, 1, 0, 1, -1]);
     assert_eq!(sets[0].get(faces97::NORMAL_INDEX), [0, 0, 0, 0, -1]);
     assert_eq!(sets[0].get(faces97::CREASE_ANGLE), 0.0);
-    assert!(sets[1].get(faces97::CREASE_ANGLE) > 3.0);
+    let smooth = sets[1].get_node(faces97::NORMAL).expect("normals");
+    assert!(!smooth.get(vrml97_normal::VECTOR).is_empty());
     let colors = sets[0]
         .get_node(faces97::COLOR)
         .expect("colors")
@@ -401,6 +402,45 @@ fn wrong_lines_of_obj_cost_one_face_each() {
     assert_eq!(set.get(faces97::COORD_INDEX), [0, 1, 2, -1]);
     let (source, span) = document.sink.items()[0].place.as_ref().expect("a place");
     assert_eq!(source.line_column(span.start).0, 4);
+}
+
+/// The normals of two squares at a right angle where they meet. They have the same one exactly
+/// within one smoothing group, whatever their groups and materials.
+#[test]
+fn an_edge_of_obj_is_smooth_within_one_smoothing_group() {
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let smooth = Vec3::new(half, 0.0, half);
+    for (first, second, normals) in [
+        ("s 1", "s 1", [smooth; 2]),
+        ("s 1\ng a", "g b", [smooth; 2]),
+        ("s 2\nusemtl a", "usemtl b", [smooth; 2]),
+        ("s 1", "s 2", [Vec3::Z, Vec3::X]),
+        ("s 1", "s 2\ng b", [Vec3::Z, Vec3::X]),
+        // The back of the first face cancels nothing.
+        ("s 1\nf 4 3 2 1", "", [smooth, Vec3::X]),
+    ] {
+        let document = read(format!(
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 -1\nv 1 1 -1\n\
+             {first}\nf 1 2 3 4\n{second}\nf 3 2 5 6\n"
+        ));
+        let sets = nodes(&document, "IndexedFaceSet");
+        let corners = sets.iter().flat_map(|set| {
+            let list = set.get_node(faces97::NORMAL).expect("normals");
+            let list = list.get(vrml97_normal::VECTOR);
+            let index = set.get(faces97::NORMAL_INDEX).iter();
+            index.filter(|n| **n >= 0).map(|n| list[*n as usize])
+        });
+        let corners: Vec<Vec3> = corners.collect();
+        // The corner at 1 1 0 is the third of the square at z = 0 and the first of the last one.
+        let count = corners.len();
+        let found = [corners[count - 6], corners[count - 4]];
+        for (found, expected) in found.into_iter().zip(normals) {
+            assert!(
+                found.distance(expected) < 1e-6,
+                "{first:?} {second:?}: {corners:?}"
+            );
+        }
+    }
 }
 
 #[test]

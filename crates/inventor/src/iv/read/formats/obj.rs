@@ -1,12 +1,13 @@
 //! Reads Wavefront's OBJ (Wavefront Technologies, *Advanced Visualizer Manual*, appendix B1).
 //!
-//! The faces of one group with one material, one smoothing group and the same kinds of corners
-//! become one `Shape` with an `IndexedFaceSet`. A group with several of them is a `Group`. Colors
-//! after the coordinates of a vertex, which many programs write, are read.
+//! The faces of one group with one material and the same kinds of corners become one `Shape` with
+//! an `IndexedFaceSet`. A group with several of them is a `Group`. Smoothing groups become normals,
+//! because they cross groups and materials. Colors after the coordinates of a vertex, which many
+//! programs write, are read.
 
 use std::collections::HashMap;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 use indexmap::IndexMap;
 use ivcam_base::diag::{Result, Span, excerpt};
 
@@ -33,6 +34,8 @@ struct ObjLists {
     colors: Vec<Vec3>,
     coordinates: Vec<Vec2>,
     normals: Vec<Vec3>,
+    /// The normals of smoothing groups at their points.
+    smooth_normals: Vec<Vec3>,
 }
 
 /// What the primitives of a shape have in common.
@@ -72,7 +75,10 @@ struct ObjReader<'a, 'd> {
     groups: IndexMap<String, IndexMap<ShapeKey, IndexLists>>,
     group: String,
     material: Option<usize>,
-    is_smooth: bool,
+    /// The number of the smoothing group; 0 if there is none.
+    smoothing: u32,
+    /// The place in the smooth normals of each smoothing group at each point.
+    smooth_places: HashMap<(u32, i32), i32>,
 }
 
 /// Reads the shapes of a file and returns the top-level nodes.
@@ -87,7 +93,8 @@ pub(in crate::iv::read) fn read(asm: &mut Assembler<'_>, bytes: &[u8]) -> Result
         groups: IndexMap::new(),
         group: String::new(),
         material: None,
-        is_smooth: false,
+        smoothing: 0,
+        smooth_places: HashMap::new(),
     };
     let mut charged = 0;
     for line in text_lines(bytes) {
@@ -127,7 +134,12 @@ impl ObjReader<'_, '_> {
             "l" => self.primitive(line, Kind::Lines),
             "p" => self.primitive(line, Kind::Points),
             "g" | "o" => self.group = line.after_first(),
-            "s" => self.is_smooth = !matches!(words.next(), None | Some("off" | "0")),
+            "s" => {
+                self.smoothing = match words.next() {
+                    None | Some("off") => 0,
+                    Some(number) => number.parse().unwrap_or(1), // `on`, which some programs write
+                }
+            }
             "usemtl" => {
                 let name = line.after_first();
                 self.material = self.library.named(&name);
@@ -226,16 +238,24 @@ impl ObjReader<'_, '_> {
         let is_face = kind == Kind::Faces;
         let key = ShapeKey {
             material: self.material,
-            is_smooth: self.is_smooth && is_face && !has(2),
+            is_smooth: self.smoothing != 0 && is_face && !has(2),
             has_coordinates: is_face && has(1),
             has_normals: is_face && has(2),
             kind,
         };
+        if key.is_smooth {
+            for [point, _, normal] in &mut corners {
+                let place = (self.smoothing, point.unwrap_or(0));
+                let next = self.smooth_places.len() as i32;
+                *normal = Some(*self.smooth_places.entry(place).or_insert(next));
+            }
+        }
         let shapes = match self.groups.get_mut(&self.group) {
             Some(shapes) => shapes,
             None => self.groups.entry(self.group.clone()).or_default(),
         };
-        let (wants_coordinates, wants_normals) = (key.has_coordinates, key.has_normals);
+        let (wants_coordinates, wants_normals) =
+            (key.has_coordinates, key.has_normals || key.is_smooth);
         let shape = shapes.entry(key).or_insert_with(|| IndexLists {
             span: line.span(),
             ..IndexLists::default()
@@ -278,8 +298,48 @@ impl ObjReader<'_, '_> {
         group.insert(key, corners);
     }
 
+    /// Computes the normals of the smoothing groups. All faces at a point have the same weight, as
+    /// by crease angles. A face that another cancels, such as its back, has a normal of its own.
+    fn smooth(&mut self) {
+        let count = self.smooth_places.len();
+        let (mut sums, mut last_face) = (vec![DVec3::ZERO; count], vec![usize::MAX; count]);
+        let points = &self.lists.points;
+        let shapes = self.groups.values_mut().flatten();
+        let mut shapes: Vec<_> = shapes
+            .filter_map(|(key, corners)| key.is_smooth.then_some(corners))
+            .collect();
+        let mut face = 0;
+        for shape in &shapes {
+            for (corners, places) in faces(&shape.points).zip(faces(&shape.normals)) {
+                let normal = face_normal(points, corners);
+                for place in places.iter().map(|&place| place as usize) {
+                    if std::mem::replace(&mut last_face[place], face) != face {
+                        sums[place] += normal;
+                    }
+                }
+                face += 1;
+            }
+        }
+        for shape in &mut shapes {
+            let places = shape.normals.split_mut(|&place| place < 0);
+            for (corners, places) in faces(&shape.points).zip(places) {
+                let normal = face_normal(points, corners);
+                for place in places {
+                    let sum = sums[*place as usize];
+                    if sum.dot(normal) < 1e-3 {
+                        *place = sums.len() as i32;
+                        sums.push(sum + normal);
+                    }
+                }
+            }
+        }
+        let unit = |sum: DVec3| sum.normalize_or_zero().as_vec3();
+        self.lists.smooth_normals = sums.into_iter().map(unit).collect();
+    }
+
     /// Adds the nodes of all groups.
     fn shapes(mut self) -> Result<Vec<NodeId>> {
+        self.smooth();
         let mut roots = Vec::new();
         for (name, shapes) in std::mem::take(&mut self.groups) {
             let spans = shapes.values().map(|corners| corners.span);
@@ -364,8 +424,12 @@ impl ObjReader<'_, '_> {
             let index = Value::Ints(corners.coordinates);
             builder.set(geometry, faces97::TEX_COORD_INDEX, index);
         }
-        if key.has_normals {
-            let list = Value::Vec3s(used(&self.lists.normals, &mut corners.normals));
+        if key.has_normals || key.is_smooth {
+            let normals = match key.is_smooth {
+                true => &self.lists.smooth_normals,
+                false => &self.lists.normals,
+            };
+            let list = Value::Vec3s(used(normals, &mut corners.normals));
             let node = builder.with(class::VRML97_NORMAL, vrml97_normal::VECTOR, list, span)?;
             put(builder, faces97::NORMAL, node);
             builder.set(
@@ -373,9 +437,6 @@ impl ObjReader<'_, '_> {
                 faces97::NORMAL_INDEX,
                 Value::Ints(corners.normals),
             );
-        } else if key.is_smooth {
-            let angle = Value::Float(std::f32::consts::PI);
-            builder.set(geometry, faces97::CREASE_ANGLE, angle);
         }
         self.finish(key, geometry, span)
     }
@@ -392,6 +453,24 @@ impl ObjReader<'_, '_> {
         };
         self.builder.shape(appearance, geometry, span)
     }
+}
+
+/// Returns the corners of each face.
+fn faces(index: &[i32]) -> impl Iterator<Item = &[i32]> {
+    index.split(|&n| n < 0)
+}
+
+/// Returns the unit normal of a polygon, or zero if it has no area.
+fn face_normal(points: &[Vec3], corners: &[i32]) -> DVec3 {
+    let mut points = corners.iter().filter_map(|&n| points.get(n as usize));
+    let Some(first) = points.next().map(|point| point.as_dvec3()) else {
+        return DVec3::ZERO;
+    };
+    let edges = points.map(|point| point.as_dvec3() - first);
+    let (sum, _) = edges.fold((DVec3::ZERO, DVec3::ZERO), |(sum, last), edge| {
+        (sum + last.cross(edge), edge)
+    });
+    sum.normalize_or_zero()
 }
 
 /// Reads a corner. Negative numbers count back from the last entry of a list so far.
