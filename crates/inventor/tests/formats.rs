@@ -621,8 +621,20 @@ fn stl_is_the_same_as_text_and_binary() {
         binary.extend(n.to_le_bytes());
     }
     binary.extend([0, 0]);
+    let capitals = read_clean(STL.to_ascii_uppercase());
+    // Of a damaged file what is whole is read.
+    let damaged = |count: u32, bytes: usize, message: &str| {
+        let mut bytes_of = [&binary[..80], &count.to_le_bytes(), &binary[84..]].concat();
+        bytes_of.resize(bytes, 7);
+        let document = read(bytes_of);
+        let said = messages(&document);
+        assert!(said.len() == 1 && said[0].contains(message), "{said:?}");
+        document
+    };
+    let cut = damaged(2, 150, "ends after 1 of 2 triangles");
+    let long = damaged(1, 138, "more bytes follow the 1 triangles");
     let (text, binary) = (read_clean(STL), read_clean(binary));
-    for document in [&text, &binary] {
+    for document in [&text, &binary, &capitals, &cut, &long] {
         let set = nodes(document, "TriangleSet")[0];
         let points = set
             .get_node(faces97::COORD)

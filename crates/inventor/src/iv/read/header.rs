@@ -226,7 +226,10 @@ fn other_format(bytes: &[u8]) -> Option<Header> {
     if stl_is_text(bytes) || stl_is_binary(bytes) {
         return Some(new(Encoding::Stl, (4, 0), "STL".into()));
     }
-    is_obj(bytes).then(|| new(Encoding::Obj, (4, 0), "OBJ".into()))
+    if is_obj(bytes) {
+        return Some(new(Encoding::Obj, (4, 0), "OBJ".into()));
+    }
+    stl_is_damaged(bytes).then(|| new(Encoding::Stl, (4, 0), "STL".into()))
 }
 
 /// Returns the version that an X3D file in XML states, or 3.0 if it states none; `None` for other
@@ -283,17 +286,41 @@ fn ply_is_text(bytes: &[u8]) -> bool {
 
 /// Returns whether an STL file is text. Binary files may begin with `solid` too.
 pub(super) fn stl_is_text(bytes: &[u8]) -> bool {
-    let head = &bytes[..bytes.len().min(HEAD)];
+    let head = bytes[..bytes.len().min(HEAD)].to_ascii_lowercase();
+    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&head);
     let start = head.trim_ascii_start();
     let is_solid = start.starts_with(b"solid") && !start.contains(&0);
     is_solid && (find(start, b"facet").is_some() || find(start, b"endsolid").is_some())
 }
 
+/// Returns the number of triangles that a binary STL file states, if it is not 0.
+pub(super) fn stl_count(bytes: &[u8]) -> Option<u64> {
+    let count = bytes.get(80..84)?.try_into().ok()?;
+    Some(u64::from(u32::from_le_bytes(count))).filter(|count| *count > 0)
+}
+
 /// Returns whether a file has the size that the number of triangles of a binary STL file states.
 fn stl_is_binary(bytes: &[u8]) -> bool {
-    let count = bytes.get(80..84).and_then(|n| n.try_into().ok());
-    let count = count.map(|n| u64::from(u32::from_le_bytes(n)));
-    count.is_some_and(|count| count > 0 && bytes.len() as u64 == 84 + 50 * count)
+    stl_count(bytes).is_some_and(|count| bytes.len() as u64 == 84 + 50 * count)
+}
+
+/// Returns whether a file of any other size begins as a binary STL file: its first triangles have
+/// finite corners, which are not all 0, and normals of length 1 or 0.
+fn stl_is_damaged(bytes: &[u8]) -> bool {
+    let is_likely = |triangle: &[u8]| {
+        let numbers: [f32; 12] = std::array::from_fn(|i| {
+            f32::from_le_bytes(std::array::from_fn(|k| triangle[4 * i + k]))
+        });
+        let length = numbers[..3].iter().map(|n| n * n).sum::<f32>();
+        let has_corners = numbers[3..].iter().any(|n| *n != 0.0);
+        has_corners
+            && numbers.iter().all(|n| n.is_finite())
+            && (length == 0.0 || (length - 1.0).abs() < 0.01)
+    };
+    let body = bytes.get(84..).unwrap_or_default();
+    let count = stl_count(bytes).map_or(0, |count| count.min(16) as usize);
+    let mut first = body.chunks_exact(50).take(count).peekable();
+    first.peek().is_some() && first.all(is_likely)
 }
 
 /// Returns whether the first lines are those of an OBJ file: comments and statements, of which one

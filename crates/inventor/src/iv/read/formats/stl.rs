@@ -12,7 +12,7 @@ use super::text_lines::text_lines;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{class, coordinate, triangle_set};
 use crate::iv::read::assemble::Assembler;
-use crate::iv::read::header::stl_is_text;
+use crate::iv::read::header::{stl_count, stl_is_text};
 
 /// Reads the triangles of a file and returns the shapes.
 ///
@@ -87,7 +87,18 @@ fn text(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
 /// Reads the binary form: 80 bytes, the number of triangles, and 50 bytes for each.
 fn binary(builder: &mut Builder<'_, '_>, bytes: &[u8]) -> Result<Vec<NodeId>> {
     let body = bytes.get(84..).unwrap_or_default();
-    let triangles = body.chunks_exact(50);
+    let count = stl_count(bytes).unwrap_or(0);
+    let triangles = body.chunks_exact(50).take(count as usize);
+    let found = triangles.len();
+    if (found as u64) < count {
+        let message = format!("the file ends after {found} of {count} triangles");
+        let help = "the triangles before are kept";
+        builder.damage(Span::at(bytes.len()), message).help(help);
+    } else if body.len() > 50 * found {
+        let message = format!("more bytes follow the {count} triangles that the file states");
+        let span = Span::new(84 + 50 * found, bytes.len());
+        builder.damage(span, message).help("they are not read");
+    }
     let mut points = Vec::with_capacity(3 * triangles.len());
     let mut has_attributes = false;
     for triangle in triangles {
