@@ -444,6 +444,16 @@ fn an_edge_of_obj_is_smooth_within_one_smoothing_group() {
 }
 
 #[test]
+fn a_byte_order_mark_costs_nothing() {
+    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    let ply = String::from_utf8(ply("ascii")).expect("text");
+    for text in [obj, STL, &ply] {
+        let marked = read_clean(format!("\u{feff}{text}"));
+        assert_eq!(classic(&marked), classic(&read_clean(text)));
+    }
+}
+
+#[test]
 fn obj_of_vertices_alone_is_points() {
     let document = read("v 0 0 0\nv 1 0 0 \nv 0 1 0\n");
     let set = nodes(&document, "PointSet")[0];

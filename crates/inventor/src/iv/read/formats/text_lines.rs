@@ -42,9 +42,14 @@ impl<'t> TextLine<'t> {
     }
 }
 
-/// Returns the lines of a text that have words.
+/// Returns the lines of a text that have words, after a byte-order mark.
 pub(super) fn text_lines(text: &[u8]) -> impl Iterator<Item = TextLine<'_>> {
-    let mut at = 0;
+    let mark = "\u{feff}";
+    let mut at = if text.starts_with(mark.as_bytes()) {
+        mark.len()
+    } else {
+        0
+    };
     std::iter::from_fn(move || {
         loop {
             let rest = text.get(at..).filter(|rest| !rest.is_empty())?;
