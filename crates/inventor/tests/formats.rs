@@ -560,6 +560,24 @@ fn faces_of_ply_have_colors_where_vertices_have_none() {
 }
 
 #[test]
+fn colors_of_ply_in_32_bits_are_0_to_255() {
+    for (kind, full) in [
+        ("uchar", 255),
+        ("ushort", 65535),
+        ("int", 255),
+        ("uint", 255),
+    ] {
+        let document = read_clean(format!(
+            "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n\
+             property float z\nproperty {kind} red\nproperty {kind} green\n\
+             property {kind} blue\nend_header\n0 0 0 {full} 0 {full}\n"
+        ));
+        let colors = nodes(&document, "Color")[0].get(color::COLOR);
+        assert_eq!(colors, [Vec3::new(1.0, 0.0, 1.0)], "{kind}");
+    }
+}
+
+#[test]
 fn ply_is_the_same_in_its_three_forms() {
     let forms = ["ascii", "binary_little_endian", "binary_big_endian"];
     let read = forms.map(|form| read_clean(ply(form)));

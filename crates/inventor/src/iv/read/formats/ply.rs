@@ -52,9 +52,11 @@ impl Number {
         }
     }
 
-    /// The largest value of a color, which is 1: of integers their largest number.
+    /// The largest value of a color, which is 1: of integers their largest number. Colors in 32
+    /// bits are 0 to 255, as programs write them whose other numbers have this type.
     fn most(self) -> f32 {
         match self {
+            Self::Signed(4) | Self::Unsigned(4) => 255.0,
             Self::Signed(n) => ((1u64 << (8 * n - 1)) - 1) as f32,
             Self::Unsigned(n) => ((1u64 << (8 * n)) - 1) as f32,
             Self::Float(_) => 1.0,
