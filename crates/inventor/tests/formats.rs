@@ -578,6 +578,20 @@ fn colors_of_ply_in_32_bits_are_0_to_255() {
 }
 
 #[test]
+fn a_texture_of_ply_has_its_own_colors() {
+    let text = String::from_utf8(ply("ascii")).expect("text");
+    let color_of = |text: &str| {
+        let document = read_clean(text);
+        let look = nodes(&document, "Appearance")[0];
+        let material = look.get_node(appearance::MATERIAL).expect("a material");
+        material.get(vrml97_material::DIFFUSE_COLOR)
+    };
+    assert_eq!(color_of(&text), Vec3::splat(0.8));
+    let textured = text.replace("1.0\n", "1.0\ncomment TextureFile a.png\n");
+    assert_eq!(color_of(&textured), Vec3::ONE);
+}
+
+#[test]
 fn ply_is_the_same_in_its_three_forms() {
     let forms = ["ascii", "binary_little_endian", "binary_big_endian"];
     let read = forms.map(|form| read_clean(ply(form)));

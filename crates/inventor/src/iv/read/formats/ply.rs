@@ -11,7 +11,8 @@ use super::builder::Builder;
 use crate::grammar::value::{NodeId, Value};
 use crate::grammar::{
     appearance, class, color, color_rgba, coordinate, image_texture,
-    vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_normal,
+    vrml97_indexed_face_set as faces97, vrml97_indexed_line_set as lines97, vrml97_material,
+    vrml97_normal,
 };
 use crate::iv::encoding::text;
 use crate::iv::read::assemble::Assembler;
@@ -528,6 +529,19 @@ impl PlyMesh {
                 let urls = Value::Strings(vec![name.into()]);
                 let node = builder.with(class::IMAGE_TEXTURE, image_texture::URL, urls, span)?;
                 builder.set(appearance, appearance::TEXTURE, Value::Node(Some(node)));
+                // The texture multiplies this color. PLY states none.
+                let white = Value::Vec3(Vec3::ONE);
+                let material = builder.with(
+                    class::VRML97_MATERIAL,
+                    vrml97_material::DIFFUSE_COLOR,
+                    white,
+                    span,
+                )?;
+                builder.set(
+                    appearance,
+                    appearance::MATERIAL,
+                    Value::Node(Some(material)),
+                );
             }
             shapes.push(builder.shape(appearance, faces, span)?);
         }
