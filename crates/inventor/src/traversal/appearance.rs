@@ -13,10 +13,11 @@ use super::state::{
 };
 use super::visitor::Visitor;
 use super::walk::Walk;
+use crate::grammar::value::Text;
 use crate::grammar::{
     Field, appearance, class, image_texture, ior_material_extension, multi_texture,
-    physical_material, specular_material_extension, texture_transform, unlit_material,
-    vrml97_material, vrml97_shape,
+    multi_texture_transform, physical_material, specular_material_extension, texture_properties,
+    texture_transform, unlit_material, vrml97_material, vrml97_shape,
 };
 use crate::iv::{NodeRef, display_color};
 
@@ -73,16 +74,34 @@ fn set_appearance<'a>(state: &mut State<'a>, appearance: Option<NodeRef<'a>>) {
             false => TextureModel::Diffuse,
         },
         blend_color: Vec3::ZERO,
-        repeat_s: texture.get(image_texture::REPEAT_S),
-        repeat_t: texture.get(image_texture::REPEAT_T),
+        repeat_s: repeats(
+            texture,
+            image_texture::REPEAT_S,
+            texture_properties::BOUNDARY_MODE_S,
+        ),
+        repeat_t: repeats(
+            texture,
+            image_texture::REPEAT_T,
+            texture_properties::BOUNDARY_MODE_T,
+        ),
         repeat_r: true,
         quality: 0.5,
         alpha,
     });
     state.further_textures = Arc::default();
     state.texture_matrix =
-        node(appearance::TEXTURE_TRANSFORM).map_or(Mat4::IDENTITY, texture_transform);
+        node(appearance::TEXTURE_TRANSFORM).map_or(Mat4::IDENTITY, first_transform);
     state.texture_coordinates = TextureCoordinates::Default;
+}
+
+/// Returns whether a texture is repeated in a direction. A boundary mode that is stated takes the
+/// place of `repeatS` or `repeatT`.
+fn repeats(texture: NodeRef<'_>, repeat: Field<bool>, mode: Field<Text>) -> bool {
+    let properties = texture.get_node(image_texture::TEXTURE_PROPERTIES);
+    match properties.filter(|properties| properties.states(mode)) {
+        Some(properties) => !properties.get(mode).starts_with("CLAMP"),
+        None => texture.get(repeat),
+    }
 }
 
 /// Returns whether textures of the file of a node multiply the color of a material.
@@ -118,6 +137,17 @@ fn first_texture(texture: NodeRef<'_>) -> NodeRef<'_> {
             texture.document.node(first)
         }
         _ => texture,
+    }
+}
+
+/// Returns the matrix of a texture transform, or of the first of a `MultiTextureTransform`.
+fn first_transform(node: NodeRef<'_>) -> Mat4 {
+    let list = node.get_nodes(multi_texture_transform::TEXTURE_TRANSFORM);
+    match list.first() {
+        Some(&first) if node.class_id() == Some(class::MULTI_TEXTURE_TRANSFORM) => {
+            texture_transform(node.document.node(first))
+        }
+        _ => texture_transform(node),
     }
 }
 

@@ -5,8 +5,9 @@ use std::sync::OnceLock;
 
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
-    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, matrix_transform,
-    surround_scale, texture_unit, vrml97_indexed_face_set as faces97, vrml97_shape,
+    CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, image_texture,
+    matrix_transform, multi_texture, surround_scale, texture_properties, texture_unit,
+    vrml97_indexed_face_set as faces97, vrml97_shape,
 };
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::traversal::geo::GeoSystem;
@@ -130,13 +131,59 @@ fn of_shape(shape: NodeRef<'_>) -> Vec<Unapplied<'_>> {
         appearance::TEXTURE,
     ]
     .map(|field| look.and_then(|look| look.get_node(field)));
-    let nodes = std::iter::once(points).chain(held).flatten();
+    let fog = geometry.and_then(|geometry| held_node(geometry, "fogCoord"));
+    let nodes = [points, fog].into_iter().chain(held).flatten();
     let mut found: Vec<_> = nodes.filter_map(Unapplied::whole).collect();
     let material = look.and_then(|look| look.get_node(appearance::MATERIAL));
     for node in [look, material].into_iter().flatten() {
         found.extend(Unapplied::fields(node, unapplied_fields(node)));
+        let textures = TEXTURES_DRAWN.map(|field| held_node(node, field));
+        for texture in textures.into_iter().flatten() {
+            found.extend(of_texture(texture));
+        }
     }
     found
+}
+
+/// The fields of appearances and materials with textures that are drawn.
+const TEXTURES_DRAWN: [&str; 4] = [
+    "texture",
+    "diffuseTexture",
+    "baseTexture",
+    "emissiveTexture",
+];
+
+/// Returns the node in a field with one node.
+fn held_node<'a>(node: NodeRef<'a>, field: &str) -> Option<NodeRef<'a>> {
+    match node.value(field) {
+        Some(Value::Node(Some(held))) => Some(node.document.node(*held)),
+        _ => None,
+    }
+}
+
+/// Returns what is not applied of the boundary modes of a texture, or of the first of a
+/// `MultiTexture`.
+fn of_texture(texture: NodeRef<'_>) -> Vec<Unapplied<'_>> {
+    let first = match texture.class_id() {
+        Some(class::MULTI_TEXTURE) => texture.get_nodes(multi_texture::TEXTURE).first(),
+        _ => None,
+    };
+    let texture = first.map_or(texture, |&first| texture.document.node(first));
+    let Some(properties) = texture.get_node(image_texture::TEXTURE_PROPERTIES) else {
+        return Vec::new();
+    };
+    let modes = [
+        ("boundaryModeS", texture_properties::BOUNDARY_MODE_S),
+        ("boundaryModeT", texture_properties::BOUNDARY_MODE_T),
+    ];
+    let lacks = modes
+        .into_iter()
+        .filter_map(|(name, mode)| match properties.get(mode) {
+            "MIRRORED_REPEAT" => Some((name, "textures are repeated without mirroring")),
+            "CLAMP_TO_BOUNDARY" => Some((name, "textures end in the colors of their edges")),
+            _ => None,
+        });
+    Unapplied::fields(properties, lacks).collect()
 }
 
 /// Returns what the picture lacks because a node is not applied, if it lacks anything.
@@ -328,6 +375,33 @@ mod tests {
                 found.iter().any(|one| one.text == lack),
                 "{name}: {found:?}"
             );
+        }
+    }
+
+    /// Of X3D's texture properties the boundary modes are applied, but for two of them.
+    #[test]
+    fn parts_of_a_shape_of_x3d_that_are_not_applied_are_reported() {
+        let problems_of = |text: &str| {
+            let text = format!("#X3D V3.3 utf8\nPROFILE Full\nShape {{ {text} }}\n");
+            let document = Document::read_headerless("a", text.into_bytes()).unwrap();
+            let snapshot = Snapshot::at(&document, 0.0);
+            let survey = RenderScene::survey(&snapshot, &Default::default());
+            let model = Model::of(&snapshot, &ModelOptions::default());
+            (survey.diagnostics.len(), model.not_applied.len())
+        };
+        let points = "coord Coordinate { point [0 0 0, 1 0 0, 0 1 0] }";
+        let with_fog = format!("geometry TriangleSet {{ {points} fogCoord FogCoordinate {{ }} }}");
+        assert_eq!(problems_of(&with_fog), (1, 1));
+        for (mode, problems) in [
+            ("CLAMP", 0),
+            ("MIRRORED_REPEAT", 1),
+            ("CLAMP_TO_BOUNDARY", 1),
+        ] {
+            let text = format!(
+                "appearance Appearance {{ texture PixelTexture {{ image 1 1 1 0 textureProperties \
+                 TextureProperties {{ boundaryModeT \"{mode}\" }} }} }} geometry Box {{ }}"
+            );
+            assert_eq!(problems_of(&text), (problems, problems), "{mode}");
         }
     }
 

@@ -318,6 +318,37 @@ mod tests {
         assert!((seen - Vec3::new(-0.5, 3.5, 0.0)).length() < 1e-5, "{seen}");
     }
 
+    #[test]
+    fn the_first_transform_and_the_boundary_modes_of_a_texture_of_x3d_are_applied() {
+        for (fields, repeats) in [
+            ("", true),
+            ("repeatS FALSE", false),
+            (
+                "textureProperties TextureProperties { boundaryModeS \"CLAMP_TO_EDGE\" }",
+                false,
+            ),
+            (
+                "repeatS FALSE textureProperties TextureProperties { boundaryModeS \"REPEAT\" }",
+                true,
+            ),
+            (
+                "repeatS FALSE textureProperties TextureProperties { }",
+                false,
+            ),
+        ] {
+            let scene = compiled(&format!(
+                "#X3D V3.3 utf8\nPROFILE Full\nShape {{ appearance Appearance {{
+                 texture PixelTexture {{ image 1 1 1 0xff {fields} }}
+                 textureTransform MultiTextureTransform {{ textureTransform TextureTransform {{
+                 scale 2 2 }} }} }} geometry Box {{ }} }}"
+            ));
+            let surface = ahead(&scene);
+            let texture = surface.texture.as_ref().expect("a texture");
+            assert_eq!(texture.matrix.transform_point3(Vec3::X).x, 2.0);
+            assert_eq!(texture.repeat.s, repeats, "{fields}");
+        }
+    }
+
     /// The camera's own rotation by 0.3 must not matter.
     #[test]
     fn a_billboard_faces_the_eye() {
