@@ -132,7 +132,7 @@ impl GalleryEntry {
                     name: name.into(),
                     ..choice.clone()
                 },
-                _ => LensChoice::named(name),
+                _ => LensChoice::of_era(plan.era, name),
             };
             let lens = choice.open(&mut Sink::new())?;
             let about = About::of(lens.prescription());

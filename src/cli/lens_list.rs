@@ -18,7 +18,7 @@ pub(super) fn list(is_json: bool) -> Result<Content> {
         && !is_json
     {
         text.push_str(
-            "\nlenses are as published, many of them with about 100 mm; `--efl 50mm` scales any of them\n",
+            "\nmany lenses have about 100 mm, as published; `--efl 50mm` scales any of them\n",
         );
     }
     Ok(list)

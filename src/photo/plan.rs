@@ -122,8 +122,7 @@ pub struct LensChoice {
     pub name: String,
     /// The focal length to scale the lens to. Default: no scaling.
     pub efl: Option<Mm>,
-    /// A factor to scale the lens by. If it is not 1, the lengths are those of the file times it.
-    /// Default: 1.
+    /// A factor to scale the lens by, from the size that it has at 1. Default: 1.
     pub zoom: f64,
     /// Whether a lens keeps the lengths of its file, as in 1999, though the file states a nominal
     /// focal length. Default: no.
@@ -162,6 +161,14 @@ impl LensChoice {
         }
     }
 
+    /// Creates a choice of a lens without changes, of the size that it has in an era.
+    pub(crate) fn of_era(era: Era, name: impl Into<String>) -> Self {
+        Self {
+            as_published: era == Era::Vintage,
+            ..Self::named(name)
+        }
+    }
+
     /// Opens the lens and applies the changes.
     ///
     /// # Errors
@@ -176,8 +183,8 @@ impl LensChoice {
     /// Returns the errors of [`LensChoice::open`].
     pub fn open_as(&self, reading: Reading, sink: &mut Sink) -> Result<Lens> {
         let mut reading = self.completed(reading)?;
-        // A scaling is of the lengths of the file, so that it is rounded once.
-        reading.as_published |= self.as_published || self.zoom != 1.0 || self.efl.is_some();
+        // A lens is scaled to `efl` from the lengths of its file, so that they are rounded once.
+        reading.as_published |= self.as_published || self.efl.is_some();
         let mut lens = open_prescription(&self.name, &reading, sink)?;
         if let Some(position) = self.zoom_position {
             lens = lens
@@ -403,10 +410,7 @@ impl Plan {
             view: None,
             background: None,
             environment: None,
-            optics: Optics::Lens(LensChoice {
-                as_published: era == Era::Vintage,
-                ..LensChoice::named("wide-angle")
-            }),
+            optics: Optics::Lens(LensChoice::of_era(era, "wide-angle")),
             focus: None,
             shading: Shading::Recursive,
             headlight,

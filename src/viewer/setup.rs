@@ -39,7 +39,7 @@ impl Setup {
             self.lens().map(|l| l.method),
             self.lens().and_then(|l| l.efl),
         );
-        let mut choice = LensChoice::named(name);
+        let mut choice = LensChoice::of_era(self.plan.era, name);
         choice.efl = efl;
         if let Some(method @ (FocusMethod::Film | FocusMethod::Lens | FocusMethod::Best)) = method {
             choice.method = method;

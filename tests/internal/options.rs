@@ -2,12 +2,13 @@
 //! plan.
 
 use ivcam_base::diag::Sink;
+use ivcam_optics::lens::shipped_names;
 use ivcam_render::shade::Shading;
 
 use crate::cli::flags;
 use crate::fuzz::options::{again, read};
 use crate::photo::options::{GivenOptions, Opt, Takes, all};
-use crate::photo::{Era, Plan};
+use crate::photo::{Era, Optics, Plan};
 
 const ERAS: [Era; 2] = [Era::Vintage, Era::Modern];
 
@@ -72,6 +73,28 @@ fn any_two_options_go_to_a_plan_and_back() {
     }
     // Jittered samples cannot adapt; this is the only conflict.
     assert!(refused * 50 < made, "{refused} of {made} are refused");
+}
+
+/// So the zoom of a movie passes 1 without a jump.
+#[test]
+fn zoom_scales_every_lens_from_the_size_that_it_has_without_it() {
+    for (name, era) in shipped_names().flat_map(|name| ERAS.map(|era| (name, era))) {
+        let efl = |options: &str| {
+            let plan = of_line(&format!("--lens {name} {options}"), era).unwrap();
+            let Optics::Lens(choice) = plan.optics else {
+                panic!("{name} is no lens");
+            };
+            choice.open(&mut Sink::new()).unwrap().first_order().efl()
+        };
+        for factor in [0.5, 1.0001] {
+            let ratio = efl(&format!("--zoom {factor}")) / efl("");
+            // An afocal lens has an infinite focal length.
+            assert!(
+                !ratio.is_finite() || (ratio / factor - 1.0).abs() < 1e-9,
+                "{name} {era:?}"
+            );
+        }
+    }
 }
 
 /// An earlier version of the window's *Copy command* omitted these.

@@ -10,7 +10,7 @@ use super::values::{
     POSITIVE, degrees, distance, distance_word, finite, if_any, on_off, paths, positive, set,
     switch, unless_default,
 };
-use crate::photo::plan::{Era, IdealChoice, LensChoice, Optics, Plan};
+use crate::photo::plan::{IdealChoice, LensChoice, Optics, Plan};
 
 /// Where a distance in focus may come from.
 const DISTANCES: &str = "the README beside a scene may list distances; `ivcam view` focuses where you click, and \
@@ -37,10 +37,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
                 Some("none") => plan.optics = Optics::Pinhole,
                 Some("ideal") => plan.optics = Optics::Ideal(IdealChoice::default()),
                 Some(name) => {
-                    plan.optics = Optics::Lens(LensChoice {
-                        as_published: plan.era == Era::Vintage,
-                        ..LensChoice::named(name)
-                    });
+                    plan.optics = Optics::Lens(LensChoice::of_era(plan.era, name));
                 }
             }
             Ok(())
@@ -74,7 +71,7 @@ pub(super) static OPTIONS: [Opt; 16] = [
     Opt::new(
         "zoom",
         Takes::One("FACTOR"),
-        "scales the lengths of the lens file by this factor; the lenses of 1999 are about 100 mm [1]",
+        "scales the lens by this factor; the lenses of 1999 are about 100 mm [1]",
     )
     .vintage("z")
     .needs(OptionNeeds::Prescription)
