@@ -266,6 +266,8 @@ fn pixels(word: &str) -> Option<[u32; 2]> {
 
 #[cfg(test)]
 mod tests {
+    use ivcam_base::diag::Sink;
+
     use super::*;
     use crate::cli::lens;
 
@@ -468,6 +470,40 @@ mod tests {
             coated[0].contains("`--coating` does nothing without `--write`"),
             "{coated:?}"
         );
+    }
+
+    /// The files of such lenses state a focal length that the lens is scaled to when it is read.
+    #[test]
+    fn a_lens_of_a_nominal_focal_length_is_written_with_the_one_that_it_has() {
+        use ivcam_optics::lens::{Lens, Reading, open_prescription, shipped_names};
+        let file = std::env::temp_dir().join(format!("ivcam-nominal-{}", std::process::id()));
+        let as_published = Reading {
+            as_published: true,
+            ..Reading::default()
+        };
+        let mut written = 0;
+        for name in shipped_names() {
+            let lens = open_prescription(name, &as_published, &mut Sink::new()).unwrap();
+            if About::of(&lens).nominal_mm.is_none() {
+                continue;
+            }
+            let nominal = Lens::named(name).unwrap().first_order().efl();
+            let sizes = [("--efl 20mm", 20.0), ("--efl 101mm", 101.0)];
+            for (option, efl) in sizes.into_iter().chain([("--zoom 0.5", 0.5 * nominal)]) {
+                for format in ["zmx", "seq", "json"] {
+                    let text = printed(&format!("{name} {option} --export {format}")).unwrap();
+                    std::fs::write(&file, text).unwrap();
+                    let found = Lens::open(&file).unwrap().first_order().efl();
+                    assert!(
+                        (found / efl - 1.0).abs() < 1e-9,
+                        "{name} {option} {format}: {found}"
+                    );
+                    written += 1;
+                }
+            }
+        }
+        std::fs::remove_file(file).unwrap();
+        assert_eq!(written, 5 * 9);
     }
 
     /// The film's diagonal is 36 mm; the paraxial image of the double Gauss is some millimeters

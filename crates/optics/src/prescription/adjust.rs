@@ -48,7 +48,6 @@ impl Prescription {
             return Ok(self);
         };
         let mut lens = self.scaled_to(Mm(nominal), D_LINE)?;
-        lens.notes.retain(|note| !note.starts_with("nominal: "));
         for note in &mut lens.notes {
             if note.starts_with("focal length: ") {
                 *note = format!("focal length: {nominal} mm");

@@ -201,14 +201,20 @@ impl Prescription {
         self.is_dispersive() || self.surfaces.iter().any(tints)
     }
 
-    /// The lens with every length multiplied by a factor, as by the paper's option `-z`.
+    /// The lens with every length multiplied by a factor, as by the paper's option `-z`. A nominal
+    /// focal length that its file states is no longer that of its lengths.
     pub fn scaled(&self, factor: f64) -> Self {
         let scale = |z: &ZoomPosition| ZoomPosition {
             name: z.name.clone(),
             gaps: z.gaps.iter().map(|&(i, gap)| (i, gap * factor)).collect(),
             stop_semi_diameter: z.stop_semi_diameter.map(|r| r * factor),
         };
+        let notes = self
+            .notes
+            .iter()
+            .filter(|note| !note.starts_with("nominal: "));
         Self {
+            notes: notes.cloned().collect(),
             surfaces: self.surfaces.iter().map(|s| s.scaled(factor)).collect(),
             image_height: self.image_height.map(|h| h * factor),
             zoom: self.zoom.iter().map(scale).collect(),
