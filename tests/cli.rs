@@ -1743,6 +1743,39 @@ fn a_hyphen_is_standard_input_and_standard_output() {
     );
 }
 
+/// Light falls on the lens whether it lights a shape or not, and in every shading model.
+#[test]
+fn a_light_after_all_shapes_or_without_any_makes_ghosts() {
+    let scratch = Scratch::new("idle-light");
+    let light = "DirectionalLight { direction .12 -.06 1 }";
+    let (cube, camera) = (
+        "Translation { translation 0 0 50 } Cube { }",
+        "PerspectiveCamera { }",
+    );
+    for (number, (scene, options)) in [
+        (format!("{camera} {light} {cube}"), ""),
+        (format!("{camera} {light} {cube}"), "-s flat"),
+        (format!("{camera} {cube} {light}"), ""),
+        (format!("{camera} {light}"), ""),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        scratch.file("a.iv", &format!("#Inventor V2.1 ascii\n{scene}\n"));
+        let line = "render --lens double-gauss --ghosts on --coating none --size 9x6 -j 1";
+        let run = must_run(&scratch, &format!("{line} {options} -o DIR/a.png DIR/a.iv"));
+        let said = stderr(&run);
+        assert!(
+            said.contains("ghosts ") && said.contains("% of the lights'"),
+            "{number}: {said}"
+        );
+        assert!(
+            !said.contains("exact") && !said.contains("light no shape"),
+            "{number}: {said}"
+        );
+    }
+}
+
 #[test]
 fn a_region_is_that_part_of_the_picture() {
     let scratch = Scratch::new("region");

@@ -908,7 +908,7 @@ impl Session {
             rays: sampler.samples.saturating_mul(GHOST_RAYS).min(1 << 26),
             seed: sampler.seed,
         };
-        render.expose(&self.scene.lights(), proceed)
+        render.expose(&self.scene.lights_on_lens(), proceed)
     }
 
     /// Returns the factor of the exposure.
@@ -1212,7 +1212,11 @@ impl Session {
             leave("secondary rays", "shading");
         }
         if self.shows_nothing() {
-            leave("all rays", "nothing to see");
+            let rays = match self.plan.ghosts {
+                true => "rays from the film",
+                false => "all rays",
+            };
+            leave(rays, "nothing to see");
         }
         out
     }
@@ -1274,6 +1278,7 @@ pub(super) fn options(
         texture_filter: plan.texture_filter,
         names: plan.layers.mattes,
         coordinates: plan.layers.coordinates,
+        idle_lights: plan.ghosts && plan.lens().is_some(),
         culled_faces_cast_shadows: plan.unseen_shadows,
         colors: match plan.shading {
             Shading::Path => plan.light.colors,

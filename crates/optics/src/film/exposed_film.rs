@@ -174,13 +174,23 @@ impl Film {
         self.sum() / (3.0 * self.pixels.len() as f64)
     }
 
+    /// Whether ghosts add light.
+    fn has_ghosts(&self) -> bool {
+        self.ghosts
+            .as_ref()
+            .is_some_and(|ghosts| ghosts.sum() > 0.0)
+    }
+
     /// Returns the estimated error of the picture, without ghosts.
     ///
     /// # Errors
     /// Returns the reason if the error is unknown.
     pub fn error(&self) -> Result<ErrorEstimate, ErrorUnknown> {
         let error = self.squared_error.ok_or(ErrorUnknown::NotMeasured)?;
-        error.relative(self.pixels.len(), self.mean())
+        match error.relative(self.pixels.len(), self.mean()) {
+            Ok(ErrorEstimate::EXACT) if self.has_ghosts() => Err(ErrorUnknown::GhostsAlone),
+            found => found,
+        }
     }
 
     /// Returns the estimated root mean square error over the mean of the picture, or `None` if it

@@ -41,7 +41,11 @@ impl RenderScene {
             "nothing clipped or culled",
         );
         let idle = census.lights_seen - census.lights.min(census.lights_seen);
-        leave(idle > 0, &format!("{idle} lights"), "light no shape");
+        leave(
+            idle > 0 && self.idle_lights.is_none(),
+            &format!("{idle} lights"),
+            "light no shape",
+        );
         let shapes = census.shapes_unreached;
         leave(shapes > 0, &format!("{shapes} shapes"), "not reached");
         out

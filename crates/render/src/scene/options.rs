@@ -133,6 +133,8 @@ pub struct CompileOptions {
     pub texture_filter: Option<TextureFilter>,
     /// Whether shapes without textures have texture coordinates too. Default: no.
     pub coordinates: bool,
+    /// Whether lights that light no shape are kept, because they shine on the lens. Default: no.
+    pub idle_lights: bool,
     /// Whether surfaces are named, for mattes. Default: no.
     pub names: bool,
     /// The folders besides the scene's own in which textures are searched. Default: none.
@@ -158,6 +160,7 @@ impl Default for CompileOptions {
             ignore_draw_style: false,
             texture_filter: None,
             coordinates: false,
+            idle_lights: false,
             names: false,
             texture_folders: Vec::new(),
             fonts: Arc::default(),

@@ -34,6 +34,8 @@ pub struct RenderScene {
     /// The names of the surfaces, if they were asked for.
     pub(super) names: Option<Box<SurfaceNames>>,
     pub(super) light_sets: LightSets,
+    /// The lights that are in no set, if the options asked for them.
+    pub(super) idle_lights: Option<Vec<Light>>,
     /// The prototypes with their instances, if there are any.
     pub(super) instances: Option<Box<Instances>>,
     /// The tree, which is built for the first ray. Its last boxes are those of instances.
@@ -253,9 +255,16 @@ impl RenderScene {
         self.light_sets.count(set)
     }
 
-    /// All different lights.
+    /// All different lights of shapes.
     pub fn lights(&self) -> Vec<Light> {
         self.light_sets.different()
+    }
+
+    /// All different lights of shapes, and the lights that light no shape if the options asked for
+    /// them.
+    pub fn lights_on_lens(&self) -> Vec<Light> {
+        let idle = self.idle_lights.iter().flatten();
+        self.lights().into_iter().chain(idle.copied()).collect()
     }
 
     /// Whether any surface is lit by a light.

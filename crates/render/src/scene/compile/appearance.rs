@@ -60,10 +60,7 @@ impl SceneBuilder {
             }
         };
         let origin = self.scene.origin;
-        let compile = |light: &LightElement| {
-            let color = colors.light(light.color);
-            Light::new(&LightElement { color, ..*light }, origin, colors)
-        };
+        let compile = |light: &LightElement| Light::new(light, origin, colors);
         let before = self.shared.lights.bytes();
         let lights = self.shared.lights.set(&state.lights, compile);
         self.memory.count(self.shared.lights.bytes() - before);

@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::memory::MemoryBudget;
 use ivcam_inventor::iv::{NodeId, NodeRef, Value};
@@ -18,7 +19,7 @@ use super::surface_namer::SurfaceNamer;
 use crate::bvh::Bvh;
 use crate::scene::canvas::Canvas;
 use crate::scene::instancing::{Prototypes, draw_instance};
-use crate::scene::looks::Background;
+use crate::scene::looks::{Background, Light};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::scene::{shapes, survey};
@@ -38,6 +39,8 @@ pub(super) struct Compiler<'a> {
     reached: Vec<bool>,
     /// The nodes of lights that are on.
     lights: HashSet<NodeId>,
+    /// The different lights that are on, by their bits, if those that light no shape are kept.
+    shining: Option<IndexMap<[u32; 22], Light>>,
     /// Names the surfaces, if that is asked for.
     pub(super) namer: Option<SurfaceNamer<'a>>,
     /// The environment of the first VRML 97 `Fog`; the inner value is `None` if that means no fog.
@@ -59,6 +62,7 @@ impl RenderScene {
             background_set: options.background.is_some_and(|(_, replaces)| replaces),
             reached: vec![false; snapshot.document().nodes.len()],
             lights: HashSet::new(),
+            shining: options.idle_lights.then(IndexMap::new),
             namer: options
                 .names
                 .then(|| SurfaceNamer::new(snapshot.document())),
@@ -152,6 +156,12 @@ impl Compiler<'_> {
         let lights = builder.shared.lights;
         scene.census.lights = lights.nodes();
         scene.light_sets = lights.finish(builder.options.needs.lights);
+        scene.idle_lights = self.shining.map(|mut all| {
+            let of_shapes = scene.light_sets.different();
+            let of_shapes: HashSet<_> = of_shapes.iter().map(Light::bits).collect();
+            all.retain(|bits, _| !of_shapes.contains(bits));
+            all.into_values().collect()
+        });
         let notices = builder.shared.files.notices;
         notices.into_iter().for_each(|d| builder.reports.add(*d));
         scene.census.diagnostics = builder.reports.finish();
@@ -197,6 +207,16 @@ impl<'a> Visitor<'a> for Compiler<'a> {
 
     fn light(&mut self, _node: NodeRef<'a>, light: &LightElement, _state: &State<'a>) {
         self.lights.insert(light.node);
+        // A part with a light is expanded after its recording.
+        let Some(shining) = self.shining.as_mut().filter(|_| !self.builder.is_recording) else {
+            return;
+        };
+        let builder = &mut self.builder;
+        let light = Light::new(light, builder.scene.origin, builder.options.colors);
+        if shining.insert(light.bits(), light).is_none() {
+            let bytes = 2 * (size_of::<Light>() + size_of::<[u32; 22]>());
+            builder.memory.count(bytes as u64);
+        }
     }
 
     fn node(&mut self, node: NodeRef<'a>, role: Role) {

@@ -56,13 +56,14 @@ impl Light {
     /// Converts a light to a scene with an origin. A light of glTF is encoded where light is
     /// computed with the levels of a screen.
     pub(crate) fn new(element: &LightElement, origin: DVec3, colors: ColorCoding) -> Self {
-        let color = element.color * element.intensity;
+        let own = colors.light(element.color);
+        let color = own * element.intensity;
         let is_encoded = element.linear && colors == ColorCoding::Linear;
         Self {
             encoded: if is_encoded { element.intensity } else { 0.0 },
             kind: element.kind,
             color,
-            ambient: element.color * element.ambient,
+            ambient: own * element.ambient,
             position: (element.position - origin).as_vec3(),
             direction: element.direction.as_vec3(),
             attenuation: element.attenuation,
@@ -74,7 +75,7 @@ impl Light {
     }
 
     /// The bits of all values, which are the same for lights that shine alike.
-    pub(super) fn bits(&self) -> [u32; 22] {
+    pub(in crate::scene) fn bits(&self) -> [u32; 22] {
         let (kind, [inner, outer]) = match self.kind {
             LightKind::Directional => (0, [0.0; 2]),
             LightKind::Point => (1, [0.0; 2]),
