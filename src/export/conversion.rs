@@ -58,7 +58,7 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
     }
     let at = snapshot_options(options.time);
     let taken = snapshot(document, &at, &options.model.compile);
-    if let Some(mut conversion) = web3d::rewritten(document, target, options) {
+    if let Some(mut conversion) = web3d::rewritten(document, target) {
         add(
             &mut conversion.losses,
             document,

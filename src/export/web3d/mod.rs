@@ -1,4 +1,4 @@
-//! Writes VRML97 and X3D 4 in its XML encoding.
+//! Writes VRML97, and X3D in its XML encoding.
 //!
 //! Both are graphs of the same nodes. A scene in VRML97 is written node by node, with its
 //! prototypes, scripts and routes. Of a scene in Inventor or VRML 1.0, whose state leaks from node

@@ -9,6 +9,7 @@ use ivcam_render::scene::model::{Image, Material, Model, ModelOptions};
 use ivcam_render::scene::{CompileOptions, RenderScene, snapshot};
 
 use crate::export::{Conversion, ExportOptions, Target, convert};
+use crate::photo::snapshot_options;
 
 fn document(text: &str) -> Document {
     let bytes = text.as_bytes().to_vec();
@@ -448,43 +449,35 @@ fn textures_are_inside_x3d_and_beside_vrml97() {
     );
 }
 
+/// VRML97, table 4.5: a texture replaces colors, also those of a prototype, of vertices, and of a
+/// route. It does so in X3D 3.3, and multiplies them in X3D 4.
 #[test]
-fn a_color_under_a_color_texture_of_vrml97_is_white_in_x3d() {
-    let found = scene(
-        "#VRML V2.0 utf8\nShape { appearance Appearance { material DEF M Material { diffuseColor 1 0 0 \
-         shininess 0.5 } texture PixelTexture { image 1 1 3 0x00FF00 } } }\n\
-         Shape { appearance Appearance { material USE M } }\n\
-         Shape { appearance Appearance { material USE M texture PixelTexture { image 1 1 1 0x77 } } }",
-    );
-    let materials: Vec<&String> = found
-        .iter()
-        .filter(|l| l.starts_with("<Material"))
-        .collect();
-    assert_eq!(
-        materials[0],
-        "<Material DEF='M' shininess='0.5' diffuseColor='1 1 1'/>"
-    );
-    assert_eq!(
-        materials[1],
-        "<Material diffuseColor='1 0 0' shininess='0.5'/>"
-    );
-    assert_eq!(materials[2], materials[1]);
-}
-
-/// VRML97, 4.14: the alpha of a texture replaces the material's transparency. X3D multiplies them.
-#[test]
-fn the_transparency_under_a_texture_with_alpha_is_left_out_in_x3d() {
-    let found = scene(
-        "#VRML V2.0 utf8\nShape { appearance Appearance { material DEF M Material { transparency 1 \
-         shininess 0.5 } texture PixelTexture { image 1 1 2 0x77FF } } }\n\
-         Shape { appearance Appearance { material USE M texture PixelTexture { image 1 1 1 0x77 } } }",
-    );
-    let materials = found.iter().filter(|line| line.starts_with("<Material"));
-    let expected = [
-        "<Material DEF='M' shininess='0.5'/>",
-        "<Material transparency='1' shininess='0.5'/>",
-    ];
-    assert_eq!(materials.collect::<Vec<_>>(), expected);
+fn a_texture_replaces_in_the_version_of_x3d_what_it_replaced_in_the_scene() {
+    let body = "PROTO P [ exposedField SFColor c 1 0 0 ] { Shape { appearance Appearance { \
+        material Material { diffuseColor IS c } texture PixelTexture { image 1 1 3 0x00FF00 } } \
+        geometry Box { } } } P { } DEF S Shape { appearance Appearance { \
+        material Material { diffuseColor 0 0 1 transparency 0.5 } \
+        texture PixelTexture { image 1 1 4 0x00FF00FF } } geometry IndexedFaceSet { \
+        color Color { color 1 0 1 } colorPerVertex FALSE coordIndex [ 0 1 2 ] \
+        coord Coordinate { point [ 0 0 0, 1 0 0, 0 1 0 ] } } }";
+    for (head, version) in [
+        ("#VRML V2.0 utf8\n", "3.3"),
+        ("#X3D V3.0 utf8\nPROFILE Full\n", "3.3"),
+        ("#X3D V4.0 utf8\nPROFILE Full\n", "4.0"),
+    ] {
+        let source = document(&format!("{head}{body}"));
+        let written = converted(&format!("{head}{body}"), Target::X3d).bytes;
+        let text = String::from_utf8(written.clone()).unwrap();
+        assert!(text.contains(&format!("version='{version}'")), "{text}");
+        assert!(text.contains("diffuseColor='0 0 1' transparency='0.5'"));
+        let again = Document::read("a.x3d", written, Arc::new(NoFiles), &Limits::default());
+        let materials = [&source, &again.unwrap()].map(|document| {
+            let options = ExportOptions::default();
+            let taken = snapshot(document, &snapshot_options(0.0), &options.model.compile);
+            Model::of(&taken, &options.model).materials
+        });
+        assert_eq!(materials[0], materials[1], "{head}");
+    }
 }
 
 #[test]

@@ -5,17 +5,13 @@ use ivcam_render::scene::model::Model;
 
 use super::graph::{GraphOptions, Pictures, graph};
 use super::xml::{Textures, write_xml};
-use crate::export::conversion::{Conversion, ExportOptions};
+use crate::export::conversion::Conversion;
 use crate::export::losses::Losses;
 use crate::export::target::Target;
 
 /// Converts a document in VRML97 to X3D or VRML97 node by node, and one in X3D to X3D. Returns
 /// `None` for other documents and targets.
-pub(in crate::export) fn rewritten(
-    document: &Document,
-    target: Target,
-    options: &ExportOptions,
-) -> Option<Conversion> {
+pub(in crate::export) fn rewritten(document: &Document, target: Target) -> Option<Conversion> {
     let is_x3d = document.is_x3d();
     if !document.is_vrml97() && !is_x3d {
         return None;
@@ -23,12 +19,12 @@ pub(in crate::export) fn rewritten(
     let mut losses = Losses::default();
     let bytes = match target {
         Target::Vrml97 if !is_x3d => document.write(Format::Ascii),
-        Target::X3d if document.multiplies_textures() => {
-            write_xml(document, Textures::Multiply, &mut losses)
-        }
         Target::X3d => {
-            let folders = &options.model.compile.texture_folders;
-            write_xml(document, Textures::Replace(folders), &mut losses)
+            let textures = match document.multiplies_textures() {
+                true => Textures::Multiply,
+                false => Textures::Replace,
+            };
+            write_xml(document, textures, &mut losses)
         }
         _ => return None,
     };

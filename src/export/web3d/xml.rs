@@ -1,11 +1,11 @@
-//! Writes a document in VRML97 as X3D 4 in its XML encoding, node by node.
+//! Writes a document in VRML97 or X3D as X3D in its XML encoding, node by node. Where a texture
+//! replaces the colors below it, the version is 3.3, and where it multiplies them, 4.0.
 //!
 //! The tasks that remain are on an explicit stack, because files may nest deeper than recursion
 //! allows. Names after `DEF` are unique in the whole file, as identifiers of XML have to be.
 
 use std::collections::{HashMap, HashSet};
 use std::mem;
-use std::path::PathBuf;
 
 use glam::{Vec3, Vec4};
 use ivcam_inventor::grammar::value::{NodeId, Value};
@@ -13,27 +13,20 @@ use ivcam_inventor::grammar::{FieldType, class, vrml97_spot_light as spot97};
 use ivcam_inventor::iv::declarations::{Access, Interface, Proto, Route};
 use ivcam_inventor::iv::document::{ClassRef, Document, FieldEntry};
 use ivcam_render::scene::model::Feature;
-use ivcam_render::scene::texture_components;
 
 use super::values::{attribute, escaped};
 use crate::export::indent::indent;
 use crate::export::losses::Losses;
 use crate::export::names::Names;
 
-/// How the textures of the document meet the diffuse color.
-pub(in crate::export) enum Textures<'t> {
+/// How the textures of the document meet the colors below them, which is a version of X3D.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(in crate::export) enum Textures {
     /// A texture multiplies the diffuse color, as in X3D 4.
     Multiply,
-    /// A texture with color replaces the diffuse color, and one with alpha the transparency, as in
-    /// VRML97. The folders are searched for its file.
-    Replace(&'t [PathBuf]),
-}
-
-/// What a texture replaces of the material beside it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Replaced {
-    color: bool,
-    transparency: bool,
+    /// A texture with color replaces the diffuse color and those of vertices, and one with alpha
+    /// the transparency, as in VRML97 and X3D 3.3.
+    Replace,
 }
 
 /// The class of a node, as X3D writes it.
@@ -50,12 +43,7 @@ enum XmlElement<'d> {
 /// Something that remains to be written. The next task is last on the stack.
 enum XmlTask<'d> {
     /// A node, in a field of the node around it.
-    Node {
-        id: NodeId,
-        field: &'d str,
-        /// What a texture replaces of it, if it is a material.
-        replaced: Replaced,
-    },
+    Node { id: NodeId, field: &'d str },
     /// The end of an element.
     End(&'static str),
     /// A whole line.
@@ -67,15 +55,15 @@ enum XmlTask<'d> {
 /// The state of the writer.
 struct XmlWriter<'d, 'l> {
     document: &'d Document,
-    textures: Textures<'l>,
+    textures: Textures,
     losses: &'l mut Losses,
     out: String,
     indent: usize,
     names: Names,
     /// The names after `DEF`.
     tokens: HashMap<NodeId, String>,
-    /// The nodes that are written, with what a texture replaced of them.
-    written: HashMap<NodeId, Replaced>,
+    /// The nodes that are written.
+    written: HashSet<NodeId>,
     /// The nodes that are used several times or by routes, so that they need a name.
     shared: HashSet<NodeId>,
     /// The `IS` links of the prototype that is being written.
@@ -89,7 +77,7 @@ struct XmlWriter<'d, 'l> {
 /// Writes a document in VRML97 as X3D. What X3D does not have is added to `losses`.
 pub(in crate::export) fn write_xml(
     document: &Document,
-    textures: Textures<'_>,
+    textures: Textures,
     losses: &mut Losses,
 ) -> Vec<u8> {
     let within = document.protos_by_body();
@@ -102,7 +90,7 @@ pub(in crate::export) fn write_xml(
         indent: 0,
         names: Names::default(),
         tokens: HashMap::new(),
-        written: HashMap::new(),
+        written: HashSet::new(),
         links: HashMap::new(),
         proto_names: HashMap::new(),
         within,
@@ -205,16 +193,28 @@ fn access_type(access: Access) -> &'static str {
 impl<'d> XmlWriter<'d, '_> {
     fn document(&mut self) {
         self.line("<?xml version='1.0' encoding='UTF-8'?>");
-        self.line(
-            "<!DOCTYPE X3D PUBLIC 'ISO//Web3D//DTD X3D 4.0//EN' \
-             'https://www.web3d.org/specifications/x3d-4.0.dtd'>",
-        );
-        self.begin(
-            "<X3D profile='Immersive' version='4.0' \
+        let version = match self.textures {
+            Textures::Multiply => "4.0",
+            Textures::Replace => "3.3",
+        };
+        self.line(&format!(
+            "<!DOCTYPE X3D PUBLIC 'ISO//Web3D//DTD X3D {version}//EN' \
+             'https://www.web3d.org/specifications/x3d-{version}.dtd'>",
+        ));
+        self.begin(&format!(
+            "<X3D profile='Immersive' version='{version}' \
              xmlns:xsd='http://www.w3.org/2001/XMLSchema-instance' \
-             xsd:noNamespaceSchemaLocation='https://www.web3d.org/specifications/x3d-4.0.xsd'>",
-        );
+             xsd:noNamespaceSchemaLocation='https://www.web3d.org/specifications/x3d-{version}.xsd'>",
+        ));
         self.begin("<head>");
+        let classes = self.document.nodes.iter().map(|node| node.class);
+        if classes
+            .into_iter()
+            .any(|c| c == ClassRef::Known(class::ORTHO_VIEWPOINT))
+        {
+            // The profile has level 2 (ISO 19775-1, annex E).
+            self.line("<component level='3' name='Navigation'/>");
+        }
         let version = env!("CARGO_PKG_VERSION");
         self.line(&format!(
             "<meta content='ivcam {version}' name='generator'/>"
@@ -322,7 +322,7 @@ impl<'d> XmlWriter<'d, '_> {
         let tasks = nodes.iter().rev().map(|&id| node(id, "children"));
         self.run(tasks.collect());
         for route in routes {
-            let name = |id| self.written.get(id).and_then(|_| self.tokens.get(id));
+            let name = |id| self.written.get(id).and_then(|id| self.tokens.get(id));
             let (Some(from), Some(to)) = (name(&route.from), name(&route.to)) else {
                 continue; // One of the nodes is not written, which is a loss of its own.
             };
@@ -341,11 +341,7 @@ impl<'d> XmlWriter<'d, '_> {
                 XmlTask::Line(text) => self.line(&text),
                 XmlTask::Begin(text) => self.begin(&text),
                 XmlTask::End(element) => self.end(element),
-                XmlTask::Node {
-                    id,
-                    field,
-                    replaced,
-                } => self.node(id, field, replaced, &mut tasks),
+                XmlTask::Node { id, field } => self.node(id, field, &mut tasks),
             }
         }
     }
@@ -386,13 +382,7 @@ impl<'d> XmlWriter<'d, '_> {
     }
 
     /// Writes a node, or its use if it is written already. Its children become tasks.
-    fn node(
-        &mut self,
-        id: NodeId,
-        field: &'d str,
-        replaced: Replaced,
-        tasks: &mut Vec<XmlTask<'d>>,
-    ) {
+    fn node(&mut self, id: NodeId, field: &'d str, tasks: &mut Vec<XmlTask<'d>>) {
         let Some(element) = self.element(id) else {
             let (code, text) = match self.document.nodes[id.0 as usize].class {
                 ClassRef::Known(_) => ("x3d-class", "X3D has no such node with these fields"),
@@ -412,27 +402,21 @@ impl<'d> XmlWriter<'d, '_> {
         if let XmlElement::Instance(extension) = element {
             head += &format!(" name='{}'", self.proto_names[&extension]);
         }
-        let before = self.written.get(&id).copied();
-        // A texture replaces the diffuse color of one use of a material and not of another.
-        let is_other = before.is_some_and(|before| before != replaced) && tag == "Material";
         let container = match field == usual {
             true => String::new(),
             false => format!(" containerField='{field}'"),
         };
-        if before.is_some() && !is_other {
+        if !self.written.insert(id) {
             let token = self.tokens.get(&id).map_or("_", String::as_str);
             self.line(&format!("{head} USE='{token}'{container}/>"));
             return;
         }
-        if !is_other {
-            self.written.insert(id, replaced);
-            if let Some(token) = self.token(id) {
-                head += &format!(" DEF='{token}'");
-            }
+        if let Some(token) = self.token(id) {
+            head += &format!(" DEF='{token}'");
         }
         head += &container;
         self.lose_bright_colors(id);
-        head += &self.attributes(id, element, replaced);
+        head += &self.attributes(id, element);
         let inner = self.inner(id, element);
         if inner.is_empty() {
             self.line(&format!("{head}/>"));
@@ -491,27 +475,18 @@ impl<'d> XmlWriter<'d, '_> {
     }
 
     /// Returns the attributes of a node for the fields that hold no nodes.
-    fn attributes(&self, id: NodeId, element: XmlElement<'d>, replaced: Replaced) -> String {
+    fn attributes(&self, id: NodeId, element: XmlElement<'d>) -> String {
         let interface = match element {
             XmlElement::Known(_) => &[],
             XmlElement::Script(interface) => interface,
             XmlElement::Instance(_) => return String::new(),
-        };
-        let replaced = match self.class_name(id) {
-            "Material" => replaced,
-            _ => Replaced::default(),
-        };
-        let is_replaced = |name: &str| match name {
-            "diffuseColor" => replaced.color,
-            "transparency" => replaced.transparency,
-            _ => false,
         };
         let mut out = String::new();
         for entry in &self.document.nodes[id.0 as usize].fields {
             let (name, kind) = self.described(id, entry);
             let is_node = matches!(entry.value, Value::Node(_) | Value::Nodes(_));
             let is_declared = interface.iter().any(|item| *item.name == *name);
-            if is_node || is_declared || is_replaced(name) {
+            if is_node || is_declared {
                 continue;
             }
             let name = field_name(self.class_name(id), name);
@@ -520,9 +495,6 @@ impl<'d> XmlWriter<'d, '_> {
                 false => script_url(name, &entry.value),
             };
             out += &format!(" {name}='{}'", attribute(&value, kind));
-        }
-        if replaced.color {
-            out += " diffuseColor='1 1 1'";
         }
         if self.class_name(id) == "SpotLight" {
             // X3D 3.3 exchanged the default angles of VRML97.
@@ -544,7 +516,6 @@ impl<'d> XmlWriter<'d, '_> {
         let node_data = &self.document.nodes[id.0 as usize];
         let mut inner = Vec::new();
         let mut held = Vec::new();
-        let replaced = self.replaced_below(id);
         match element {
             XmlElement::Known(_) => {}
             XmlElement::Script(interface) => {
@@ -569,11 +540,7 @@ impl<'d> XmlWriter<'d, '_> {
                     continue;
                 }
                 let field = field_name(self.class_name(id), name);
-                held.extend(nodes_of(&entry.value).iter().map(|&id| XmlTask::Node {
-                    id,
-                    field,
-                    replaced,
-                }));
+                held.extend(nodes_of(&entry.value).iter().map(|&id| node(id, field)));
             }
             held.extend(node_data.children.iter().map(|&id| node(id, "children")));
         }
@@ -629,35 +596,11 @@ impl<'d> XmlWriter<'d, '_> {
             }
         }
     }
-
-    /// Returns what the texture of a node replaces of its material, if it is an `Appearance`.
-    fn replaced_below(&self, id: NodeId) -> Replaced {
-        let Textures::Replace(folders) = self.textures else {
-            return Replaced::default();
-        };
-        let node = &self.document.nodes[id.0 as usize];
-        if node.class != ClassRef::Known(class::APPEARANCE) {
-            return Replaced::default();
-        }
-        let mut fields = node.fields.iter();
-        let texture = fields.find(|entry| self.described(id, entry).0 == "texture");
-        let texture = texture.and_then(|entry| nodes_of(&entry.value).first().copied());
-        let texture = texture.map(|texture| self.document.node(texture));
-        let components = texture.and_then(|texture| texture_components(texture, folders));
-        Replaced {
-            color: components.is_some_and(|n| n >= 3),
-            transparency: matches!(components, Some(2 | 4)),
-        }
-    }
 }
 
 /// Returns the task for a node in a field.
 fn node(id: NodeId, field: &str) -> XmlTask<'_> {
-    XmlTask::Node {
-        id,
-        field,
-        replaced: Replaced::default(),
-    }
+    XmlTask::Node { id, field }
 }
 
 /// Returns an element with nodes. The nodes of declared fields have no field of their own.

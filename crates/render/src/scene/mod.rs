@@ -54,7 +54,6 @@ pub(crate) use lamp_faces::LampFace;
 pub use left_out::Unneeded;
 pub(crate) use lit_face::{FacetHighlight, LitFace};
 pub(crate) use looks::PhysicalSurface;
-pub use looks::components as texture_components;
 pub use looks::{IncidentLight, Light, SHADOW_END, Surface};
 pub use options::CompileOptions;
 pub use options::{ColorCoding, Instancing, Needs, TextureFilter};

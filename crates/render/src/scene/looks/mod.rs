@@ -20,6 +20,5 @@ pub(crate) use surface::{
     CornerNormals, FurtherTexture, Mapping, PhysicalSurface, TextureUse, between,
 };
 pub(crate) use texture::{Repeat, Texture};
-pub use texture_files::components;
 pub(crate) use texture_files::{FileField, PANORAMA, PICTURES, TextureFiles, shows_picture};
 pub(in crate::scene) use usual_filter::usual_filter;

@@ -249,16 +249,6 @@ fn decoded(bytes: &[u8], name: &str, mut memory: MemoryBudget) -> Result<Texture
     Ok(Texture::from_raster(raster))
 }
 
-/// Returns the number of components of a node's texture, from 1 to 4, or `None` if it has none or
-/// cannot be decoded.
-pub fn components(node: NodeRef<'_>, folders: &[PathBuf]) -> Option<usize> {
-    let mut memory = MemoryBudget::of_machine();
-    let texture = TextureFiles::new(folders, ColorCoding::Linear)
-        .of_node(node, &mut memory)
-        .ok()??;
-    Some(texture.components)
-}
-
 /// Reads the file with a name's last component from the first folder that has it.
 fn in_folders(name: &str, folders: &[PathBuf]) -> Option<(String, Vec<u8>)> {
     let file = Path::new(name).file_name()?;
