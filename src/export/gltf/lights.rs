@@ -84,17 +84,12 @@ pub(super) fn camera(camera: &model::SceneCamera, [nearest, zfar]: [f64; 2]) -> 
             } else {
                 1.0
             };
-            let aspect = if pose.aspect_ratio > 0.0 {
-                pose.aspect_ratio
-            } else {
-                1.0
-            };
             Camera {
                 name,
                 kind: "orthographic",
                 perspective: None,
                 orthographic: Some(Orthographic {
-                    xmag: half * aspect,
+                    xmag: half * pose.view_aspect(),
                     ymag: half,
                     znear: nearest.max(0.0),
                     zfar,

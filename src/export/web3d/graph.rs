@@ -186,22 +186,29 @@ impl GraphBuilder<'_> {
 
     fn viewpoint(&mut self, camera: &SceneCamera) -> NodeId {
         let pose = &camera.pose;
-        let angle = match pose.projection {
-            Projection::Perspective { height_angle } => height_angle,
+        let number = |value: f64| Value::Float(value as f32);
+        let (class, view) = match pose.projection {
+            Projection::Perspective { height_angle } => ("Viewpoint", number(height_angle)),
+            Projection::Orthographic { height } if self.options.target == Target::X3d => {
+                let [right, top] = [height * pose.view_aspect(), height].map(|s| 0.5 * s as f32);
+                let sides = vec![-right, -top, right, top];
+                ("OrthoViewpoint", Value::Floats(sides))
+            }
             Projection::Orthographic { height } => {
                 let text = "the parallel projection is written as a perspective one";
                 self.losses
                     .add("parallel-projection", text, camera.place.clone(), 1);
                 let distance = f64::max(pose.focal_distance, 1e-6);
-                2.0 * libm::atan2(0.5 * height, distance)
+                let angle = 2.0 * libm::atan2(0.5 * height, distance);
+                ("Viewpoint", number(angle))
             }
         };
         let id = self.node(
-            "Viewpoint",
+            class,
             vec![
                 ("position", vec3(pose.position)),
                 ("orientation", rotation(pose.orientation)),
-                ("fieldOfView", Value::Float(angle as f32)),
+                ("fieldOfView", view),
                 ("description", Value::String(camera.name.as_str().into())),
             ],
         );

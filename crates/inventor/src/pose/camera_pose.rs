@@ -129,6 +129,16 @@ impl CameraPose {
         }
     }
 
+    /// Returns the width of the view divided by its height: 1 with Inventor's default mapping,
+    /// which shows a square in a picture of any shape, whatever the camera's `aspectRatio`.
+    pub fn view_aspect(&self) -> f64 {
+        match self.viewport_mapping {
+            ViewportMapping::AdjustCamera => 1.0,
+            _ if self.aspect_ratio > 0.0 => self.aspect_ratio,
+            _ => 1.0,
+        }
+    }
+
     /// Returns the view of VRML97's default `Viewpoint`, which a viewer has while none is bound
     /// (ISO 14772-1, 4.6.10).
     pub fn default_viewpoint() -> Self {
