@@ -4,7 +4,7 @@ use glam::DVec3;
 use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_inventor::iv::{Document, Format, FormatLoss, NodeRef};
 use ivcam_render::scene::model::{
-    Feature, LightShape, Model, ModelOptions, Motion, Place, Sampling,
+    Feature, LightShape, Material, Model, ModelOptions, Motion, Place, Sampling,
 };
 use ivcam_render::scene::{draws_nothing, snapshot};
 
@@ -83,9 +83,20 @@ pub fn convert(document: &Document, target: Target, options: &ExportOptions) -> 
         losses.feature(Feature::ChangingValue, &Place::of(document.node(*id)), 1);
     }
     if !target.holds(Feature::Motion) {
-        for (node, _) in &motion.nodes {
-            losses.feature(Feature::Motion, &model.nodes[*node].place, 1);
+        let nodes = motion.nodes.iter().map(|(i, _)| &model.nodes[*i].place);
+        let cameras = motion.cameras.iter().map(|(i, _)| &model.cameras[*i].place);
+        let lights = motion.lights.iter().map(|(i, _)| &model.lights[*i].place);
+        // A camera or light that is left out is a loss of its own.
+        let cameras = cameras.filter(|_| target.holds(Feature::Camera));
+        let lights = lights.filter(|_| target.holds(Feature::Light));
+        for place in nodes.chain(cameras).chain(lights) {
+            losses.feature(Feature::Motion, place, 1);
         }
+    }
+    let shines = |m: &Material| !m.unlit && m.specular.max_element() > 0.0;
+    if !has_own_nodes && target.has_near_viewer() && model.materials.iter().any(shines) {
+        let text = "highlights are those of a viewer at its place, and Inventor's is at infinity";
+        losses.add_stated("highlight", text, Place::default(), (1, false));
     }
     if matches!(target, Target::X3d | Target::Vrml97 | Target::Inventor) {
         light_by_levels(&mut model, target, losses);

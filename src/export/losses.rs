@@ -6,7 +6,8 @@ use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::iv::NodeRef;
 use ivcam_inventor::pose::ViewportMapping;
 use ivcam_render::scene::model::{
-    Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneCamera, SceneNode,
+    Feature, Image, Material, Mesh, Model, Occurrence, Place, Primitives, SceneCamera, SceneLight,
+    SceneNode,
 };
 use serde::Serialize;
 
@@ -187,6 +188,14 @@ impl Losses {
         if !target.holds(Feature::Light) {
             let lights = model.lights.iter();
             lights.for_each(|light| self.feature(Feature::Light, &light.place, 1));
+        } else if !target.holds(Feature::AmbientLight) {
+            let is_seen = |light: &&SceneLight| {
+                let ambient = light.ambient * light.color;
+                let mut materials = model.materials.iter();
+                materials.any(|material| material.reflects_ambient_light(ambient))
+            };
+            let lights = model.lights.iter().filter(is_seen);
+            lights.for_each(|light| self.feature(Feature::AmbientLight, &light.place, 1));
         }
         for camera in &model.cameras {
             if camera.pose.center != DVec2::ZERO && target != Target::Usda {

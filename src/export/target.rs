@@ -16,7 +16,7 @@ pub enum Target {
     Obj,
     /// PLY in binary, with colors of vertices.
     Ply,
-    /// X3D 4 in its XML encoding.
+    /// X3D 3.3 or 4.0 in its XML encoding.
     X3d,
     /// VRML97.
     Vrml97,
@@ -100,6 +100,11 @@ impl Target {
     /// pipe.
     pub fn has_files_beside(self) -> bool {
         matches!(self, Self::Obj | Self::Usda)
+    }
+
+    /// Whether the format's highlights depend on the place of the viewer. OBJ leaves it open.
+    pub(crate) fn has_near_viewer(self) -> bool {
+        !matches!(self, Self::Inventor | Self::Obj | Self::Ply)
     }
 
     /// Whether the format can hold a feature.

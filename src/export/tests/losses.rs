@@ -2,6 +2,8 @@
 
 use super::*;
 use crate::export::rewriting;
+use crate::photo::snapshot_options;
+use ivcam_render::scene::snapshot;
 
 #[test]
 fn a_viewport_mapping_is_a_loss_where_cameras_have_none() {
@@ -37,6 +39,77 @@ fn the_rectangle_of_an_ortho_viewpoint_is_lost_unless_it_is_a_square() {
     };
     assert!(codes("-4 -1 4 1").contains(&"viewport-mapping".to_owned()));
     assert!(!codes("-1 -1 1 1").contains(&"viewport-mapping".to_owned()));
+}
+
+/// A camera that is animated, and a light below a transform that is.
+#[test]
+fn motion_of_cameras_and_lights_is_lost_where_the_format_has_none() {
+    let text = "#VRML V2.0 utf8\nNavigationInfo { headlight FALSE }
+        DEF V Viewpoint { } DEF T Transform { children PointLight { radius 1e9 } }
+        Shape { geometry Box { } }
+        DEF C TimeSensor { loop TRUE }
+        DEF P PositionInterpolator { key [ 0, 1 ] keyValue [ 0 0 10, 5 0 10 ] }
+        ROUTE C.fraction_changed TO P.set_fraction ROUTE P.value_changed TO V.set_position
+        ROUTE P.value_changed TO T.set_translation";
+    for (target, expected) in [
+        (Target::Inventor, &["Viewpoint", "PointLight"][..]),
+        (Target::Obj, &[]),
+        (Target::Glb, &[]),
+    ] {
+        let losses = converted(text, target).losses;
+        let motion = losses.iter().filter(|loss| loss.code == "motion");
+        let moving: Vec<&str> = motion.map(|loss| &*loss.place.class).collect();
+        assert_eq!(moving, expected, "{target:?}");
+    }
+}
+
+/// VRML97, 4.14.4: a light adds its ambient part to the ambient color of the material.
+#[test]
+fn the_ambient_part_of_a_light_is_lost_where_lights_have_none() {
+    let scene = |ambient: f32| {
+        format!(
+            "#VRML V2.0 utf8\nNavigationInfo {{ headlight FALSE }}
+             DirectionalLight {{ ambientIntensity {ambient} }}
+             Shape {{ appearance Appearance {{ material Material {{ }} }} geometry Box {{ }} }}"
+        )
+    };
+    for target in [Target::Glb, Target::Usda, Target::Inventor] {
+        let lost = |ambient| losses(&scene(ambient), target).contains(&"ambient-light".to_owned());
+        assert_eq!(lost(0.3), target != Target::Inventor, "{target:?}");
+        assert!(!lost(0.01), "below half a level of 255");
+    }
+}
+
+/// Inventor's viewer is at infinity for highlights, VRML97's and glTF's at its place.
+#[test]
+fn highlights_that_depend_on_the_place_of_the_viewer_are_noted() {
+    let text = "#Inventor V2.1 ascii\nEnvironment { ambientIntensity 0 }
+        DirectionalLight { } Material { specularColor 1 1 1 } Cube { }";
+    for (target, is_noted) in [
+        (Target::Glb, true),
+        (Target::X3d, true),
+        (Target::Obj, false),
+    ] {
+        let losses = converted(text, target).losses;
+        let mut found = losses.iter().filter(|loss| loss.code == "highlight");
+        assert_eq!(found.next().is_some(), is_noted, "{target:?}");
+        assert!(!losses.iter().any(|l| l.code == "highlight" && l.stated));
+    }
+}
+
+/// Inventor's default mapping shows the height in a picture of any shape.
+#[test]
+fn a_parallel_view_keeps_its_height_whatever_its_aspect_ratio() {
+    let text = "#Inventor V2.1 ascii\nOrthographicCamera { aspectRatio 2 height 3 } Cube { }";
+    for target in [Target::Glb, Target::X3d] {
+        let bytes = converted(text, target).bytes;
+        let document = Document::read("a", bytes, Arc::new(NoFiles), &Limits::default()).unwrap();
+        let options = ExportOptions::default();
+        let taken = snapshot(&document, &snapshot_options(0.0), &options.model.compile);
+        let pose = &Model::of(&taken, &options.model).cameras[0].pose;
+        let extent = pose.view_extent(1.5).half;
+        assert!((extent.y - 1.5).abs() < 1e-6, "{target:?} {extent}");
+    }
 }
 
 /// OBJ has one opacity for a material, and a surface of USD one source of its color.

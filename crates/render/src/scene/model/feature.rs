@@ -172,7 +172,7 @@ features! {
     PolygonOffset, "polygon-offset", "the polygon offset is left out";
     /// Geometry, materials or other values that change with time.
     ChangingValue, "changing-value", "the values that change with time are written once";
-    /// A node that moves.
+    /// A node, a camera or a light that moves.
     Motion, "motion", "the motion is left out";
     /// A node that reacts to the user: a sensor, an anchor, a dragger.
     Interaction, "interaction", "the reaction to the user is left out";

@@ -97,9 +97,10 @@ impl Material {
         self.ambient * self.ambient_light
     }
 
-    /// Whether ambient light changes the surface by half a level of 255 or more.
-    pub(super) fn reflects_ambient_light(&self) -> bool {
-        !self.unlit && self.ambient_part().max_element() >= 0.5 / 255.0
+    /// Whether an ambient light, color times intensity, changes the surface by half a level of 255
+    /// or more.
+    pub fn reflects_ambient_light(&self, light: Vec3) -> bool {
+        !self.unlit && (self.ambient * light).max_element() >= 0.5 / 255.0
     }
 
     /// The numbers of the material as bits, which are equal for equal materials.

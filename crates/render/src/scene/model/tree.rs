@@ -423,7 +423,8 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         if is_screen_aligned(node) {
             self.note(Feature::ScreenAligned, node);
         }
-        if drawn.parts.iter().any(|(_, m)| m.reflects_ambient_light()) {
+        let mut materials = drawn.parts.iter().map(|(_, material)| material);
+        if materials.any(|m| m.reflects_ambient_light(m.ambient_light)) {
             self.note_by(Feature::AmbientLight, ambient_node(state));
         }
         if !drawn.parts.iter().all(|(_, m)| m.unlit) {
