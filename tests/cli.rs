@@ -1743,6 +1743,26 @@ fn a_hyphen_is_standard_input_and_standard_output() {
     );
 }
 
+/// A pentagon has 5 sin 72° / 2π = 75.7% of the area of the circle through its corners.
+#[test]
+fn the_summary_states_the_t_number_of_blades() {
+    let scratch = Scratch::new("blades");
+    scratch.file("cube.iv", CUBE);
+    let said = |options: &str| {
+        let line = "render --lens double-gauss --aperture f/4 --size 4x3 -j 1 -o DIR/a.png";
+        stderr(&must_run(
+            &scratch,
+            &format!("{line} {options} DIR/cube.iv"),
+        ))
+    };
+    let bladed = said("--blades 5");
+    assert!(
+        bladed.contains("f/4.00") && bladed.contains("T/4.60"),
+        "{bladed}"
+    );
+    assert!(!said("").contains("T/"));
+}
+
 /// Light falls on the lens whether it lights a shape or not, and in every shading model.
 #[test]
 fn a_light_after_all_shapes_or_without_any_makes_ghosts() {

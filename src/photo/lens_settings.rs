@@ -1,12 +1,14 @@
 //! Creates the camera of a plan, and lists the settings of its lens for the report.
 
+use std::f64::consts::PI;
+
 use glam::DVec2;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink};
 use ivcam_base::math::Meters;
 use ivcam_base::work::{Budget, Cut};
 use ivcam_inventor::pose::{CameraPose, FilmPlane, Projection, ViewportMapping};
-use ivcam_optics::lens::{FilmPlace, Focus, Lens};
+use ivcam_optics::lens::{FilmPlace, Focus, Iris, Lens};
 use ivcam_render::camera::{Camera, FilmCamera, IdealLens, LensCamera, Pinhole, pixel_aspect};
 
 use super::options::rear_element;
@@ -149,6 +151,9 @@ fn through_lens(
         sink.add(*warning);
     }
     let mut settings = lens_settings(choice, plan, &lens);
+    let has_round_stop = lens.prescription().iris == Iris::Round;
+    let loses = lens.reflects() || lens.is_obstructed() || !has_round_stop;
+    let through = lens.axial_transmittance().filter(|_| loses);
     settings.extend(exposure_settings(plan, &lens));
     settings.extend(focus_settings(choice, plan, distance, &focus));
     let place = FilmPlace::new(&lens, &focus, &plan.movements, plan.film);
@@ -162,6 +167,11 @@ fn through_lens(
     });
     if let Some(cut) = budget.cut() {
         return Err(cut_search(&camera, &budget, cut));
+    }
+    if let Some(share) = through {
+        // The f-number of a lens of round stop without losses that exposes alike.
+        let t = (PI / (4.0 * camera.metered_irradiance() * share)).sqrt();
+        settings.insert("t-number".into(), format!("T/{t:.2}"));
     }
     let state = if camera.is_dispersing() { "on" } else { "off" };
     settings.insert("dispersion".into(), state.into());
@@ -246,9 +256,6 @@ fn lens_settings(choice: &LensChoice, plan: &Plan, lens: &Lens) -> LensSettings 
     ]);
     if let Some(n) = lens.real_f_number() {
         settings.insert("f-number".into(), format!("f/{n:.2}"));
-    }
-    if let Some(t) = lens.t_number().filter(|_| lens.reflects()) {
-        settings.insert("t-number".into(), format!("T/{t:.2}"));
     }
     if plan.ghosts {
         let pairs = lens.ghost_pairs().len();
