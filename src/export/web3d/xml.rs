@@ -207,11 +207,8 @@ impl<'d> XmlWriter<'d, '_> {
              xsd:noNamespaceSchemaLocation='https://www.web3d.org/specifications/x3d-{version}.xsd'>",
         ));
         self.begin("<head>");
-        let classes = self.document.nodes.iter().map(|node| node.class);
-        if classes
-            .into_iter()
-            .any(|c| c == ClassRef::Known(class::ORTHO_VIEWPOINT))
-        {
+        let parallel = ClassRef::Known(class::ORTHO_VIEWPOINT);
+        if self.document.nodes.iter().any(|n| n.class == parallel) {
             // The profile has level 2 (ISO 19775-1, annex E).
             self.line("<component level='3' name='Navigation'/>");
         }
@@ -322,7 +319,7 @@ impl<'d> XmlWriter<'d, '_> {
         let tasks = nodes.iter().rev().map(|&id| node(id, "children"));
         self.run(tasks.collect());
         for route in routes {
-            let name = |id| self.written.get(id).and_then(|id| self.tokens.get(id));
+            let name = |id| self.tokens.get(id).filter(|_| self.written.contains(id));
             let (Some(from), Some(to)) = (name(&route.from), name(&route.to)) else {
                 continue; // One of the nodes is not written, which is a loss of its own.
             };
