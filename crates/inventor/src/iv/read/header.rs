@@ -144,6 +144,11 @@ impl Header {
     }
 }
 
+/// Returns a text after its byte-order mark.
+pub(super) fn without_mark(text: &[u8]) -> &[u8] {
+    text.strip_prefix("\u{feff}".as_bytes()).unwrap_or(text)
+}
+
 /// Skips a byte-order mark and empty lines.
 fn before(input: &[u8]) -> Parsed<'_, &[u8]> {
     let order = opt(tag("\u{feff}"));
@@ -207,7 +212,7 @@ const GLTF_LISTS: [&[u8]; 6] = [
 fn other_format(bytes: &[u8]) -> Option<Header> {
     let new = Header::of_nodes;
     let head = &bytes[..bytes.len().min(HEAD)];
-    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(head);
+    let head = without_mark(head);
     let start = head.trim_ascii_start();
     let has = |word: &[u8]| head.windows(word.len()).any(|window| window == word);
     if bytes.starts_with(b"glTF") {
@@ -261,7 +266,7 @@ fn version_in_xml(bytes: &[u8]) -> Option<(u8, u8)> {
 
 /// Skips a byte-order mark, the declaration of XML, and comments.
 fn without_prolog(bytes: &[u8]) -> &[u8] {
-    let mut rest = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
+    let mut rest = without_mark(bytes);
     loop {
         rest = rest.trim_ascii_start();
         let marks: [(&[u8], &[u8]); 2] = [(b"<?", b"?>"), (b"<!--", b"-->")];
@@ -287,8 +292,7 @@ fn ply_is_text(bytes: &[u8]) -> bool {
 /// Returns whether an STL file is text. Binary files may begin with `solid` too.
 pub(super) fn stl_is_text(bytes: &[u8]) -> bool {
     let head = bytes[..bytes.len().min(HEAD)].to_ascii_lowercase();
-    let head = head.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&head);
-    let start = head.trim_ascii_start();
+    let start = without_mark(&head).trim_ascii_start();
     let is_solid = start.starts_with(b"solid") && !start.contains(&0);
     is_solid && (find(start, b"facet").is_some() || find(start, b"endsolid").is_some())
 }
@@ -327,8 +331,9 @@ fn stl_is_damaged(bytes: &[u8]) -> bool {
 /// has a material library, a material, a name, or a point.
 fn is_obj(bytes: &[u8]) -> bool {
     const NAMES: [&[u8]; 5] = [b"mtllib", b"usemtl", b"o", b"g", b"s"];
-    let bytes = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
-    let lines = bytes.split(|&b| is_line_end(b)).map(<[u8]>::trim_ascii);
+    let lines = without_mark(bytes)
+        .split(|&b| is_line_end(b))
+        .map(<[u8]>::trim_ascii);
     let mut first = lines.filter(|line| !line.is_empty() && line[0] != b'#');
     let Some(line) = first.next() else {
         return false;

@@ -4,6 +4,8 @@ use std::str::FromStr;
 
 use ivcam_base::diag::Span;
 
+use crate::iv::read::header::without_mark;
+
 /// A line with at least one word.
 #[derive(Clone, Copy)]
 pub(super) struct TextLine<'t> {
@@ -44,12 +46,7 @@ impl<'t> TextLine<'t> {
 
 /// Returns the lines of a text that have words, after a byte-order mark.
 pub(super) fn text_lines(text: &[u8]) -> impl Iterator<Item = TextLine<'_>> {
-    let mark = "\u{feff}";
-    let mut at = if text.starts_with(mark.as_bytes()) {
-        mark.len()
-    } else {
-        0
-    };
+    let mut at = text.len() - without_mark(text).len();
     std::iter::from_fn(move || {
         loop {
             let rest = text.get(at..).filter(|rest| !rest.is_empty())?;

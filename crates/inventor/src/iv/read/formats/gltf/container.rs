@@ -3,6 +3,7 @@
 use ivcam_base::diag::{Diagnostic, ErrorKind, Result, Sink, Span};
 
 use super::schema::Root;
+use crate::iv::read::header::without_mark;
 
 /// The JSON and the binary chunk of a file.
 pub(super) struct GltfFile<'b> {
@@ -19,7 +20,7 @@ pub(super) fn container<'b>(sink: &mut Sink, bytes: &'b [u8]) -> Result<GltfFile
         true => chunks(sink, bytes)?,
         false => (bytes, 0, None),
     };
-    let json = json.strip_prefix("\u{feff}".as_bytes()).unwrap_or(json);
+    let json = without_mark(json);
     let root: Root = serde_json::from_slice(json).map_err(|error| {
         let line_start: usize = json
             .split_inclusive(|&b| b == b'\n')
