@@ -11,6 +11,7 @@ mod lagrange;
 pub mod lanes;
 pub mod least_squares;
 mod length;
+mod polygon;
 pub mod simd;
 pub mod symmetric;
 
@@ -18,4 +19,5 @@ pub use difference::diff_of_products;
 pub use double::Double;
 pub use lagrange::lagrange_weight;
 pub use length::{LengthUnit, Meters, Mm, meters, mm, parse_length};
+pub use polygon::polygon_normal;
 pub use simd::use_portable_arithmetic;

@@ -130,7 +130,7 @@ fn texture_of_material(material: NodeRef<'_>) -> Option<NodeRef<'_>> {
 }
 
 /// Returns a texture, or the first of a `MultiTexture`.
-fn first_texture(texture: NodeRef<'_>) -> NodeRef<'_> {
+pub fn first_texture(texture: NodeRef<'_>) -> NodeRef<'_> {
     let textures = texture.get_nodes(multi_texture::TEXTURE);
     match textures.first() {
         Some(&first) if texture.class_id() == Some(class::MULTI_TEXTURE) => {

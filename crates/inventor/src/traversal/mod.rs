@@ -22,6 +22,7 @@ mod steps;
 mod visitor;
 mod walk;
 
+pub use appearance::first_texture;
 pub use copies::Grid;
 pub use first_camera::{LaterCamera, first_camera, first_pose};
 pub(crate) use leading::Parents;

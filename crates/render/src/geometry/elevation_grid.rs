@@ -4,6 +4,7 @@
 //! counterclockwise, whatever the value of the field `ccw`.
 
 use glam::{DVec3, Vec2, Vec3};
+use ivcam_base::math::polygon_normal;
 
 use super::mesh::{QUAD_CORNERS, TriangleMesh};
 
@@ -125,17 +126,6 @@ fn mesh_of(patch: &GridPatch, node: &ElevationGrid<'_>) -> TriangleMesh {
     mesh
 }
 
-/// Returns the normal of a polygon by Newell's method in f64. Its length is twice the area.
-fn newell(points: &[DVec3]) -> DVec3 {
-    let next = |i: usize| points[(i + 1) % points.len()];
-    (0..points.len())
-        .map(|i| {
-            let (a, b) = (points[i] - points[0], next(i) - points[0]);
-            a.cross(b)
-        })
-        .sum()
-}
-
 /// A grid of points, row by row, with a quadrilateral between each four of them.
 struct GridPatch {
     points: Vec<DVec3>,
@@ -155,7 +145,7 @@ impl GridPatch {
         let quads = (0..self.rows() - 1).flat_map(|y| (0..n - 1).map(move |x| (x, y)));
         quads
             .map(|(x, y)| {
-                newell(&QUAD_CORNERS.map(|(dx, dy)| at(x + dx, y + dy))).normalize_or_zero()
+                polygon_normal(QUAD_CORNERS.map(|(dx, dy)| at(x + dx, y + dy))).normalize_or_zero()
             })
             .collect()
     }

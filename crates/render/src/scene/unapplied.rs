@@ -6,10 +6,11 @@ use std::sync::OnceLock;
 use ivcam_inventor::grammar::value::Value;
 use ivcam_inventor::grammar::{
     CLASSES, Class, appearance, class, geo_coordinate, geo_origin, geo_separator, image_texture,
-    matrix_transform, multi_texture, surround_scale, texture_properties, texture_unit,
+    matrix_transform, surround_scale, texture_properties, texture_unit,
     vrml97_indexed_face_set as faces97, vrml97_shape,
 };
 use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::traversal::first_texture;
 use ivcam_inventor::traversal::geo::GeoSystem;
 use ivcam_inventor::traversal::state::UnitTexture;
 
@@ -164,12 +165,8 @@ fn held_node<'a>(node: NodeRef<'a>, field: &str) -> Option<NodeRef<'a>> {
 /// Returns what is not applied of the boundary modes of a texture, or of the first of a
 /// `MultiTexture`.
 fn of_texture(texture: NodeRef<'_>) -> Vec<Unapplied<'_>> {
-    let first = match texture.class_id() {
-        Some(class::MULTI_TEXTURE) => texture.get_nodes(multi_texture::TEXTURE).first(),
-        _ => None,
-    };
-    let texture = first.map_or(texture, |&first| texture.document.node(first));
-    let Some(properties) = texture.get_node(image_texture::TEXTURE_PROPERTIES) else {
+    let Some(properties) = first_texture(texture).get_node(image_texture::TEXTURE_PROPERTIES)
+    else {
         return Vec::new();
     };
     let modes = [

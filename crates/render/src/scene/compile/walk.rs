@@ -19,7 +19,7 @@ use super::surface_namer::SurfaceNamer;
 use crate::bvh::Bvh;
 use crate::scene::canvas::Canvas;
 use crate::scene::instancing::{Prototypes, draw_instance};
-use crate::scene::looks::{Background, Light};
+use crate::scene::looks::{Background, Light, LightBits};
 use crate::scene::options::CompileOptions;
 use crate::scene::render_scene::RenderScene;
 use crate::scene::{shapes, survey};
@@ -40,7 +40,7 @@ pub(super) struct Compiler<'a> {
     /// The nodes of lights that are on.
     lights: HashSet<NodeId>,
     /// The different lights that are on, by their bits, if those that light no shape are kept.
-    shining: Option<IndexMap<[u32; 22], Light>>,
+    shining: Option<IndexMap<LightBits, Light>>,
     /// Names the surfaces, if that is asked for.
     pub(super) namer: Option<SurfaceNamer<'a>>,
     /// The environment of the first VRML 97 `Fog`; the inner value is `None` if that means no fog.
@@ -214,7 +214,7 @@ impl<'a> Visitor<'a> for Compiler<'a> {
         let builder = &mut self.builder;
         let light = Light::new(light, builder.scene.origin, builder.options.colors);
         if shining.insert(light.bits(), light).is_none() {
-            let bytes = 2 * (size_of::<Light>() + size_of::<[u32; 22]>());
+            let bytes = 2 * (size_of::<Light>() + size_of::<LightBits>());
             builder.memory.count(bytes as u64);
         }
     }

@@ -7,6 +7,9 @@ use ivcam_inventor::traversal::state::{LightElement, LightKind};
 
 use crate::scene::options::ColorCoding;
 
+/// The bits of all values of a light, which are the same for lights that shine alike.
+pub(in crate::scene) type LightBits = [u32; 22];
+
 /// A light of a compiled scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
@@ -74,8 +77,8 @@ impl Light {
         }
     }
 
-    /// The bits of all values, which are the same for lights that shine alike.
-    pub(in crate::scene) fn bits(&self) -> [u32; 22] {
+    /// The bits of all values.
+    pub(in crate::scene) fn bits(&self) -> LightBits {
         let (kind, [inner, outer]) = match self.kind {
             LightKind::Directional => (0, [0.0; 2]),
             LightKind::Point => (1, [0.0; 2]),

@@ -12,6 +12,7 @@ mod usual_filter;
 
 pub(crate) use background::Background;
 pub(crate) use colors::MaterialColors;
+pub(in crate::scene) use light::LightBits;
 pub use light::{IncidentLight, Light, SHADOW_END};
 pub(crate) use light_sets::LightSets;
 pub(in crate::scene) use light_sets::LightTree;

@@ -10,6 +10,7 @@ use std::collections::HashMap;
 use glam::{DVec3, Vec2, Vec3};
 use indexmap::IndexMap;
 use ivcam_base::diag::{Result, Span, excerpt};
+use ivcam_base::math::polygon_normal;
 
 use super::builder::Builder;
 use super::mtl::MaterialLibraries;
@@ -462,15 +463,8 @@ fn faces(index: &[i32]) -> impl Iterator<Item = &[i32]> {
 
 /// Returns the unit normal of a polygon, or zero if it has no area.
 fn face_normal(points: &[Vec3], corners: &[i32]) -> DVec3 {
-    let mut points = corners.iter().filter_map(|&n| points.get(n as usize));
-    let Some(first) = points.next().map(|point| point.as_dvec3()) else {
-        return DVec3::ZERO;
-    };
-    let edges = points.map(|point| point.as_dvec3() - first);
-    let (sum, _) = edges.fold((DVec3::ZERO, DVec3::ZERO), |(sum, last), edge| {
-        (sum + last.cross(edge), edge)
-    });
-    sum.normalize_or_zero()
+    let corners = corners.iter().filter_map(|&n| points.get(n as usize));
+    polygon_normal(corners.map(|point| point.as_dvec3())).normalize_or_zero()
 }
 
 /// Reads a corner. Negative numbers count back from the last entry of a list so far.
