@@ -116,11 +116,6 @@ pub(super) fn camera(
     let pose = &camera.pose;
     let [nearest, far] = around.depths(number, camera, motion);
     let near = nearest.max(1e-4 * far);
-    let aspect = if pose.aspect_ratio > 0.0 {
-        pose.aspect_ratio
-    } else {
-        1.0
-    };
     out.open(format_args!("def Camera \"{name}\""));
     // Apertures are in tenths of the unit of length.
     let (projection, height) = match pose.projection {
@@ -135,7 +130,7 @@ pub(super) fn camera(
     out.line(format_args!("float verticalAperture = {}", height as f32));
     out.line(format_args!(
         "float horizontalAperture = {}",
-        (height * aspect) as f32
+        (height * pose.view_aspect()) as f32
     ));
     let [right, up] = (50.0 * pose.center).as_vec2().to_array();
     if [right, up] != [0.0; 2] {
