@@ -63,6 +63,25 @@ fn motion_of_cameras_and_lights_is_lost_where_the_format_has_none() {
     }
 }
 
+/// A `Viewpoint` whose angle changes, and a light that moves and grows: no format has the angle and
+/// the strength as functions of time, and glTF has the motion.
+#[test]
+fn a_view_that_widens_and_a_light_that_brightens_are_lost() {
+    let text = "#VRML V2.0 utf8\nNavigationInfo { headlight FALSE }
+        DEF V Viewpoint { } DEF L PointLight { radius 1e9 } DEF M PointLight { radius 1e9 }
+        Shape { geometry Box { } }
+        DEF C TimeSensor { loop TRUE }
+        DEF S ScalarInterpolator { key [ 0, 1 ] keyValue [ 0.5, 1 ] }
+        DEF P PositionInterpolator { key [ 0, 1 ] keyValue [ 0 0 10, 5 0 10 ] }
+        ROUTE C.fraction_changed TO S.set_fraction ROUTE S.value_changed TO V.set_fieldOfView
+        ROUTE C.fraction_changed TO P.set_fraction ROUTE P.value_changed TO L.set_location
+        ROUTE S.value_changed TO M.set_intensity ROUTE P.value_changed TO V.set_position";
+    let losses = converted(text, Target::Glb).losses;
+    let changing = losses.iter().filter(|loss| loss.code == "changing-value");
+    let lost: Vec<Option<&str>> = changing.map(|loss| loss.place.name.as_deref()).collect();
+    assert_eq!(lost, [Some("V"), Some("M")]);
+}
+
 /// VRML97, 4.14.4: a light adds its ambient part to the ambient color of the material.
 #[test]
 fn the_ambient_part_of_a_light_is_lost_where_lights_have_none() {

@@ -205,10 +205,8 @@ impl<'m> MotionSampler<'m> {
                     .iter()
                     .zip(&b.fields)
                     .any(|(x, y)| x.value != y.value);
-            if differs
-                && is_value(NodeRef { document, id })
-                && self.is_changing.insert(id, ()).is_none()
-            {
+            let nodes = || [document, taken].map(|document| NodeRef { document, id });
+            if differs && is_lost(nodes()) && self.is_changing.insert(id, ()).is_none() {
                 self.changing.push(id);
             }
         }
@@ -249,14 +247,24 @@ fn differs(a: &Option<DAffine3>, b: &Option<DAffine3>, size: f64) -> bool {
     pairs.any(|(i, (x, y))| off(*x, *y, if i < 9 { 1.0 } else { size }))
 }
 
-/// Whether a node's values are geometry, colors or light, and neither a matrix nor the choice of a
-/// switch, which the motion of nodes expresses.
-fn is_value(node: NodeRef<'_>) -> bool {
-    let Some(class) = node.known_class() else {
+/// Whether the change of a node from one time to another is of geometry, colors, light or the
+/// extent of a view, and neither of a matrix nor of the choice of a switch, which the motion of
+/// nodes expresses.
+fn is_lost([before, now]: [NodeRef<'_>; 2]) -> bool {
+    let Some(class) = before.known_class() else {
         return false;
     };
+    let changes = |name: &str| before.value(name) != now.value(name);
     match class.role {
-        Role::Shape | Role::Light | Role::Held => true,
+        Role::Camera => ["heightAngle", "height", "fieldOfView", "aspectRatio"]
+            .into_iter()
+            .any(changes),
+        Role::Light => {
+            let is_pose = |name: &str| ["location", "position", "direction"].contains(&name);
+            let mut names = class.fields.iter().map(|field| field.name);
+            names.any(|name| !is_pose(name) && changes(name))
+        }
+        Role::Shape | Role::Held => true,
         Role::Property => {
             let is_matrix = [
                 "Transform",
