@@ -133,7 +133,7 @@ fn f_numbers(page: &mut Page, lens: &Lens) {
     if let Some(f_number) = lens.first_order().f_number() {
         page.number("f-number, paraxial", f_number, "");
     }
-    let t_number = |lens: &Lens| Some((lens.t_number()?, 100.0 * lens.axial_transmittance()?));
+    let t_number = |lens: &Lens| Some((lens.t_number()?, 100.0 * lens.axial_throughput()?));
     let Some((t, percent)) = t_number(lens) else {
         return;
     };

@@ -113,7 +113,7 @@ impl Lens {
     }
 
     /// A distance in front of the lens, in millimeters, at which rays parallel to the axis start.
-    pub(super) fn far(&self) -> f64 {
+    pub(in crate::lens) fn far(&self) -> f64 {
         let surfaces = &self.prescription().surfaces;
         let first = surfaces.first().map_or(0.0, |s| s.thickness.abs());
         10.0 * (1.0 + first + self.length().abs())

@@ -44,7 +44,7 @@ impl Lens {
 
     /// The height of the highest ray parallel to the axis that gets through, in millimeters, in a
     /// direction across the axis, and the loss of the next higher ray.
-    pub(super) fn axial_reach(&self, across: DVec2) -> (f64, Option<Loss>) {
+    pub(in crate::lens) fn axial_reach(&self, across: DVec2) -> (f64, Option<Loss>) {
         let far = self.far();
         self.widest_ray(1.5, |height| {
             LensRay::new((height * across).extend(-far), DVec3::Z)
