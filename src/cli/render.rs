@@ -694,7 +694,10 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure, is_denoised_later: 
     let Some(limit) = session.plan.stop.error else {
         return;
     };
-    let ended_by = if exposure.samples >= session.plan.stop.samples {
+    let is_met = |error: ErrorEstimate| error.high <= limit;
+    let ended_by = if exposure.film.error_of_samples().is_ok_and(is_met) {
+        "the target without the noise of ghosts"
+    } else if exposure.samples >= session.plan.stop.samples {
         "the number of samples"
     } else {
         "the time"
@@ -705,7 +708,7 @@ fn warn_of_shortfall(session: &Session, exposure: &Exposure, is_denoised_later: 
         false => "error",
     };
     let (message, help) = match exposure.film.error() {
-        Ok(error) if error.high <= limit => return,
+        Ok(error) if is_met(error) => return,
         Ok(error) => {
             let factor = error.high / limit;
             let more = f64::from(exposure.samples) * factor * factor;

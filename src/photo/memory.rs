@@ -15,7 +15,7 @@ use super::plan::{Optics, Plan};
 /// last whole unit, and those of the error estimate. Developing and writing it take no more.
 const PIXEL_BYTES: u64 = 114;
 /// The bytes of a pixel in an image of the lights' ghosts, of which there are two at a time.
-const GHOST_BYTES: u64 = 48;
+const GHOST_BYTES: u64 = 96;
 /// The bytes of a pixel in layers of two channels, with the values that they are made of.
 const PLANE_BYTES: u64 = 40;
 /// The bytes of a pixel in the layers of `--aov`.

@@ -31,8 +31,6 @@ pub enum ErrorUnknown {
     NotMeasured,
     /// The picture is black.
     Black,
-    /// No ray brings light, but ghosts do, whose error is not measured.
-    GhostsAlone,
     /// The picture is denoised, so its error is not that of its samples.
     Denoised,
     /// Diffraction has spread the light of the samples, and their noise with it.
@@ -79,7 +77,6 @@ impl fmt::Display for ErrorUnknown {
         match self {
             Self::NotMeasured => write!(f, "not measured"),
             Self::Black => write!(f, "the picture is black"),
-            Self::GhostsAlone => write!(f, "all light is that of ghosts"),
             Self::Denoised => write!(f, "the picture is denoised"),
             Self::Diffracted { rays } => {
                 let percent = 100.0 * rays;

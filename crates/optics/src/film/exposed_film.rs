@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::error::{ErrorEstimate, ErrorUnknown};
 use super::format::Resolution;
+use super::ghost_image::GhostImage;
 use super::pixel::Exposed;
-use super::region::Region;
 use super::squared_error::SquaredError;
 
 /// The exposed film, row by row from the top of the upright picture.
@@ -19,54 +19,6 @@ pub struct Film {
     pub squared_error: Option<SquaredError>,
     /// The ghosts of lights, which are not traced by the pixels' samples.
     pub ghosts: Option<GhostImage>,
-}
-
-/// The ghosts of lights. They are kept apart from the exposures because they are
-/// not part of the error estimate.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GhostImage {
-    /// The level of each pixel, row by row.
-    pub pixels: Vec<DVec3>,
-    /// The light that the lights' own images would have, as levels summed over pixels and channels.
-    pub of_lights: f64,
-}
-
-impl GhostImage {
-    /// Returns an image without light.
-    pub fn new(resolution: Resolution) -> Self {
-        Self {
-            pixels: vec![DVec3::ZERO; resolution.pixels()],
-            of_lights: 0.0,
-        }
-    }
-
-    /// Returns the sum of levels over pixels and channels.
-    pub fn sum(&self) -> f64 {
-        self.pixels.iter().map(|p| p.element_sum()).sum()
-    }
-
-    /// Returns the part of the image in a region of its picture. The light of the lights' own
-    /// images is still that of the picture.
-    pub fn cut(&self, region: Region, picture: Resolution) -> Self {
-        Self {
-            pixels: region.cut(&self.pixels, picture),
-            of_lights: self.of_lights,
-        }
-    }
-
-    fn scaled(&self, part: f64) -> Self {
-        Self {
-            pixels: self.pixels.iter().map(|p| part * *p).collect(),
-            of_lights: part * self.of_lights,
-        }
-    }
-
-    fn add(&mut self, other: &Self) {
-        for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
-            *pixel += more;
-        }
-        self.of_lights += other.of_lights;
-    }
 }
 
 impl Film {
@@ -84,11 +36,7 @@ impl Film {
     /// not the ratio of a pixel's sample counts, because adaptive sampling changes those by pixel.
     pub fn join(&mut self, other: &Self, share: f64) {
         self.ghosts = match (&self.ghosts, &other.ghosts) {
-            (Some(a), Some(b)) => {
-                let mut sum = a.scaled(1.0 - share);
-                sum.add(&b.scaled(share));
-                Some(sum)
-            }
+            (Some(a), Some(b)) => Some(a.join(b, share)),
             (a, b) => a.clone().or(b.clone()),
         };
         self.squared_error = match (&self.squared_error, &other.squared_error) {
@@ -156,11 +104,13 @@ impl Film {
         self.pixels[pixel].count
     }
 
-    /// Returns the standard error of a pixel's channels, from the scatter of its samples: that of
-    /// independent samples, and an upper bound for stratified ones. It is infinite for fewer than
-    /// two samples.
+    /// Returns the standard error of a pixel's channels, from the scatter of its samples and of its
+    /// ghosts' rays: that of independent samples, and an upper bound for stratified ones. It is
+    /// infinite for fewer than two samples.
     pub fn standard_error(&self, pixel: usize) -> DVec3 {
-        let variance = self.pixels[pixel].variance_of_mean();
+        let ghosts = self.ghosts.as_ref();
+        let of_ghosts = ghosts.map_or(DVec3::ZERO, |ghosts| ghosts.squared_error_of(pixel));
+        let variance = self.pixels[pixel].variance_of_mean() + of_ghosts;
         DVec3::new(variance.x.sqrt(), variance.y.sqrt(), variance.z.sqrt())
     }
 
@@ -174,23 +124,27 @@ impl Film {
         self.sum() / (3.0 * self.pixels.len() as f64)
     }
 
-    /// Whether ghosts add light.
-    fn has_ghosts(&self) -> bool {
-        self.ghosts
-            .as_ref()
-            .is_some_and(|ghosts| ghosts.sum() > 0.0)
-    }
-
-    /// Returns the estimated error of the picture, without ghosts.
+    /// Returns the estimated error of the picture, with that of its ghosts.
     ///
     /// # Errors
     /// Returns the reason if the error is unknown.
     pub fn error(&self) -> Result<ErrorEstimate, ErrorUnknown> {
+        let of_ghosts = self.ghosts.as_ref().map(|ghosts| (ghosts, ghosts.sum()));
+        let Some((ghosts, sum)) = of_ghosts.filter(|(_, sum)| *sum > 0.0) else {
+            return self.error_of_samples();
+        };
         let error = self.squared_error.ok_or(ErrorUnknown::NotMeasured)?;
-        match error.relative(self.pixels.len(), self.mean()) {
-            Ok(ErrorEstimate::EXACT) if self.has_ghosts() => Err(ErrorUnknown::GhostsAlone),
-            found => found,
-        }
+        let mean = self.mean() + sum / (3.0 * self.pixels.len() as f64);
+        error.with_ghosts(ghosts).relative(self.pixels.len(), mean)
+    }
+
+    /// Returns the estimated error of the picture without its ghosts.
+    ///
+    /// # Errors
+    /// Returns the reason if the error is unknown.
+    pub fn error_of_samples(&self) -> Result<ErrorEstimate, ErrorUnknown> {
+        let error = self.squared_error.ok_or(ErrorUnknown::NotMeasured)?;
+        error.relative(self.pixels.len(), self.mean())
     }
 
     /// Returns the estimated root mean square error over the mean of the picture, or `None` if it

@@ -23,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use super::draw_probability::EVEN;
 use super::error::{ErrorEstimate, ErrorUnknown};
+use super::ghost_image::GhostImage;
 use super::pixel::Exposed;
 
 /// Two exposures of a pixel that are independent of the picture and of each other.
@@ -263,6 +264,33 @@ impl SquaredError {
             heaviest: (pixels, if share.is_finite() { share } else { 1.0 }),
             missed: self.missed.or(other.missed),
             cut_rays: self.cut_rays.max(other.cut_rays),
+        }
+    }
+
+    /// Returns the squared error of a picture with the light of ghosts, whose error is independent of
+    /// the samples'.
+    pub(super) fn with_ghosts(&self, ghosts: &GhostImage) -> Self {
+        let (sum, more) = ghosts.squared_error();
+        let variance = self.variance + more;
+        let (pixels, share) = self.heaviest;
+        let of_samples = self.variance / variance;
+        Self {
+            sum: self.sum + sum,
+            variance,
+            heaviest: (
+                pixels,
+                if of_samples > 0.0 {
+                    of_samples * share
+                } else {
+                    0.0
+                },
+            ),
+            // Of a picture that is black without them, their rays alone estimate the error.
+            pairs: match *self == Self::none() {
+                true => ghosts.parts(),
+                false => self.pairs,
+            },
+            ..*self
         }
     }
 
