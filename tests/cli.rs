@@ -1743,6 +1743,37 @@ fn a_hyphen_is_standard_input_and_standard_output() {
     );
 }
 
+#[test]
+fn a_lens_at_another_wavelength_has_the_length_and_the_stop_that_are_asked_for() {
+    let scratch = Scratch::new("wavelength");
+    let line = "lens achromat --efl 50mm --aperture 8 --wavelength 450";
+    let sheet = must_run(&scratch, line);
+    let sheet = String::from_utf8_lossy(&sheet.stdout);
+    let value = |name: &str| {
+        let line = sheet.lines().find(|line| line.trim().starts_with(name));
+        let line = line.unwrap_or_else(|| panic!("{name}: {sheet}"));
+        let word = line.trim()[name.len()..].split_whitespace().next();
+        word.unwrap().parse::<f64>().unwrap()
+    };
+    assert!((value("focal length") - 50.0).abs() < 1e-4, "{sheet}");
+    assert!((value("f-number, real rays") - 8.0).abs() < 1e-4, "{sheet}");
+}
+
+#[test]
+fn a_copy_of_a_stopped_lens_states_its_own_f_number() {
+    let scratch = Scratch::new("stopped");
+    must_run(&scratch, "lens canon-50 --aperture 11 --write DIR/c.dat");
+    let read = must_run(&scratch, "lens DIR/c.dat");
+    assert!(!stderr(&read).contains("the file states"), "{read:?}");
+}
+
+#[test]
+fn a_film_without_an_image_is_named() {
+    let scratch = Scratch::new("no-image");
+    let read = must_run(&scratch, "lens tessar --defocus -300");
+    assert!(stderr(&read).contains("the film has no image"), "{read:?}");
+}
+
 /// A pentagon has 5 sin 72° / 2π = 75.7% of the area of the circle through its corners.
 #[test]
 fn the_summary_states_the_t_number_of_blades() {

@@ -7,7 +7,7 @@ use ivcam::lens::{
     FieldPoint, Focus, Meridian, PointSpreads, RayRows, SheetSetting, Toward, TracedRows,
     shipped_names,
 };
-use ivcam::photo::LensChoice;
+use ivcam::photo::{LensChoice, LensWavelength};
 use ivcam_optics::diagram::{LensDiagram, SectionOptions, white_light};
 use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use numpy::{
@@ -58,7 +58,8 @@ impl PyLens {
         let Keywords { given, mut words } = Keywords::read("Lens", options, &known)?;
         let mut sink = Sink::new();
         let opened = on_pool(py, || {
-            let (choice, distance) = LensChoice::from_options(&name, &given, &mut sink)?;
+            let (mut choice, distance) = LensChoice::from_options(&name, &given, &mut sink)?;
+            choice.wavelength = wavelength.map_or(LensWavelength::Primary, LensWavelength::Nm);
             let opened = choice.open(&mut sink)?;
             let unfocused = match wavelength {
                 Some(nm) => opened.at_wavelength(nm),

@@ -237,12 +237,14 @@ fn stem_of_exr(name: &str) -> Option<&str> {
 }
 
 /// Drops what the notes of the original file say of its focal length and its f-number if the lens
-/// was changed.
+/// was changed, and states the f-number that was asked for.
 fn drop_old_notes(prescription: &mut Prescription, choice: &LensChoice) {
     if choice.efl.is_none() && choice.zoom == 1.0 && choice.f_number.is_none() {
         return;
     }
     drop_notes(prescription, &["focal length:", "f-number:"]);
+    let stated = choice.f_number.map(|n| format!("f-number: {n}"));
+    prescription.notes.extend(stated);
 }
 
 /// Drops the notes that begin with any of some keys.

@@ -14,8 +14,8 @@ use ivcam_optics::picture::Picture;
 
 use super::trace_rays::{Traced, wavelength};
 use super::{flags, parsed, print_diagnostic, text};
-use crate::photo::LensChoice;
 use crate::photo::options::{POSITIVE, positive};
+use crate::photo::{LensChoice, LensWavelength};
 
 /// The options that set the conditions, each with the name of its value and its help.
 pub(super) const CONDITIONS: [(&str, &str, &str); 5] = [
@@ -83,8 +83,12 @@ impl<'m> LensRequest<'m> {
     /// Fails if the lens cannot be read or focused, or if the value of an option is invalid.
     pub(super) fn open(name: &str, matches: &'m ArgMatches) -> Result<Self> {
         let mut sink = Sink::new();
-        let (choice, distance) =
+        let (mut choice, distance) =
             LensChoice::from_options(name, &flags::given_options(matches), &mut sink)?;
+        choice.wavelength = match parsed(matches, "wavelength", POSITIVE, positive)? {
+            Some(nm) => LensWavelength::Nm(wavelength(nm)?),
+            None => LensWavelength::Primary,
+        };
         let opened = choice.open(&mut sink);
         sink.items().iter().for_each(print_diagnostic);
         Self::with(choice, distance, opened?, matches)
@@ -144,7 +148,15 @@ impl<'m> LensRequest<'m> {
     /// Returns the data sheet with the aberrations, which are computed once for all outputs. An
     /// afocal lens and a lens that lets no light through have none.
     pub(super) fn sheet(&self) -> Option<&(LensSheet, Aberrations)> {
-        let compute = || Aberrations::with_sheet(&self.lens, &self.setting());
+        let compute = || {
+            let sheet = Aberrations::with_sheet(&self.lens, &self.setting());
+            if sheet.is_none() && self.lens.first_order().focal.is_some() {
+                let message =
+                    "the film has no image, so there are no curves and no images of points";
+                print_diagnostic(&Diagnostic::warning(message).with_help(NO_IMAGE));
+            }
+            sheet
+        };
         self.sheet.get_or_init(compute).as_ref()
     }
 
@@ -217,9 +229,12 @@ fn warn_of_index(lens: &Lens, nm: f64) {
 
 /// Returns the error for an output of the image of a lens that has none.
 pub(super) fn no_image(lens: &Lens) -> Box<Diagnostic> {
-    Diagnostic::error(format!("`{}` has no image to describe", lens.name()))
-        .with_help("an afocal lens, or one that lets no light through, has none")
+    Diagnostic::error(format!("`{}` has no image to describe", lens.name())).with_help(NO_IMAGE)
 }
+
+/// Why a lens has no data sheet.
+const NO_IMAGE: &str = "there is none behind an afocal lens, behind one whose image is virtual, in \
+                        front of the last surface, and where no light comes through";
 
 /// Reads the conditions of the data sheet, without the focus, and the sides of the film.
 fn conditions(matches: &ArgMatches) -> Result<(SheetSetting<'static>, Option<[f64; 2]>)> {

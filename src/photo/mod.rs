@@ -52,7 +52,7 @@ pub use headlight::{Headlight, HeadlightCause, HeadlightState};
 pub use layer_choice::FurtherLayers;
 pub use light_plan::{Backdrop, LightPlan, Surroundings};
 pub(crate) use plan::free_name;
-pub use plan::{Era, IdealChoice, LensChoice, Optics, Plan, picture_name};
+pub use plan::{Era, IdealChoice, LensChoice, LensWavelength, Optics, Plan, picture_name};
 #[cfg(feature = "panels")]
 pub(crate) use pointer_scene::PointerScene;
 #[cfg(feature = "panels")]

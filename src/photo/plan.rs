@@ -112,6 +112,19 @@ impl Default for IdealChoice {
     }
 }
 
+/// The wavelength at which a lens has the focal length and the f-number that are asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum LensWavelength {
+    /// The d line, as for photographs.
+    #[default]
+    D,
+    /// The primary wavelength that its file states, or else the d line.
+    Primary,
+    /// A wavelength in nanometers.
+    Nm(f64),
+}
+
 /// A lens with a prescription, and the changes to it.
 ///
 /// [`LensChoice::open`] sets the zoom position first, then scales to `efl`, scales by `zoom`, and
@@ -131,6 +144,8 @@ pub struct LensChoice {
     pub zoom_position: Option<usize>,
     /// The f-number to stop down to. Default: full aperture.
     pub f_number: Option<f64>,
+    /// The wavelength of `efl` and `f_number`. Default: the d line.
+    pub wavelength: LensWavelength,
     /// The shape of the aperture stop. Default: round.
     pub iris: Iris,
     /// The coating of all surfaces. Default: that of the prescription.
@@ -153,6 +168,7 @@ impl LensChoice {
             as_published: false,
             zoom_position: None,
             f_number: None,
+            wavelength: LensWavelength::D,
             iris: Iris::Round,
             coating: None,
             method: FocusMethod::Film,
@@ -191,8 +207,14 @@ impl LensChoice {
                 .at_zoom(position)
                 .map_err(|e| at_zoom_list(e, &self.name))?;
         }
+        let primary = lens.wavelengths_nm.first();
+        let nm = match self.wavelength {
+            LensWavelength::D => D_LINE,
+            LensWavelength::Primary => *primary.unwrap_or(&D_LINE),
+            LensWavelength::Nm(nm) => nm,
+        };
         if let Some(length) = self.efl {
-            lens = lens.scaled_to(length, D_LINE)?;
+            lens = lens.scaled_to(length, nm)?;
         }
         if self.zoom != 1.0 {
             lens = lens.scaled(self.zoom);
@@ -202,7 +224,7 @@ impl LensChoice {
         }
         let mut lens = Lens::new(lens);
         if let Some(n) = self.f_number {
-            lens = lens.at_f_number(n)?;
+            lens = lens.at_wavelength(nm).at_f_number(n)?.at_wavelength(D_LINE);
         }
         if self.iris != Iris::Round {
             lens = lens.with_iris(self.iris.clone());

@@ -13,7 +13,8 @@ pub const D_LINE: f64 = 587.5618;
 pub const C_LINE: f64 = 656.2725;
 
 /// The exact wavelength of a spectral line for a rounded one: 587.6 is the d line. Other
-/// wavelengths are returned unchanged.
+/// wavelengths are rounded to 1e-6 nm, which takes the digits away that conversion from micrometers
+/// adds.
 ///
 /// Wavelengths with four digits are rounded by up to 0.05 nm. Within that an index differs by 1e-6,
 /// which is more than the error of the other arithmetic.
@@ -21,7 +22,7 @@ pub fn named_line(wavelength_nm: f64) -> f64 {
     [F_LINE, D_LINE, C_LINE]
         .into_iter()
         .find(|line| (wavelength_nm - line).abs() < 0.05)
-        .unwrap_or(wavelength_nm)
+        .unwrap_or((1e6 * wavelength_nm).round() / 1e6)
 }
 
 /// The name of a spectral line, `d` for 587.56 nm, or the wavelength with its unit.

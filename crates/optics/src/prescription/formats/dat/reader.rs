@@ -253,7 +253,7 @@ fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
     notes.iter().find_map(|note| Some((stated(note)?, &**note)))
 }
 
-/// The f-number that a comment states, and the comment: `f-number: 2.8`, or `F/2.8` among other
+/// The f-number that a comment states, and the comment: `f-number: 2.8`, or else `F/2.8` among other
 /// words.
 fn stated_f_number(notes: &[String]) -> Option<(f64, &str)> {
     let number = |text: &str| {
@@ -262,13 +262,16 @@ fn stated_f_number(notes: &[String]) -> Option<(f64, &str)> {
             .unwrap_or(text.len());
         text[..end].parse::<f64>().ok().filter(|n| *n > 0.2)
     };
-    let stated = |note: &String| {
-        let note = note.to_ascii_lowercase();
+    let by_key = |note: &str| number(note.strip_prefix("f-number:")?.trim());
+    let in_words = |note: &str| {
         let mut words = note.split_whitespace();
-        let in_words = words.find_map(|word| number(word.strip_prefix("f/")?));
-        in_words.or_else(|| number(note.strip_prefix("f-number:")?.trim()))
+        words.find_map(|word| number(word.strip_prefix("f/")?))
     };
-    notes.iter().find_map(|note| Some((stated(note)?, &**note)))
+    let found = |stated: &dyn Fn(&str) -> Option<f64>| {
+        let mut notes = notes.iter();
+        notes.find_map(|note| Some((stated(&note.to_ascii_lowercase())?, &**note)))
+    };
+    found(&by_key).or_else(|| found(&in_words))
 }
 
 /// The relative difference from a stated focal length that counts as a contradiction. Nominal focal
