@@ -136,6 +136,10 @@ fn picture_of(layers: &[Layer]) -> Result<Choice<'_>> {
     if let (Some(found), None) = (named.next(), named.next()) {
         return Ok(found);
     }
+    if all.iter().any(|(layer, _)| channel(layer, "RY").is_some()) {
+        let message = "this EXR has luminance and chroma (Y, RY and BY), which are not read";
+        return Err(Diagnostic::unsupported(message).with_help("save the picture as R, G and B"));
+    }
     let luminance = layers
         .iter()
         .find_map(|layer| Some((layer, channel(layer, "Y")?)));
@@ -397,6 +401,8 @@ mod tests {
         );
         assert_eq!(read(&[&["Y", "Z"]]), Ok(vec![1.0]));
         assert_eq!(read(&[&["depth.Z"]]), Ok(vec![1.0]));
+        let error = read(&[&["BY", "RY", "Y"]]).expect_err("chroma is not read");
+        assert!(error.contains("RY"), "{error}");
         for parts in [
             ["G", "R"].as_slice(),
             &["a.B", "a.G", "a.R", "b.B", "b.G", "b.R"],

@@ -121,6 +121,10 @@ fn decode_other(
     Ok(from_image(picture))
 }
 
+/// The kinds of TIFF that are read.
+const TIFFS_READ: &str = "TIFFs are read as gray or RGB of 8 or 16 bits and as RGB in floating \
+                          point, without a palette: save it so";
+
 /// Decodes a file of a known format, and returns the orientation that it states too.
 fn decode_format(
     bytes: &[u8],
@@ -131,6 +135,9 @@ fn decode_format(
         let account = Budget::current();
         match account.stop().cause() {
             Some(cause) => account.refusal(Cut::Stopped(cause)),
+            None if format == ImageFormat::Tiff => {
+                Diagnostic::error(e.to_string()).with_help(TIFFS_READ)
+            }
             None => Diagnostic::error(e.to_string()),
         }
     };
@@ -159,7 +166,7 @@ fn decode_format(
         && tiff::first_short(bytes, tiff::SAMPLE_FORMAT) != Some(tiff::FLOATING_POINT)
     {
         let error = Diagnostic::unsupported("a TIFF with integers of 32 bits is not read");
-        return Err(error.with_help("convert it to 16 bits or to floating-point numbers"));
+        return Err(error.with_help(TIFFS_READ));
     }
     Ok((picture, orientation))
 }
