@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use ivcam_base::diag::Result;
+use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::write_whole;
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture};
@@ -14,7 +14,10 @@ use serde::Serialize;
 use super::compare_options::{
     Compared, check_outputs, limits, matching, pixels_per_degree, registration, selection,
 };
-use super::{compare_folder, exit_code, fit, flags, render, render_folder, switch, text, value};
+use super::{
+    compare_folder, exit_code, fit, flags, print_diagnostic, render, render_folder, switch, text,
+    value,
+};
 use crate::compare::{
     self, Alignment, Comparison, ExceededLimit, FittedCamera, Options, Plate, Registration,
     difference,
@@ -203,7 +206,17 @@ fn comparison(
         mask: selection.of((new.width, new.height), name("new"))?,
         pixels_per_degree: pixels_per_degree(matches)?,
     };
-    Ok((compare::compare(&new, &old, &options)?, camera))
+    let comparison = compare::compare(&new, &old, &options)?;
+    if new.is_light != old.is_light {
+        let [light, levels] = match new.is_light {
+            true => [name("new"), name("old")],
+            false => [name("old"), name("new")],
+        };
+        let message = format!("`{light}` has linear light, and `{levels}` levels of a display");
+        let help = "`ivcam expose LIGHT.exr --response srgb -o LEVELS.png` develops the light";
+        print_diagnostic(&Diagnostic::warning(message).with_help(help));
+    }
+    Ok((comparison, camera))
 }
 
 /// Writes the pictures that were asked for.

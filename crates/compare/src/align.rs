@@ -357,11 +357,11 @@ fn no_agreement(best: Option<&Alignment>) -> Box<Diagnostic> {
     )
 }
 
-/// Returns a probability as text of two digits.
+/// Returns a probability as text of one or two digits.
 pub fn probability(value: f64) -> String {
     if value == 0.0 {
         "1e-307".to_owned() // The smallest normal number is 2e-308.
-    } else if value < 1e-3 {
+    } else if value < 0.01 {
         format!("{value:.0e}")
     } else {
         format!("{value:.2}")

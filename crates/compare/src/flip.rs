@@ -43,9 +43,9 @@ const XYZ_FROM_RGB: [[f64; 3]; 3] = [
     ],
 ];
 
-/// Returns the error of each pixel.
-pub(crate) fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
-    let (new, old) = (opponent(new), opponent(old));
+/// Returns the error of each pixel of two pictures of light, or of levels of a display.
+pub(crate) fn flip(new: &Plate, old: &Plate, is_light: bool, pixels_per_degree: f64) -> Plane {
+    let (new, old) = (opponent(new, is_light), opponent(old, is_light));
     let color = color_error(
         &perceived(&new, pixels_per_degree),
         &perceived(&old, pixels_per_degree),
@@ -57,8 +57,12 @@ pub(crate) fn flip(new: &Plate, old: &Plate, pixels_per_degree: f64) -> Plane {
 }
 
 /// Converts to the linearized Lab space YCxCz, in which the eye's blur is applied.
-fn opponent(plate: &Plate) -> Plate {
-    let linear = plate.map(|p| p.map(|v| linear(f64::from(v.clamp(0.0, 1.0))) as f32));
+fn opponent(plate: &Plate, is_light: bool) -> Plate {
+    let light = |v: f32| match is_light {
+        true => v,
+        false => linear(f64::from(v)) as f32,
+    };
+    let linear = plate.map(|p| p.map(|v| light(v.clamp(0.0, 1.0))));
     let white = XYZ_FROM_RGB.map(|row| row.iter().sum::<f64>());
     per_pixel(&linear, |rgb| {
         let xyz = times(&XYZ_FROM_RGB, rgb);
@@ -232,8 +236,20 @@ mod tests {
     }
 
     fn between(a: [f32; 3], b: [f32; 3]) -> f32 {
-        let errors = flip(&flat(a), &flat(b), PIXELS_PER_DEGREE);
+        let errors = flip(&flat(a), &flat(b), false, PIXELS_PER_DEGREE);
         errors.values.iter().sum::<f32>() / errors.values.len() as f32
+    }
+
+    #[test]
+    fn light_has_the_errors_of_the_levels_that_show_it() {
+        let colors = [[0.3, 0.4, 0.5], [0.35, 0.4, 0.48]];
+        let light = colors.map(|color| color.map(|v: f32| linear(f64::from(v)) as f32));
+        let of_light = flip(&flat(light[0]), &flat(light[1]), true, PIXELS_PER_DEGREE);
+        let error = between(colors[0], colors[1]);
+        assert!(
+            (of_light.values[0] - error).abs() < 1e-5 && error > 0.01,
+            "{error}"
+        );
     }
 
     #[test]

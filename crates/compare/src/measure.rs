@@ -303,13 +303,15 @@ fn measure(
     } else {
         mask
     };
+    // The old picture has the new one's tones, or is compared as if it had them.
+    let is_light = new.is_light;
     let [new, matched] = [new, matched].map(|plate| mask.extended(plate));
     let [a, b] = [&new, &matched].map(|p| edges::EdgeMap::of(&p.luma()).within(mask));
     Measures {
         mse,
         psnr: metric::psnr(mse),
         ssim: windows.mean(&metric::ssim(&new, &matched)),
-        flip: mask.mean(&flip::flip(&new, &matched, pixels_per_degree)),
+        flip: mask.mean(&flip::flip(&new, &matched, is_light, pixels_per_degree)),
         // The outside creates edges at the border, so those there need no counterpart.
         edges: edges::distance(&a, &b, &mask.eroded(2)),
         unmatched_mse,
@@ -370,7 +372,12 @@ mod tests {
         assert!((m.mse - 0.007_081_916_6).abs() < 1e-8, "{m:?}");
         assert!((m.ssim - 0.906_137_42).abs() < 1e-5, "{m:?}");
         assert!((m.flip - 0.144_454_20).abs() < 1e-5, "{m:?}");
-        let map = flip::flip(&picture(false), &picture(true), flip::PIXELS_PER_DEGREE);
+        let map = flip::flip(
+            &picture(false),
+            &picture(true),
+            false,
+            flip::PIXELS_PER_DEGREE,
+        );
         for ((x, y), value) in [
             ((15, 20), 0.929_449_7),
             ((40, 5), 0.089_828_35),

@@ -5,7 +5,8 @@
 use std::path::Path;
 
 use ivcam_base::diag::Result;
-use ivcam_optics::picture::Raster;
+use ivcam_base::files::{MAX_PICTURE, read_file};
+use ivcam_optics::picture::{Raster, Samples, exr_text};
 use rayon::prelude::*;
 
 /// One value per pixel, with rows from the top.
@@ -31,6 +32,9 @@ pub struct Plate {
     /// For each pixel whether its values in the file are finite; `None` if all are. The others are
     /// black here.
     pub finite: Option<Vec<bool>>,
+    /// Whether the values are linear light, which a display shows by the curve of sRGB. Otherwise
+    /// they are levels of a display.
+    pub is_light: bool,
 }
 
 impl Plane {
@@ -160,12 +164,21 @@ impl Plane {
 }
 
 impl Plate {
-    /// Reads a picture file in any format that [`Raster::open`] reads.
+    /// Reads a picture file in any format that [`Raster::open`] reads. Numbers in floating point are
+    /// light, unless the file is an EXR of ivcam that states a linear response: its levels are
+    /// those of a display.
     ///
     /// # Errors
     /// Returns an error if the file cannot be read or is not a picture.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
-        Ok(Self::from_raster(&Raster::open(path.as_ref())?))
+        let path = path.as_ref();
+        let raster = Raster::open(path)?;
+        let mut plate = Self::from_raster(&raster);
+        if matches!(raster.samples, Samples::F32(_)) {
+            let response = exr_text(&read_file(path, MAX_PICTURE)?, "ivcam:response");
+            plate.is_light = response.is_none_or(|response| response != "linear");
+        }
+        Ok(plate)
     }
 
     /// Converts a picture file without its alpha, because archival pictures are opaque.
@@ -189,6 +202,7 @@ impl Plate {
             height,
             channels,
             finite: None,
+            is_light: false,
         }
     }
 
