@@ -164,8 +164,8 @@ impl Plane {
 }
 
 impl Plate {
-    /// Reads a picture file in any format that [`Raster::open`] reads. Numbers in floating point are
-    /// light, unless the file is an EXR of ivcam that states a linear response: its levels are
+    /// Reads a picture file in any format that [`Raster::open`] reads. Numbers in floating point
+    /// are light, unless the file is an EXR of ivcam that states a linear response: its levels are
     /// those of a display.
     ///
     /// # Errors

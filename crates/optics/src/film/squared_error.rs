@@ -267,8 +267,8 @@ impl SquaredError {
         }
     }
 
-    /// Returns the squared error of a picture with the light of ghosts, whose error is independent of
-    /// the samples'.
+    /// Returns the squared error of a picture with the light of ghosts, whose error is independent
+    /// of the samples'.
     pub(super) fn with_ghosts(&self, ghosts: &GhostImage) -> Self {
         let (sum, more) = ghosts.squared_error();
         let variance = self.variance + more;

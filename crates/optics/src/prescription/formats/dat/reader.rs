@@ -253,8 +253,8 @@ fn stated_focal_length(notes: &[String]) -> Option<(f64, &str)> {
     notes.iter().find_map(|note| Some((stated(note)?, &**note)))
 }
 
-/// The f-number that a comment states, and the comment: `f-number: 2.8`, or else `F/2.8` among other
-/// words.
+/// The f-number that a comment states, and the comment: `f-number: 2.8`, or else `F/2.8` among
+/// other words.
 fn stated_f_number(notes: &[String]) -> Option<(f64, &str)> {
     let number = |text: &str| {
         let end = text
