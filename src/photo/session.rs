@@ -588,10 +588,13 @@ impl Session {
             && (plan.film, plan.aim) == (self.plan.film, self.plan.aim)
             && plan.dispersion == self.plan.dispersion
             && plan.movements == self.plan.movements;
-        let fresh = if same_lens {
+        let stop = |plan: &Plan, pose| stopped_down(plan, pose, self.studio.as_ref());
+        let stopped = stop(&plan, &pose);
+        let choice = |stopped: &Option<Plan>| stopped.as_ref()?.lens().cloned();
+        let same_stop = choice(&stopped) == choice(&stop(&self.plan, &self.pose));
+        let fresh = if same_lens && same_stop {
             self.camera.clone()
         } else {
-            let stopped = stopped_down(&plan, &pose, self.studio.as_ref());
             let choices = stopped.as_ref().unwrap_or(&plan);
             let (fresh, settings) = camera(choices, &pose, &mut self.sink)?;
             self.described.extend(settings);

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
-use ivcam_base::math::Meters;
+use ivcam_base::math::{Meters, mm};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::pose::Projection;
 use ivcam_optics::film::{Region, Resolution};
@@ -16,7 +16,7 @@ use ivcam_render::team::threads;
 
 use super::light_plan::Surroundings;
 use super::plan::IdealChoice;
-use super::{Era, Headlight, Optics, Override, Plan, Session};
+use super::{CameraChoice, CameraNode, Era, Headlight, Optics, Override, Plan, Session};
 use crate::folder::Folder;
 
 const SCENE: &str = "#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 4 }\n\
@@ -28,6 +28,25 @@ fn plan(folder: &Folder) -> Plan {
     plan.resolution = Resolution::of(36, 24);
     plan.focus = Some(Meters(3.0));
     plan
+}
+
+#[test]
+fn a_studio_stops_the_lens_down_for_where_the_camera_has_moved() {
+    let folder = Folder::new("studio-aim");
+    let mut plan = plan(&folder);
+    plan.set_studio(true);
+    plan.lens_mut().unwrap().efl = Some(mm(50.0));
+    let mut session = Session::open(plan.clone()).expect("the scene is whole");
+    let mut pose = session.pose.clone();
+    pose.position += 3.0 * DVec3::Z;
+    session.aim(plan.clone(), pose.clone()).unwrap();
+    plan.camera = Some(CameraChoice::Node(CameraNode::from_pose(&pose)));
+    let afresh = Session::open(plan).expect("the scene is whole");
+    let stop = |session: &Session| match &session.camera {
+        Camera::Lens(camera) => camera.lens.real_f_number().unwrap(),
+        _ => unreachable!("the plan has a lens"),
+    };
+    assert!((stop(&session) / stop(&afresh) - 1.0).abs() < 1e-9);
 }
 
 /// The scene is compiled in single precision with its camera as the origin. A camera one meter away

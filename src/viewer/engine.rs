@@ -69,6 +69,8 @@ pub struct Opened {
     pub bounds: Option<(DVec3, DVec3)>,
     /// The files that the scene names, such as textures.
     pub files: Vec<PathBuf>,
+    /// Whether the pose was made up for the lens, because the scene has no camera.
+    pub is_framed: bool,
     pub(crate) headlight: HeadlightSources,
     /// See [`Session::headlight_notice`].
     pub notice: Option<&'static str>,
@@ -338,6 +340,7 @@ impl EngineWorker {
                     messages: live.session().sink.items().to_vec(),
                     bounds: live.session().inventor_bounds(),
                     files: live.session().document.opened_files(),
+                    is_framed: plan.camera.is_none() && live.session().scene_pose(plan).is_none(),
                     headlight: live.session().headlight_sources,
                     notice: live.session().headlight_notice(),
                 };

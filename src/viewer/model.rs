@@ -114,6 +114,10 @@ pub(crate) struct WindowModel {
     pub bounds: Option<(DVec3, DVec3)>,
     /// The files that the scene names, such as textures.
     scene_files: Vec<PathBuf>,
+    /// Whether the pose was made up for the lens when the scene was opened.
+    is_framed: bool,
+    /// The plan of the setup when a scene was last ordered.
+    at_order: Option<Plan>,
     /// The point in the world that an orbit turns about, while a mouse button is held.
     pivot: Option<DVec3>,
     pub depths: Option<Arc<DepthMap>>,
@@ -193,6 +197,8 @@ impl WindowModel {
             view_size: None,
             bounds: None,
             scene_files: Vec::new(),
+            is_framed: false,
+            at_order: None,
             pivot: None,
             depths: None,
             surface: None,
@@ -234,9 +240,12 @@ impl WindowModel {
     }
 
     /// Changes the setup on behalf of a control; undo returns to the one before.
-    pub(crate) fn change(&mut self, control: &'static str, next: Setup) {
+    pub(crate) fn change(&mut self, control: &'static str, mut next: Setup) {
         if next == self.setup {
             return;
+        }
+        if self.is_framed && !are_framed_alike(&next.plan, &self.setup.plan) {
+            next.keep_pose();
         }
         self.history.keep(&self.setup, control, self.now, self.held);
         self.setup = next;
@@ -299,6 +308,7 @@ impl WindowModel {
 
     pub(super) fn order_open(&mut self, plan: Plan) {
         self.opening = true;
+        self.at_order = Some(self.setup.plan.clone());
         self.status = format!("opening {}", file_name(&plan.scene));
         self.orders.push(EngineOrder::Open(Box::new(plan)));
     }
@@ -512,11 +522,10 @@ impl WindowModel {
         self.shown_message = None;
         (self.hovered, self.sensor_drag, self.playing) = (None, None, None);
         let other = opened.setup.plan.scene != self.setup.plan.scene;
-        let as_shown = self.setup.as_shown;
-        self.setup = Setup {
-            as_shown,
-            ..opened.setup
-        };
+        self.is_framed = opened.is_framed;
+        self.setup = self.setup_of_opened(opened.setup);
+        // The pose of a frame that was asked for before is no longer that of the scene's camera.
+        self.serial += 1;
         if other && self.output == self.made_up {
             self.propose_name();
         }
@@ -528,6 +537,45 @@ impl WindowModel {
             self.scenes.push(scene);
             self.history.forget();
         }
+    }
+
+    /// Returns the setup of a scene that was opened, with what was changed since it was ordered.
+    fn setup_of_opened(&self, opened: Setup) -> Setup {
+        let (ordered, now) = (opened.plan, self.setup.plan.clone());
+        let before = self.at_order.as_ref().unwrap_or(&now);
+        let is_same = ordered.scene == before.scene;
+        let moved = is_same && now.camera != before.camera;
+        let focused = is_same && now.focus != before.focus;
+        let played = is_same && (now.time, &now.actions) != (before.time, &before.actions);
+        let mut setup = Setup {
+            pose: if moved {
+                self.setup.pose.clone()
+            } else {
+                opened.pose
+            },
+            as_shown: self.setup.as_shown,
+            plan: Plan {
+                scene: ordered.scene.clone(),
+                environment: ordered.environment.clone(),
+                camera: if moved {
+                    now.camera.clone()
+                } else {
+                    ordered.camera.clone()
+                },
+                focus: if focused { now.focus } else { ordered.focus },
+                time: if played { now.time } else { ordered.time },
+                actions: if played {
+                    now.actions.clone()
+                } else {
+                    ordered.actions.clone()
+                },
+                ..now
+            },
+        };
+        if self.is_framed && !are_framed_alike(&setup.plan, &ordered) {
+            setup.keep_pose();
+        }
+        setup
     }
 
     /// Repeats the last request, as after a panic.
@@ -701,6 +749,12 @@ impl WindowModel {
         }
         setup
     }
+}
+
+/// Returns whether a scene without a camera is seen from the same place by two plans.
+fn are_framed_alike(a: &Plan, b: &Plan) -> bool {
+    let framed = |plan: &Plan| (plan.optics.clone(), plan.film, plan.resolution.aspect());
+    framed(a) == framed(b)
 }
 
 /// Returns whether a plan differs from another in what a scene is opened with.

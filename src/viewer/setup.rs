@@ -93,6 +93,15 @@ impl Setup {
         self.plan.camera = Some(CameraChoice::Node(node));
     }
 
+    /// States the pose as the camera of the plan, if it has none.
+    pub(crate) fn keep_pose(&mut self) {
+        if self.plan.camera.is_none() {
+            let pose = self.pose.clone();
+            self.plan.view = None;
+            self.set_pose(&pose);
+        }
+    }
+
     /// Selects another film format, with the same number of pixels, of the same shape.
     pub(crate) fn set_film(&mut self, film: FilmFormat) {
         let Resolution { width, height } = self.plan.resolution;

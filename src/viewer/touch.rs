@@ -243,7 +243,8 @@ impl WindowModel {
         }
         self.clock = self.now;
         let time = rounded(self.setup.plan.time + passed.min(0.5)).min(until);
-        self.edit("scene time", |s| s.plan.time = time);
+        // What began to play is one step for undo.
+        self.setup.plan.time = time;
         if time >= until {
             self.playing = None;
         }

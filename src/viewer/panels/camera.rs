@@ -192,6 +192,7 @@ pub(super) fn zoom(ui: &mut Ui, model: &mut WindowModel) {
         let mut efl = next.efl.map_or(50.0, |l| l.0);
         let field = egui::DragValue::new(&mut efl)
             .range(0.5..=5000.0)
+            .clamp_existing_to_range(false)
             .max_decimals(2)
             .suffix(" mm");
         ui.add_enabled(set, field).labelled_by(name.id);
@@ -213,6 +214,7 @@ pub(super) fn movements(ui: &mut Ui, model: &mut WindowModel) {
         for (name, radians) in [("tilt", &mut moved.tilt), ("swing", &mut moved.swing)] {
             let mut degrees = (radians.to_degrees() * 100.0).round() / 100.0;
             let slider = egui::Slider::new(&mut degrees, -30.0..=30.0)
+                .clamping(egui::SliderClamping::Edits)
                 .step_by(0.1)
                 .suffix("°")
                 .text(name);
@@ -223,6 +225,7 @@ pub(super) fn movements(ui: &mut Ui, model: &mut WindowModel) {
         for (name, mm) in [("rise", &mut moved.rise), ("shift", &mut moved.shift)] {
             ui.add(
                 egui::Slider::new(mm, -30.0..=30.0)
+                    .clamping(egui::SliderClamping::Edits)
                     .step_by(0.1)
                     .suffix(" mm")
                     .text(name),

@@ -50,6 +50,7 @@ fn size(ui: &mut Ui, model: &mut WindowModel) {
         let mut width = shown.width;
         let field = egui::DragValue::new(&mut width)
             .range(16..=8192)
+            .clamp_existing_to_range(false)
             .suffix(" px");
         if ui.add(field).labelled_by(name.id).changed() {
             next.as_shown = false;
@@ -66,7 +67,9 @@ fn size(ui: &mut Ui, model: &mut WindowModel) {
     ui.horizontal(|ui| {
         let samples = &mut next.plan.stop.samples;
         let name = ui.label("Samples");
-        let field = egui::DragValue::new(samples).range(1..=65_536);
+        let field = egui::DragValue::new(samples)
+            .range(1..=65_536)
+            .clamp_existing_to_range(false);
         ui.add(field).labelled_by(name.id);
     });
     model.change("size", next);

@@ -62,6 +62,7 @@ fn exposure(ui: &mut Ui, plan: &mut Plan, metered: Option<f64>) {
         let name = ui.heading("Exposure");
         let mut stops = libm::log2(factor);
         let slider = egui::Slider::new(&mut stops, -8.0..=8.0)
+            .clamping(egui::SliderClamping::Edits)
             .step_by(0.1)
             .custom_formatter(|stops, _| format!("{stops:+.1}"))
             .suffix(" EV");
@@ -101,7 +102,9 @@ fn shutter(ui: &mut Ui, plan: &mut Plan, model: &WindowModel) {
             let info = || WidgetInfo::labeled(Role::ComboBox, on, "Shutter time");
             combo.response.widget_info(info);
             let name = ui.label("ISO");
-            let field = egui::DragValue::new(&mut metering.iso).range(1.0..=1e6);
+            let field = egui::DragValue::new(&mut metering.iso)
+                .range(1.0..=1e6)
+                .clamp_existing_to_range(false);
             ui.add(field.max_decimals(0)).labelled_by(name.id);
         });
         if on {
@@ -163,6 +166,7 @@ fn film(ui: &mut Ui, plan: &mut Plan) {
         let mut kelvin = balance.map_or(DAYLIGHT, |balance| balance.kelvin());
         let field = egui::DragValue::new(&mut kelvin)
             .range(WhiteBalance::RANGE)
+            .clamp_existing_to_range(false)
             .speed(20.0)
             .max_decimals(0)
             .suffix(" K");
@@ -206,6 +210,7 @@ fn lamps(ui: &mut Ui, plan: &mut Plan) -> bool {
         let mut centimeters = 100.0 * plan.light.light_size.0;
         let field = egui::DragValue::new(&mut centimeters)
             .range(0.0..=1000.0)
+            .clamp_existing_to_range(false)
             .speed(0.2)
             .max_decimals(1)
             .suffix(" cm");

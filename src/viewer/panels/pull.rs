@@ -55,6 +55,7 @@ fn controls(ui: &mut Ui, model: &mut WindowModel) {
         ui.add(
             DragValue::new(&mut model.pull.seconds)
                 .range(0.5..=600.0)
+                .clamp_existing_to_range(false)
                 .max_decimals(1)
                 .speed(0.1)
                 .suffix(" s"),

@@ -24,6 +24,7 @@ pub(super) fn focus(ui: &mut Ui, model: &mut WindowModel, kit: &mut Kit) {
         let mut distance = model.setup.focus().min(1e6);
         let field = egui::DragValue::new(&mut distance)
             .range(1e-3..=1e6)
+            .clamp_existing_to_range(false)
             .max_decimals(4)
             .suffix(" m");
         if ui
@@ -147,7 +148,8 @@ fn blades(ui: &mut Ui, iris: &mut Iris) {
         let name = ui.label("Blades");
         ui.add(
             egui::DragValue::new(&mut count)
-                .range(0..=32)
+                .range(0..=64)
+                .clamp_existing_to_range(false)
                 .speed(0.1)
                 .custom_formatter(|n, _| {
                     if n < 3.0 {
@@ -164,6 +166,7 @@ fn blades(ui: &mut Ui, iris: &mut Iris) {
             count >= 3,
             egui::DragValue::new(&mut turn)
                 .range(0.0..=360.0)
+                .clamp_existing_to_range(false)
                 .suffix("°")
                 .max_decimals(0),
         )

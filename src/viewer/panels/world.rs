@@ -37,7 +37,10 @@ pub(super) fn show(ui: &mut Ui, model: &mut WindowModel) {
         {
             match model.playing {
                 Some(_) => model.playing = None,
-                None => model.play_for(PLAY),
+                None => {
+                    model.history.keep(&model.setup, "play", model.now, false);
+                    model.play_for(PLAY);
+                }
             }
         }
     });

@@ -42,6 +42,26 @@ fn every_lens_is_in_the_menu_and_a_click_selects_it() {
 }
 
 #[test]
+fn choices_beyond_the_reach_of_a_control_stay() {
+    let mut bench = Bench::open("beyond");
+    bench.change(|m| {
+        m.edit("all", |s| {
+            s.set_width(12_000);
+            s.plan.exposure = 1000.0;
+            s.plan.movements.rise = 40.0;
+            lens_of(s).iris = Iris::Blades {
+                count: 64,
+                rotation: 0.0,
+            };
+        });
+    });
+    let before = bench.setup().plan.clone();
+    bench.click("Movements");
+    bench.harness.run_steps(10);
+    assert_eq!(bench.setup().plan, before);
+}
+
+#[test]
 fn a_search_leaves_the_lenses_that_have_its_words_and_enter_takes_the_first() {
     let mut bench = Bench::open("search");
     let listed = |bench: &Bench, name: &str| bench.harness.query_by_label(name).is_some();

@@ -5,7 +5,9 @@ use std::sync::atomic::Ordering;
 use egui::{HoveredFile, Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
-use crate::photo::{Era, Plan, Surroundings};
+use ivcam_render::shade::Shading;
+
+use crate::photo::{Era, Plan, Session, Surroundings};
 use crate::viewer::files::DroppedKind;
 use crate::viewer::model::WindowModel;
 use crate::viewer::recent::RecentScenes;
@@ -61,6 +63,40 @@ fn opening_has_a_name_field_of_its_own() {
     }
     let scene = std::fs::read_to_string(bench.scratch.path("scene.iv")).unwrap();
     assert_eq!(scene, SCENE);
+}
+
+/// The camera of a scene without one is made up for the lens.
+#[test]
+fn another_lens_keeps_a_made_up_camera_in_the_window_and_in_what_is_saved() {
+    let scene = "#Inventor V2.1 ascii\nSphere { radius .6 }\n";
+    let mut bench = Bench::open_scene("made-up", scene);
+    let before = bench.setup().pose.clone();
+    assert_eq!(bench.setup().plan.camera, None);
+    bench.change(|m| m.edit("lens", |s| s.choose_lens("wide-angle")));
+    let saved = bench.model().to_save();
+    let session = Session::open(saved.plan.clone()).unwrap();
+    for pose in [&bench.setup().pose, &session.pose] {
+        assert!(
+            (pose.position - before.position).length() < 1e-6,
+            "{pose:?}"
+        );
+        assert!((pose.focal_distance - before.focal_distance).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn what_is_changed_while_a_scene_is_opened_stays() {
+    let mut bench = Bench::open("meanwhile");
+    let second = bench.scratch.path("second.iv");
+    std::fs::write(&second, SCENE).unwrap();
+    bench.change(|m| {
+        m.open_scene(&second);
+        m.edit("shading", |s| s.set_shading(Shading::Flat));
+    });
+    bench.until("the second scene", |m| {
+        !m.opening && m.setup.plan.scene.ends_with("second.iv")
+    });
+    assert_eq!(bench.setup().plan.shading, Shading::Flat);
 }
 
 #[test]
