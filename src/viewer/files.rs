@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::write_whole;
 use ivcam_base::files::{MAX_TEXT, read_file};
-use ivcam_inventor::grammar::class;
+use ivcam_inventor::grammar::{class, directional_light};
 use ivcam_inventor::iv::{Document, Format};
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::Response;
@@ -120,7 +120,8 @@ pub(crate) fn environment_text(setup: &Setup, lit: bool) -> Result<String> {
         }
         text += &body(&document);
         document.roots = lamp.into_iter().collect();
-        if lamp.is_some() && lit {
+        let is_on = |id| document.node(id).get(directional_light::ON);
+        if lit && lamp.is_some_and(is_on) {
             return Ok(text + &body(&document));
         }
     }

@@ -131,6 +131,7 @@ impl Live {
     pub(crate) fn open(plan: &Plan) -> Result<Self> {
         let mut bare = plan.clone();
         bare.optics = Optics::Pinhole;
+        bare.metering = None; // a pinhole has no aperture that exposes
         bare.shading = compiled_for(plan.shading);
         let session = Session::open_framed(bare, plan)?;
         let setup = Setup {

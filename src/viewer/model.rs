@@ -285,6 +285,7 @@ impl WindowModel {
     pub(crate) fn open_scene(&mut self, path: &Path) {
         let mut plan = self.setup.plan.clone();
         (plan.scene, plan.camera, plan.focus) = (path.to_owned(), None, None);
+        plan.environment = None; // it has a camera of the scene before
         (plan.actions, plan.time) = (Vec::new(), 0.0);
         self.order_open(plan);
     }

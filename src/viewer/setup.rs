@@ -90,6 +90,7 @@ impl Setup {
         self.keep_places();
         let node = CameraNode::from_pose(pose);
         self.pose = node.pose().clone();
+        self.plan.view = None;
         self.plan.camera = Some(CameraChoice::Node(node));
     }
 
@@ -97,7 +98,6 @@ impl Setup {
     pub(crate) fn keep_pose(&mut self) {
         if self.plan.camera.is_none() {
             let pose = self.pose.clone();
-            self.plan.view = None;
             self.set_pose(&pose);
         }
     }

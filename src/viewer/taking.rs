@@ -77,7 +77,7 @@ impl WindowModel {
         let pose = camera.pose(&mut found)?;
         self.edit("camera file", |setup| {
             setup.keep_places();
-            setup.plan.camera = Some(camera);
+            (setup.plan.camera, setup.plan.view) = (Some(camera), None);
             setup.plan.focus = None;
             setup.pose = pose;
         });

@@ -1,7 +1,7 @@
 //! The live diagram of the lens, with rays of the pixel under the cursor.
 
 use egui::Ui;
-use ivcam_render::camera::LensCamera;
+use ivcam_render::camera::{Camera, LensCamera};
 
 use super::drawing;
 use super::wheel::meters;
@@ -22,7 +22,10 @@ pub(super) struct Section {
 pub(super) fn show(ui: &mut Ui, model: &WindowModel, section: &mut Section) {
     let Some(frame) = &model.frame else { return };
     let Some(camera) = frame.view.lens_camera() else {
-        ui.weak("no lens: a pinhole");
+        ui.weak(match frame.view.camera {
+            Camera::Ideal(_) => "an ideal lens has no surfaces",
+            _ => "no lens: a pinhole",
+        });
         return;
     };
     let (x, y) = model.cursor.unwrap_or((0.5, 0.5));

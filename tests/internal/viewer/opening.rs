@@ -5,10 +5,11 @@ use std::sync::atomic::Ordering;
 use egui::{HoveredFile, Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
+use ivcam_optics::film::Metering;
 use ivcam_render::shade::Shading;
 
-use crate::photo::{Era, Plan, Session, Surroundings};
-use crate::viewer::files::DroppedKind;
+use crate::photo::{Era, Override, Plan, Session, Surroundings, WholeView};
+use crate::viewer::files::{self, DroppedKind};
 use crate::viewer::model::WindowModel;
 use crate::viewer::recent::RecentScenes;
 
@@ -63,6 +64,42 @@ fn opening_has_a_name_field_of_its_own() {
     }
     let scene = std::fs::read_to_string(bench.scratch.path("scene.iv")).unwrap();
     assert_eq!(scene, SCENE);
+}
+
+#[test]
+fn a_scene_opens_with_a_shutter_and_a_moved_camera_replaces_a_side() {
+    let scratch = Scratch::new("shutter");
+    let mut plan = scratch.plan();
+    plan.metering = Some(Metering::new(1.0 / 60.0));
+    plan.view = Some(Override::Always(WholeView::Standard));
+    let mut bench = Bench::new(scratch, plan);
+    assert!(bench.model().open && bench.model().messages.is_empty());
+    bench.drag_picture([0.5, 0.5], [0.6, 0.5], PointerButton::Secondary);
+    check_words(bench.setup());
+    let saved = bench.model().to_save();
+    assert!(saved.plan.camera.is_some());
+    Session::open(saved.plan).expect("the command is no contradiction");
+}
+
+#[test]
+fn another_scene_is_opened_without_the_environment_of_the_first() {
+    let mut bench = Bench::open("without");
+    let environment = bench.scratch.path("mine.env");
+    bench.change(|m| m.written = environment.display().to_string());
+    bench.click("Write environment");
+    let text = std::fs::read_to_string(&environment).unwrap();
+    std::fs::write(&environment, text + "DirectionalLight { on FALSE }\n").unwrap();
+    bench.change(|m| m.read_environment(&environment));
+    bench.until("the scene with it", |m| !m.opening);
+    let lit = files::environment_text(bench.setup(), true).unwrap();
+    assert!(!lit.contains("on FALSE"), "{lit}");
+    let second = bench.scratch.path("second.iv");
+    std::fs::write(&second, SCENE).unwrap();
+    bench.change(|m| m.open_scene(&second));
+    bench.until("the second scene", |m| {
+        !m.opening && m.setup.plan.scene.ends_with("second.iv")
+    });
+    assert_eq!(bench.setup().plan.environment, None);
 }
 
 /// The camera of a scene without one is made up for the lens.
