@@ -2,7 +2,7 @@
 
 use ivcam_base::diag::{Diagnostic, Result};
 
-use crate::prescription::glass::medium::Medium;
+use crate::prescription::glass::medium::D_LINE;
 use crate::prescription::prescription::Prescription;
 use crate::prescription::surface::{Curvature, Shape};
 
@@ -17,9 +17,11 @@ pub enum Quantity {
     Curvature,
     /// The thickness behind the surface in millimeters.
     Thickness,
-    /// The index of the medium behind it at the d line. The Abbe number stays.
+    /// The index `n_d` of the medium behind it. The Abbe number stays, and n − 1 changes by the
+    /// same factor at each wavelength.
     Index,
-    /// The Abbe number of that medium. The index stays.
+    /// The Abbe number of that medium. The index stays, and n − n_d changes by the same factor at
+    /// each wavelength. A glass that is opaque at the d line has none.
     Abbe,
     /// The conic constant.
     Conic,
@@ -86,6 +88,7 @@ impl Prescription {
             Quantity::Curvature => sign[surface] * found.curvature.per_mm(),
             Quantity::Thickness => sign[surface + 1] * found.thickness,
             Quantity::Index => found.medium.n_d,
+            Quantity::Abbe if found.medium.doubt_at(D_LINE).is_some() => return None,
             Quantity::Abbe => found.medium.abbe()?,
             Quantity::Conic => match &found.shape {
                 Shape::Sphere => 0.0,
@@ -134,11 +137,12 @@ impl Prescription {
             Quantity::Radius => surface.curvature = Curvature::from_radius(value),
             Quantity::Curvature => surface.curvature = Curvature::from_curvature(value),
             Quantity::Thickness => surface.thickness = value,
-            Quantity::Index => {
-                surface.medium = Medium::from_index(value, surface.medium.abbe());
-            }
+            Quantity::Index => surface.medium = surface.medium.with_n_d(value),
             Quantity::Abbe => {
-                surface.medium = Medium::from_index(surface.medium.n_d, Some(value));
+                surface.medium = surface.medium.with_abbe(value).ok_or_else(|| {
+                    let message = format!("the glass of surface {number} has no Abbe number");
+                    Diagnostic::error(message).with_help("it is opaque at the d line")
+                })?;
             }
             Quantity::Conic => surface.change_shape(|shape| match shape {
                 Shape::Conic { .. } | Shape::Sphere => Shape::Sphere.with_conic(value),

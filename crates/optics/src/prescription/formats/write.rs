@@ -13,7 +13,7 @@ use ivcam_base::diag::{Diagnostic, Result};
 use crate::prescription::about::{About, KEYS, stated_unit};
 use crate::prescription::decenter::Decenter;
 use crate::prescription::formats::dat::{NOMINAL_F_NUMBER, NOMINAL_FOCAL_LENGTH};
-use crate::prescription::formats::write_seq::code_v;
+use crate::prescription::formats::write_seq::{code_v, table_lines};
 use crate::prescription::glass::catalogue::Catalogue;
 use crate::prescription::glass::coating::Coating;
 use crate::prescription::glass::medium::{
@@ -617,7 +617,8 @@ fn json(lens: &Prescription) -> String {
     line("units", quoted("mm"));
     line("n_object", number(lens.object_medium.n_d));
     if lens.object_medium.is_dispersive() {
-        line("object_medium", object(&medium_fields(&lens.object_medium)));
+        let fields = medium_fields(&lens.object_medium, &lens.wavelengths_nm);
+        line("object_medium", object(&fields));
     }
     if let Some(height) = lens.image_height {
         line("h_max", number(height));
@@ -646,7 +647,8 @@ fn json(lens: &Prescription) -> String {
         line("focus_group", format!("[{}, {}]", group.first, group.last));
     }
     text += " \"surfaces\": [\n";
-    let rows: Vec<String> = lens.surfaces.iter().map(surface_value).collect();
+    let row = |surface| surface_value(surface, &lens.wavelengths_nm);
+    let rows: Vec<String> = lens.surfaces.iter().map(row).collect();
     text += &rows.join(",\n");
     text += "\n ]\n}\n";
     text
@@ -674,7 +676,7 @@ fn object(fields: &[(&str, String)]) -> String {
     format!("{{{}}}", words.join(", "))
 }
 
-fn surface_value(surface: &Surface) -> String {
+fn surface_value(surface: &Surface, waves: &[f64]) -> String {
     let mut fields = vec![("kind", quoted(kind(surface)))];
     if surface.is_stop && kind(surface) != "stop" {
         fields.push(("stop", "true".to_owned()));
@@ -683,7 +685,7 @@ fn surface_value(surface: &Surface) -> String {
     fields.push(("t", number(surface.thickness)));
     match surface.is_mirror {
         true => fields.push(("mirror", "true".to_owned())),
-        false => fields.extend(medium_fields(&surface.medium)),
+        false => fields.extend(medium_fields(&surface.medium, waves)),
     }
     if let Some(frame) = &surface.frame {
         decenter_fields(&mut fields, ["decenter", "tilt"], &frame.before);
@@ -754,7 +756,13 @@ fn bend(fields: &mut Vec<(&str, String)>, [radius, curvature]: [&'static str; 2]
     }
 }
 
-fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
+/// The fields of a medium. One of a changed index or Abbe number has a table, also at the lens's
+/// wavelengths.
+fn medium_fields(medium: &Medium, waves: &[f64]) -> Vec<(&'static str, String)> {
+    let rows = |lines: &mut dyn Iterator<Item = (f64, f64)>| {
+        let rows: Vec<String> = lines.map(|(nm, n)| list(&[nm, n])).collect();
+        format!("[{}]", rows.join(", "))
+    };
     let mut fields = Vec::new();
     if !medium.name.is_empty() {
         fields.push(("glass", quoted(&medium.name)));
@@ -771,8 +779,11 @@ fn medium_fields(medium: &Medium) -> Vec<(&'static str, String)> {
             fields.push(("n_C", number(*n_c)));
         }
         Dispersion::Table { lines } => {
-            let rows: Vec<String> = lines.iter().map(|(nm, n)| list(&[*nm, *n])).collect();
-            fields.push(("indices", format!("[{}]", rows.join(", "))));
+            fields.push(("indices", rows(&mut lines.iter().copied())));
+        }
+        Dispersion::Scaled { .. } => {
+            let lines = table_lines(medium, waves).into_iter().rev();
+            fields.push(("indices", rows(&mut lines.map(|nm| (nm, medium.index(nm))))));
         }
         Dispersion::Catalogue {
             formula: Formula::Sellmeier1,

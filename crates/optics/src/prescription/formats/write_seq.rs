@@ -281,28 +281,17 @@ impl Glasses {
         Self { private, waves }
     }
 
-    /// The wavelengths of a glass's table, the longest first. Those of a curve are the lens's own,
-    /// and the visible lines or the one in the infrared where the glass has its index.
+    /// The wavelengths of a glass's table, the longest first.
     fn lines(&self, glass: &Medium) -> Vec<f64> {
-        let nominal = glass.nominal_nm();
-        let usual = match nominal == D_LINE {
-            true => LINES.to_vec(),
-            false => vec![nominal],
-        };
-        let mut lines = match &glass.dispersion {
-            Dispersion::None => vec![D_LINE],
-            Dispersion::ThreeLines { .. } => vec![C_LINE, D_LINE, F_LINE],
-            Dispersion::Table { lines } => lines.iter().map(|(nm, _)| *nm).collect(),
-            _ => [&usual[..], &self.waves].concat(),
-        };
-        lines.sort_by(|a, b| b.total_cmp(a));
-        lines.dedup();
-        lines
+        table_lines(glass, &self.waves)
     }
 
     /// What the tables leave out of curves.
     fn left_out(&self) -> impl Iterator<Item = String> {
-        let is_curve = |glass: &Medium| matches!(glass.dispersion, Dispersion::Catalogue { .. });
+        let is_curve = |glass: &Medium| match &glass.dispersion {
+            Dispersion::Catalogue { .. } | Dispersion::Scaled { .. } => true,
+            _ => false,
+        };
         let curves = self
             .private
             .iter()
@@ -343,6 +332,25 @@ impl Glasses {
             None => by_numbers(medium).unwrap_or_default(),
         }
     }
+}
+
+/// The wavelengths of a table of a glass, the longest first. Those of a curve are the lens's own,
+/// and the visible lines or the one in the infrared where the glass has its index.
+pub(super) fn table_lines(glass: &Medium, waves: &[f64]) -> Vec<f64> {
+    let nominal = glass.nominal_nm();
+    let usual = match nominal == D_LINE {
+        true => LINES.to_vec(),
+        false => vec![nominal],
+    };
+    let mut lines = match &glass.dispersion {
+        Dispersion::None => vec![D_LINE],
+        Dispersion::ThreeLines { .. } => vec![C_LINE, D_LINE, F_LINE],
+        Dispersion::Table { lines } => lines.iter().map(|(nm, _)| *nm).collect(),
+        _ => [&usual[..], waves].concat(),
+    };
+    lines.sort_by(|a, b| b.total_cmp(a));
+    lines.dedup();
+    lines
 }
 
 /// `1.5168:64.17`, for a glass of which index and Abbe number are all that is known.

@@ -72,6 +72,13 @@ pub enum Dispersion {
         /// The coefficients in the order of the catalogue.
         coefficients: [f64; 10],
     },
+    /// n = n_d + s (m − m_d), where m is the index of another glass.
+    Scaled {
+        /// The other glass.
+        glass: Box<Medium>,
+        /// The factor s.
+        scale: f64,
+    },
 }
 
 /// The dispersion formulas of `.agf` catalogues, numbered from 1 as there.
@@ -316,14 +323,61 @@ impl Medium {
                 formula,
                 coefficients,
             } => formula.nominal_nm(coefficients),
+            Dispersion::Scaled { glass, .. } => Some(glass.nominal_nm()),
             _ => None,
         };
         stated.unwrap_or(D_LINE)
     }
 
+    /// The medium with another index `n_d` and the same Abbe number: n − 1 changes by the same
+    /// factor at each wavelength.
+    pub(crate) fn with_n_d(&self, n_d: f64) -> Self {
+        self.scaled(n_d, (n_d - 1.0) / (self.n_d - 1.0))
+    }
+
+    /// The medium with another Abbe number and the same `n_d`: n − n_d changes by the same factor
+    /// at each wavelength. None of a glass that is opaque in the visible.
+    pub(crate) fn with_abbe(&self, abbe: f64) -> Option<Self> {
+        if self.doubt_at(D_LINE).is_some() {
+            return None;
+        }
+        Some(match self.abbe() {
+            Some(known) => self.scaled(self.n_d, known / abbe),
+            None => Self::from_abbe(self.n_d, abbe),
+        })
+    }
+
+    /// The medium with another `n_d`, and with n − n_d multiplied at each wavelength.
+    fn scaled(&self, n_d: f64, factor: f64) -> Self {
+        let dispersion = match &self.dispersion {
+            // An index of 1 has no dispersion to keep.
+            _ if !factor.is_finite() => Dispersion::None,
+            Dispersion::None => Dispersion::None,
+            Dispersion::Cauchy { a, b } => Dispersion::Cauchy {
+                a: n_d + factor * (a - self.n_d),
+                b: factor * b,
+            },
+            Dispersion::Scaled { glass, scale } => Dispersion::Scaled {
+                glass: glass.clone(),
+                scale: scale * factor,
+            },
+            _ => Dispersion::Scaled {
+                glass: Box::new(self.clone()),
+                scale: factor,
+            },
+        };
+        Self {
+            dispersion,
+            ..Self::constant(n_d)
+        }
+    }
+
     /// Why the index at a wavelength in nanometers is not to be relied on, if it is not: it lies
     /// beyond the stated or measured ones, or a formula has a value there that no glass has.
     pub(crate) fn doubt_at(&self, nm: f64) -> Option<String> {
+        if let Dispersion::Scaled { glass, .. } = &self.dispersion {
+            return glass.doubt_at(nm);
+        }
         if let Some([low, high]) = self.stated_range() {
             // Nominal wavelengths are rounded.
             return (!(low - 1.0..=high + 1.0).contains(&nm)).then(|| {
@@ -395,6 +449,7 @@ impl Medium {
                 formula,
                 coefficients,
             } => formula.index(coefficients, um),
+            Dispersion::Scaled { glass, scale } => self.n_d + scale * (glass.index(nm) - glass.n_d),
         };
         if n > 0.5 && n < 100.0 { n } else { self.n_d }
     }
