@@ -4,7 +4,9 @@
 //! waves of the ray's wavelength, relative to the sphere around the chief ray's arrival on the film
 //! through the paraxial exit pupil.
 
-use glam::DVec2;
+use std::collections::HashSet;
+
+use glam::{DVec2, IVec2};
 use serde::Serialize;
 
 use super::point_rays::{PointAim, PointRays, stop_radius};
@@ -16,6 +18,11 @@ use crate::lens::lens::Lens;
 pub(crate) const STEPS: usize = 20;
 /// The number of places across the unit disc at which the wavefront is sampled.
 const SAMPLES: usize = 32;
+/// The distance between two of these places.
+const STEP: f64 = 2.0 / SAMPLES as f64;
+/// The number of times that the distance between two places is halved to find the rim of the beam.
+/// The rim is found to 2.4e-4 of the disc's radius.
+const HALVINGS: usize = 8;
 
 /// The fans of a point at one wavelength.
 #[derive(Clone, Debug, Serialize)]
@@ -51,7 +58,7 @@ pub struct WavefrontFit {
     /// The root mean square of the wavefront over the rays that get through, without piston and
     /// tilt.
     pub rms: f64,
-    /// Its largest less its least value, without piston and tilt.
+    /// Its largest less its least value with the rim of the beam, without piston and tilt.
     pub peak_to_valley: f64,
     /// The root mean square of what the coefficients do not describe.
     pub residual: f64,
@@ -114,8 +121,8 @@ fn fan(rays: &PointRays<'_>, axis: DVec2, color: DVec2) -> Vec<FanRay> {
     all
 }
 
-/// The wavefront on a grid of the unit disc.
-fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64)> {
+/// The wavefront on a grid of the unit disc, with the aims of its rays.
+fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64, PointAim)> {
     let cell = |i: usize| (2.0 * i as f64 + 1.0) / SAMPLES as f64 - 1.0;
     let mut found = Vec::new();
     for i in 0..SAMPLES {
@@ -129,7 +136,7 @@ fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64)> {
                 }
                 if let Some((ray, aim)) = rays.trace(pupil, near) {
                     near = aim;
-                    found.push((pupil, ray.waves));
+                    found.push((pupil, ray.waves, aim));
                 }
             }
         }
@@ -137,9 +144,87 @@ fn samples(rays: &PointRays<'_>) -> Vec<(DVec2, f64)> {
     found
 }
 
+/// A place of the unit disc whose ray gets through, beside one whose ray does not.
+struct RimStart {
+    inside: DVec2,
+    aim: PointAim,
+    /// The direction of the other place.
+    side: DVec2,
+}
+
+impl RimStart {
+    /// The wavefront at the rim of the beam on the way to the other place, found by halving.
+    fn rim(&self, rays: &PointRays<'_>) -> Option<(DVec2, f64)> {
+        let (mut near, mut far) = ((0.0, self.aim), STEP);
+        let mut last = None;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (near.0 + far);
+            let pupil = self.inside + middle * self.side;
+            let is_on_disc = pupil.length() <= 1.0;
+            match is_on_disc.then(|| rays.trace(pupil, near.1)).flatten() {
+                Some((ray, aim)) => {
+                    near = (middle, aim);
+                    last = Some((pupil, ray.waves));
+                }
+                None => far = middle,
+            }
+        }
+        last
+    }
+
+    /// Starts beside this one, in steps of an eighth of the grid's.
+    fn beside(&self, rays: &PointRays<'_>) -> Vec<Self> {
+        let start = |i: i32| {
+            let inside = self.inside + f64::from(i) / 8.0 * STEP * self.side.perp();
+            let (_, aim) = rays.trace(inside, self.aim)?;
+            Some(Self {
+                inside,
+                aim,
+                ..*self
+            })
+        };
+        (-8..=8).filter_map(start).collect()
+    }
+}
+
+/// The wavefront at the rim of the beam in the unit disc, where its extremes usually are: on each
+/// line between two neighbors of the grid of which one gets through, and beside the extremes over
+/// those, because the corners of a vignetted beam are between the lines. `level` is subtracted.
+fn rim(
+    rays: &PointRays<'_>,
+    found: &[(DVec2, f64, PointAim)],
+    level: impl Fn(&(DVec2, f64)) -> f64,
+) -> Vec<f64> {
+    let cell = |at: DVec2| ((at + 1.0) / STEP).floor().as_ivec2();
+    let open: HashSet<IVec2> = found.iter().map(|(at, ..)| cell(*at)).collect();
+    let mut rim = Vec::new();
+    for (inside, _, aim) in found {
+        for side in [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y] {
+            if open.contains(&cell(inside + STEP * side)) {
+                continue;
+            }
+            let start = RimStart {
+                inside: *inside,
+                aim: *aim,
+                side,
+            };
+            rim.extend(start.rim(rays).map(|at| (level(&at), start)));
+        }
+    }
+    rim.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let extremes = rim.first().into_iter().chain(rim.last());
+    let beside = extremes.flat_map(|(_, start)| start.beside(rays));
+    let beside: Vec<f64> = beside
+        .filter_map(|start| Some(level(&start.rim(rays)?)))
+        .collect();
+    rim.iter().map(|(value, _)| *value).chain(beside).collect()
+}
+
 /// The wavefront and its coefficients; none if too few rays get through.
 fn wavefront(rays: &PointRays<'_>) -> Option<WavefrontFit> {
     let found = samples(rays);
+    let aimed = found;
+    let found: Vec<(DVec2, f64)> = aimed.iter().map(|(at, w, _)| (*at, *w)).collect();
     let cell = |i: usize| (2.0 * i as f64 + 1.0) / SAMPLES as f64 - 1.0;
     let all = (0..SAMPLES * SAMPLES)
         .map(|k| DVec2::new(cell(k % SAMPLES), cell(k / SAMPLES)))
@@ -153,22 +238,21 @@ fn wavefront(rays: &PointRays<'_>) -> Option<WavefrontFit> {
     };
     let zernike = fit(&found, terms)?;
     let plane = fit(&found, 3)?;
-    let beside = |coefficients: &[f64]| -> Vec<f64> {
-        let known = |at: DVec2| -> f64 {
-            let terms = coefficients.iter().enumerate();
-            terms.map(|(j, c)| c * value(j + 1, at)).sum()
-        };
-        found.iter().map(|(at, waves)| waves - known(*at)).collect()
+    let beside = |coefficients: &[f64], (at, w): &(DVec2, f64)| -> f64 {
+        let terms = coefficients.iter().enumerate();
+        w - terms.map(|(j, c)| c * value(j + 1, *at)).sum::<f64>()
     };
     let rms =
         |values: &[f64]| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
-    let level = beside(&plane);
-    let largest = level.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let least = level.iter().copied().fold(f64::INFINITY, f64::min);
+    let level: Vec<f64> = found.iter().map(|at| beside(&plane, at)).collect();
+    let rest: Vec<f64> = found.iter().map(|at| beside(&zernike, at)).collect();
+    let all = [&level[..], &rim(rays, &aimed, |at| beside(&plane, at))].concat();
+    let largest = all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let least = all.iter().copied().fold(f64::INFINITY, f64::min);
     Some(WavefrontFit {
         rms: rms(&level),
         peak_to_valley: largest - least,
-        residual: rms(&beside(&zernike)),
+        residual: rms(&rest),
         zernike,
         open,
     })
