@@ -8,8 +8,8 @@ use ivcam_base::diag::{Diagnostic, Result, Sink, Source, Span};
 use ivcam_base::files::{MAX_TEXT, read_file, read_stream};
 use ivcam_base::work::Budget;
 use ivcam_optics::lens::{
-    Distribution, FieldPoint, Lens, Merit, MeritFilm, MeritSetting, Requirement, Tolerance, Yield,
-    yield_of,
+    Distribution, FieldPoint, Lens, Merit, MeritFilm, MeritSetting, Requirement, SheetSetting,
+    Tolerance, Yield, yield_of,
 };
 use ivcam_optics::prescription::formats::read::read;
 use ivcam_optics::prescription::{Change, Prescription, Quantity};
@@ -47,10 +47,16 @@ pub(super) fn batch(request: &LensRequest<'_>, file: &str) -> Result<Content> {
         .lines()
         .filter(|line| !line.trim().is_empty())
         .collect();
-    let (account, base) = (Budget::current(), &request.lens);
+    let base = BatchBase {
+        lens: &request.lens,
+        conditions: request.setting(),
+        setting,
+        states_wavelength: text(request.matches, "wavelength").is_some(),
+    };
+    let account = Budget::current();
     let answers: Vec<BatchAnswer> = lines
         .par_iter()
-        .map(|line| account.during(|| answer(base, line, &setting)))
+        .map(|line| account.during(|| answer(&base, line)))
         .collect();
     let mut text = String::new();
     for answer in &answers {
@@ -75,19 +81,8 @@ fn source(file: &str) -> Result<Arc<Source>> {
 fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
     let conditions = request.setting();
     let lens = &request.lens;
-    let height = conditions.full_height(lens).ok_or_else(|| no_image(lens))?;
+    let (image_height, heights) = heights(&conditions, lens)?;
     let conjugate = conditions.conjugate(lens).ok_or_else(|| no_image(lens))?;
-    let heights = match conditions.fields.is_empty() {
-        true => [0.0, 0.7, 1.0].map(|share| share * height).to_vec(),
-        false => {
-            let at = |field: &FieldPoint| match *field {
-                FieldPoint::Height(mm) => Some(mm),
-                FieldPoint::Share(share) => Some(share * height),
-                FieldPoint::Angle(angle) => lens.image_height(angle, height, conjugate.film_z),
-            };
-            conditions.fields.iter().filter_map(at).collect()
-        }
-    };
     let film = match text(request.matches, "film-at") {
         None | Some("best") => MeritFilm::Best,
         Some("paraxial") => MeritFilm::Paraxial,
@@ -100,7 +95,7 @@ fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
     Ok(MeritSetting {
         distance: conjugate.distance,
         film,
-        image_height: height,
+        image_height,
         heights,
         frequencies: match conditions.frequencies.is_empty() {
             true => FREQUENCIES.to_vec(),
@@ -109,17 +104,57 @@ fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
     })
 }
 
-/// The answer to a line.
-fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> BatchAnswer {
-    let mut id = Value::Null;
-    let merit = varied(base, line, &mut id).and_then(|lens| {
-        let lens = Lens::new(lens);
-        let lens = match base.wavelength() == lens.wavelength() {
-            true => lens,
-            false => lens.at_wavelength(base.wavelength()),
+/// Half of the film's diagonal, and the heights of the points of a lens on the film, in
+/// millimeters.
+fn heights(conditions: &SheetSetting<'_>, lens: &Lens) -> Result<(f64, Vec<f64>)> {
+    let height = conditions.full_height(lens).ok_or_else(|| no_image(lens))?;
+    let conjugate = conditions.conjugate(lens).ok_or_else(|| no_image(lens))?;
+    let at = |field: &FieldPoint| match *field {
+        FieldPoint::Height(mm) => Some(mm),
+        FieldPoint::Share(share) => Some(share * height),
+        FieldPoint::Angle(angle) => lens.image_height(angle, height, conjugate.film_z),
+    };
+    let heights = match conditions.fields.is_empty() {
+        true => [0.0, 0.7, 1.0].map(|share| share * height).to_vec(),
+        false => conditions.fields.iter().filter_map(at).collect(),
+    };
+    Ok((height, heights))
+}
+
+/// What the lines of a batch are answered by.
+struct BatchBase<'a> {
+    /// The lens that lines change.
+    lens: &'a Lens,
+    conditions: SheetSetting<'a>,
+    setting: MeritSetting,
+    /// Whether an option states the wavelength of all lenses.
+    states_wavelength: bool,
+}
+
+impl BatchBase<'_> {
+    /// The figures of a changed lens, or of another one, which has its own wavelength and field.
+    fn merit(&self, lens: Prescription, is_another: bool) -> Result<Merit> {
+        let lens = match is_another && !self.states_wavelength {
+            true => Lens::new(lens).at_primary_wavelength(),
+            false => Lens::new(lens).at_wavelength(self.lens.wavelength()),
         };
-        Merit::of(&lens, setting).ok_or_else(|| no_image(&lens))
-    });
+        let mut setting = self.setting.clone();
+        if is_another {
+            let conditions = SheetSetting {
+                unfocused: None,
+                ..self.conditions.clone()
+            };
+            (setting.image_height, setting.heights) = heights(&conditions, &lens)?;
+        }
+        Merit::of(&lens, &setting).ok_or_else(|| no_image(&lens))
+    }
+}
+
+/// The answer to a line.
+fn answer(base: &BatchBase<'_>, line: &str) -> BatchAnswer {
+    let mut id = Value::Null;
+    let lens = varied(base.lens, line, &mut id);
+    let merit = lens.and_then(|(lens, is_another)| base.merit(lens, is_another));
     let (merit, error) = match merit {
         Ok(merit) => (Some(merit), None),
         Err(error) => (None, Some(error.message.clone())),
@@ -127,8 +162,9 @@ fn answer(base: &Lens, line: &str, setting: &MeritSetting) -> BatchAnswer {
     BatchAnswer { id, merit, error }
 }
 
-/// The prescription of a line, whose `id` is returned beside it.
-fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
+/// The prescription of a line, and whether it is another lens than that of the command. The `id` is
+/// returned beside them.
+fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<(Prescription, bool)> {
     let mut object: Map<String, Value> = serde_json::from_str(line)
         .map_err(|error| Diagnostic::error(format!("this is not a JSON object: {error}")))?;
     *id = object.remove("id").unwrap_or_default();
@@ -141,7 +177,7 @@ fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
             return Err(Diagnostic::error(message));
         }
         let source = Arc::new(Source::new("line", line.as_bytes().to_vec()));
-        return read(&source, &mut Sink::new());
+        return Ok((read(&source, &mut Sink::new())?, true));
     }
     let mut changes = Vec::new();
     for (name, values) in &object {
@@ -164,7 +200,7 @@ fn varied(base: &Lens, line: &str, id: &mut Value) -> Result<Prescription> {
         }
     }
     refuse_two_bends(&changes)?;
-    base.prescription().with_changes(&changes)
+    Ok((base.prescription().with_changes(&changes)?, false))
 }
 
 /// Refuses a radius and a curvature of one surface.
@@ -496,6 +532,33 @@ mod tests {
             assert!(error.contains(says), "{error}");
             assert!(answers[i]["efl"].is_null());
         }
+    }
+
+    /// A plano-convex lens of germanium at 10 µm with a field of its own, beside one in the
+    /// visible: the focal length is 200/(n − 1) by the Sellmeier formula.
+    #[test]
+    fn a_whole_prescription_of_a_batch_has_its_own_wavelength_and_field() {
+        let line = r#"{"schema": "ivlens-1", "h_max": 2.5, "wavelengths_nm": [10000.0], "surfaces": [{"stop": true, "R": 200.0, "t": 5.0, "glass": "GERMANIUM", "semi_diameter": 5.0}, {"R": 0, "t": 60.0, "n_d": 1.0, "semi_diameter": 8.0}]}"#;
+        let figures = |words: &[&str]| {
+            let text = run(words, line);
+            serde_json::from_str::<serde_json::Value>(&text).unwrap()
+        };
+        // Heights are those of the points in the image.
+        let are_near = |found: &[f64], known: [f64; 3]| {
+            found.len() == 3 && found.iter().zip(known).all(|(a, b)| (a - b).abs() < 1e-9)
+        };
+        let found = figures(&["tessar", "--batch"]);
+        let efl = found["efl"].as_f64().unwrap();
+        assert!((efl - 200.0 / 3.004_003).abs() < 1e-4, "{efl}");
+        let heights = |found: &serde_json::Value| -> Vec<f64> {
+            let points = found["points"].as_array().unwrap().iter();
+            points.map(|p| p["height"].as_f64().unwrap()).collect()
+        };
+        assert!(are_near(&heights(&found), [0.0, 1.75, 2.5]), "{found}");
+        let found = figures(&["tessar", "--batch", "--wavelength", "4000", "--film", "4"]);
+        let efl = found["efl"].as_f64().unwrap();
+        assert!((efl - 200.0 / 3.024_72).abs() < 1e-3, "{efl}");
+        assert!(are_near(&heights(&found), [0.0, 1.4, 2.0]), "{found}");
     }
 
     #[test]
