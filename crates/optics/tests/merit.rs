@@ -1,10 +1,15 @@
 //! Figures of merit beside the data sheet, and the yield beside a closed form.
 
-use ivcam_base::math::Meters;
+use std::sync::Arc;
+
+use ivcam_base::diag::{Sink, Source};
+use ivcam_base::math::{Meters, Mm};
 use ivcam_optics::lens::{
-    Distribution, FocusMethod, Lens, LensSheet, Merit, MeritFilm, MeritSetting, Requirement,
-    SheetSetting, Tolerance, yield_of,
+    Aberrations, Distribution, FocusMethod, Lens, LensSheet, Merit, MeritFilm, MeritSetting,
+    Requirement, SheetSetting, Tolerance, yield_of,
 };
+use ivcam_optics::prescription::formats;
+use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::{Change, Quantity};
 
 fn setting(heights: &[f64]) -> MeritSetting {
@@ -84,12 +89,8 @@ fn distortion_is_that_of_the_data_sheet_near_the_lens_and_of_a_fish_eye() {
 
 /// Without color the spot has the size of the sheet's.
 #[test]
-fn a_spot_of_72_rays_has_the_size_of_one_of_4096() {
-    let mut prescription = Lens::named("tessar").unwrap().prescription().clone();
-    for surface in &mut prescription.surfaces {
-        surface.medium = ivcam_optics::prescription::Medium::constant(surface.medium.n_d);
-    }
-    let lens = Lens::new(prescription);
+fn a_spot_of_144_rays_has_the_size_of_one_of_4096() {
+    let lens = without_color("tessar");
     let conditions = SheetSetting {
         frequencies: vec![10.0, 30.0],
         ..SheetSetting::default()
@@ -114,6 +115,69 @@ fn a_spot_of_72_rays_has_the_size_of_one_of_4096() {
                 known < 0.3 || (both[0] - known).abs() < 0.05,
                 "{both:?} {known}"
             );
+        }
+    }
+}
+
+/// The lens without color, so that the spot has the colors of the sheet's.
+fn without_color(name: &str) -> Lens {
+    let mut prescription = Lens::named(name).unwrap().prescription().clone();
+    for surface in &mut prescription.surfaces {
+        surface.medium = ivcam_optics::prescription::Medium::constant(surface.medium.n_d);
+    }
+    Lens::new(prescription)
+}
+
+#[test]
+fn vignetted_points_have_the_figures_of_the_data_sheet() {
+    let mut worst = [0.0f64; 2];
+    for name in [
+        "double-gauss",
+        "tessar",
+        "takumar-50",
+        "wide-angle",
+        "sonnar",
+        "mirror-500",
+    ] {
+        let lens = without_color(name);
+        let (sheet, found) = Aberrations::with_sheet(&lens, &SheetSetting::default()).unwrap();
+        let heights: Vec<f64> = sheet.points.iter().map(|point| point.height).collect();
+        let setting = MeritSetting {
+            film: MeritFilm::At(sheet.film_z),
+            ..setting(&heights)
+        };
+        let merit = Merit::of(&lens, &setting).unwrap();
+        let known = sheet.points.iter().zip(&found.points);
+        for (point, (spot, waves)) in merit.points.iter().zip(known) {
+            let point = point.as_ref().unwrap();
+            let waves = waves.wavefront.as_ref().unwrap().rms;
+            let off = [point.rms / spot.rms - 1.0, point.wavefront / waves - 1.0];
+            worst = std::array::from_fn(|i| worst[i].max(off[i].abs()));
+        }
+    }
+    assert!(worst[0] < 0.06 && worst[1] < 0.1, "{worst:?}");
+}
+
+/// A vignetted point, whose rays do not come and go with the aperture of a surface.
+#[test]
+fn figures_change_smoothly_with_a_radius() {
+    let lens = without_color("double-gauss").scaled_to(Mm(50.0)).unwrap();
+    let figures = |step: i32| {
+        let change = Change {
+            surface: 0,
+            quantity: Quantity::Radius,
+            value: 29.21 * (1.0 + 1e-4 * f64::from(step)),
+        };
+        let made = lens.prescription().with_changes(&[change]).unwrap();
+        let merit = Merit::of(&Lens::new(made), &setting(&[19.933])).unwrap();
+        let point = merit.points[0].clone().unwrap();
+        [point.rms, point.wavefront, point.modulation[1][0]]
+    };
+    let all: Vec<[f64; 3]> = (-20..=20).map(figures).collect();
+    for three in all.windows(3) {
+        for i in 0..3 {
+            let bend = three[0][i] - 2.0 * three[1][i] + three[2][i];
+            assert!(bend.abs() < 2e-3 * all[0][i], "{i} {three:?}");
         }
     }
 }
@@ -150,6 +214,44 @@ fn changes_are_those_of_the_numbers_of_a_file() {
         lens.with_changes(&[change(Quantity::Abbe, 0, -1.0)])
             .is_err()
     );
+}
+
+/// A plano-convex lens of germanium at 10 µm: R/(n − 1), where n is that of its Sellmeier formula
+/// with n − 1 changed as at 4 µm, the wavelength of its `n_d`.
+#[test]
+fn a_changed_index_keeps_the_curve_of_the_glass() {
+    let text = r#"{"schema": "ivlens-1", "wavelengths_nm": [10000.0], "surfaces": [
+        {"stop": true, "R": 200.0, "t": 5.0, "glass": "GERMANIUM", "semi_diameter": 5.0},
+        {"R": 0, "t": 60.0, "n_d": 1.0, "semi_diameter": 6.0}]}"#;
+    let read = |text: &str| {
+        let source = Arc::new(Source::new("ge.json", text.as_bytes().to_vec()));
+        formats::read(&source, &mut Sink::new()).unwrap()
+    };
+    let lens = read(text);
+    let glass = &lens.surfaces[0].medium;
+    for n_d in [glass.n_d, glass.n_d + 1e-4, 4.0] {
+        let change = Change {
+            surface: 0,
+            quantity: Quantity::Index,
+            value: n_d,
+        };
+        let made = lens.with_changes(&[change]).unwrap();
+        let n = 1.0 + (glass.index(10_000.0) - 1.0) * (n_d - 1.0) / (glass.n_d - 1.0);
+        let (copy, _) = write(&made, OutputFormat::Json).unwrap();
+        for made in [made, read(&copy)] {
+            let lens = Lens::new(made).at_primary_wavelength();
+            let efl = lens.first_order().efl();
+            assert!((efl - 200.0 / (n - 1.0)).abs() < 1e-9, "{n_d}: {efl}");
+        }
+    }
+    let change = Change {
+        surface: 0,
+        quantity: Quantity::Abbe,
+        value: 30.0,
+    };
+    let error = lens.with_changes(&[change]).unwrap_err();
+    assert!(error.message.contains("has no Abbe number"), "{error:?}");
+    assert_eq!(lens.value_of(0, Quantity::Abbe), None);
 }
 
 /// The focal length of a scaled single radius is linear in it for small tolerances: of a uniform

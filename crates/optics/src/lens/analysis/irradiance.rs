@@ -45,11 +45,32 @@ impl Lens {
 
     /// The irradiance and the area by an outline of a number of points.
     pub(crate) fn irradiance_by(&self, film: DVec2, film_z: f64, points: usize) -> (f64, f64) {
+        match self.pupil_outline(film, film_z, points) {
+            Some(outline) => self.irradiance_through(film, film_z, &outline),
+            None => (0.0, 0.0),
+        }
+    }
+
+    /// A point inside the pupil on the rear vertex plane, and at least a number of points of the
+    /// outline relative to it; none if no light reaches the film point.
+    pub(crate) fn pupil_outline(
+        &self,
+        film: DVec2,
+        film_z: f64,
+        points: usize,
+    ) -> Option<(DVec2, Vec<DVec2>)> {
+        PupilSearch::finely(self).outline_points(film.extend(film_z), points)
+    }
+
+    /// The irradiance and the area by the outline of a pupil.
+    pub(crate) fn irradiance_through(
+        &self,
+        film: DVec2,
+        film_z: f64,
+        (center, rims): &(DVec2, Vec<DVec2>),
+    ) -> (f64, f64) {
         let z = film_z - self.length();
-        let outline = PupilSearch::finely(self).outline_points(film.extend(film_z), points);
-        let Some((center, rims)) = outline else {
-            return (0.0, 0.0);
-        };
+        let center = *center;
         let (mut light, mut area) = (0.0, 0.0);
         for i in 0..rims.len() {
             let (p, q) = (rims[i], rims[(i + 1) % rims.len()]);

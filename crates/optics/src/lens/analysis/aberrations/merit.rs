@@ -1,11 +1,9 @@
 //! Figures of merit of one lens among many, for optimizers and tolerances.
 //!
-//! They are those of the data sheet by fewer rays: a spot has 72 in each color, the best focus 128,
-//! and the outline of a pupil 96 points.
+//! They are those of the data sheet by fewer rays: a spot has 144 in each color, the best focus
+//! 128, and the outline of a pupil 96 points.
 
-use std::f64::consts::TAU;
-
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::point_rays::{PointAim, PointRays, PupilRay, stop_radius_of};
@@ -14,10 +12,21 @@ use crate::lens::analysis::points::geometric;
 use crate::lens::lens::Lens;
 use crate::lens::optics::chief_ray::angle_of;
 
-/// The number of rings of equal area in the pupil.
+/// The number of rings in the pupil.
 const RINGS: usize = 6;
-/// The number of rays on a ring.
-const SPOKES: usize = 12;
+/// The shares of the area within each ring: the nodes of Chebyshev's quadrature, whose weights are
+/// equal (Abramowitz and Stegun, *Handbook of Mathematical Functions*, 25.4.28). It is exact for
+/// polynomials of degree 7 in the square of the radius.
+const RING_SHARES: [f64; RINGS] = [
+    0.066_876_590_946_09,
+    0.288_740_673_119_444,
+    0.366_682_299_241_647_5,
+    0.633_317_700_758_352_5,
+    0.711_259_326_880_556,
+    0.933_123_409_053_91,
+];
+/// The number of rays on a ring, in directions between which the pupil has equal areas.
+const SPOKES: usize = 24;
 /// The number of rings by which the best focus is found.
 const FOCUS_RINGS: usize = 32;
 /// The number of points of the outline of a pupil. What the polygon lacks cancels in relative
@@ -154,13 +163,14 @@ struct MeritPoints<'a> {
 
 impl MeritPoints<'_> {
     fn at(&self, height: f64) -> Option<MeritPoint> {
-        let film = DVec2::new(0.0, height);
-        let rays = |line: &Lens| {
-            PointRays::of(self.lens, line, height, self.conjugate, self.radius)
-                .map(|rays| (rays.image, bundle(&rays, self.lens.is_rotational())))
-        };
-        let all: Option<Vec<_>> = self.lines.iter().map(rays).collect();
-        let all = all?;
+        let (film, film_z) = (DVec2::new(0.0, height), self.conjugate.film_z);
+        let outline = self.lens.pupil_outline(film, film_z, OUTLINE)?;
+        let of = |line| PointRays::of(self.lens, line, height, self.conjugate, self.radius);
+        let lines: Vec<PointRays<'_>> = self.lines.iter().map(of).collect::<Option<_>>()?;
+        let places = self.places(&lines[lines.len() / 2], film.extend(film_z), &outline)?;
+        let is_symmetric = self.lens.is_rotational();
+        let rays = |line: &PointRays<'_>| (line.image, bundle(line, &places, is_symmetric));
+        let all: Vec<_> = lines.iter().map(rays).collect();
         let (own, mono) = &all[all.len() / 2];
         if mono.len() < RINGS {
             return None;
@@ -174,12 +184,7 @@ impl MeritPoints<'_> {
         let spot: Vec<DVec2> = spot.into_iter().map(|p| p - centroid).collect();
         let square: f64 = spot.iter().map(|p| p.length_squared()).sum();
         let modulation = geometric(&spot, self.frequencies);
-        let (film_z, light) = (
-            self.conjugate.film_z,
-            self.lens
-                .irradiance_by(film, self.conjugate.film_z, OUTLINE)
-                .0,
-        );
+        let light = self.lens.irradiance_through(film, film_z, &outline).0;
         let chief = self.lens.chief_ray(film, film_z);
         Some(MeritPoint {
             height,
@@ -193,26 +198,103 @@ impl MeritPoints<'_> {
                 .collect(),
         })
     }
+
+    /// Places across the chief ray, in millimeters, whose rays have equal shares of the light:
+    /// equal areas of the beam in front of the lens, by the outline of its pupil. Of a lens with
+    /// rotational symmetry they are those of one half.
+    fn places(
+        &self,
+        rays: &PointRays<'_>,
+        film: DVec3,
+        (center, rims): &(DVec2, Vec<DVec2>),
+    ) -> Option<Vec<DVec2>> {
+        let aim = |rear: DVec2, near| rays.aim(rays.from_film(film, rear)?, near);
+        let middle = aim(*center, PointAim::default())?;
+        let mut near = middle;
+        let mut ends = Vec::with_capacity(rims.len());
+        let (corners, spokes) = self.corners(rims);
+        for rim in corners {
+            let Some(end) = aim(center + rim, near) else {
+                continue;
+            };
+            near = end;
+            let closed = match self.lens.is_obstructed() {
+                true => self.lens.closed_parts(film, *center, rim),
+                false => Vec::new(),
+            };
+            let closed = closed.iter().map(|[from, to]| [from * from, to * to]);
+            ends.push(BeamRim {
+                place: end.place - middle.place,
+                closed: closed.collect(),
+            });
+        }
+        let areas: Vec<f64> = ends.windows(2).map(|e| e[0].area_to(&e[1])).collect();
+        let total: f64 = areas.iter().sum();
+        let (mut edge, mut before) = (0, 0.0);
+        let mut places = Vec::with_capacity(RINGS * spokes);
+        for spoke in 0..spokes {
+            let share = total * (spoke as f64 + 0.5) / spokes as f64;
+            while edge + 1 < areas.len() && before + areas[edge] < share {
+                before += areas[edge];
+                edge += 1;
+            }
+            let [from, to] = [ends.get(edge)?, ends.get(edge + 1)?];
+            let part = (share - before) / areas[edge];
+            let nearest = if part < 0.5 { from } else { to };
+            let end = from.place.lerp(to.place, part);
+            places.extend(RING_SHARES.map(|share| middle.place + nearest.out(share) * end));
+        }
+        Some(places)
+    }
+
+    /// The points of an outline around its center, the first also at the end, and the number of
+    /// spokes. Of a lens with rotational symmetry they are those of one half.
+    fn corners(&self, rims: &[DVec2]) -> (Vec<DVec2>, usize) {
+        let mut corners = rims.to_vec();
+        if !self.lens.is_rotational() {
+            corners.extend(rims.first());
+            return (corners, SPOKES);
+        }
+        corners.retain(|p| p.x >= -1e-9 * p.length());
+        corners.sort_by(|a, b| a.to_angle().total_cmp(&b.to_angle()));
+        (corners, SPOKES / 2)
+    }
 }
 
-/// The rays of a point that get through the pupil, with their pupil coordinates. A lens with
-/// rotational symmetry has those of the other half mirrored.
-fn bundle(rays: &PointRays<'_>, is_symmetric: bool) -> Vec<(DVec2, PupilRay)> {
-    let mut found = Vec::with_capacity(RINGS * SPOKES);
-    let spokes = if is_symmetric { SPOKES / 2 } else { SPOKES };
-    for spoke in 0..spokes {
-        let angle = TAU * ((spoke as f64 + 0.5) / SPOKES as f64 - 0.25);
-        let (sin, cos) = libm::sincos(angle);
-        let mut near = PointAim::default();
-        for ring in 0..RINGS {
-            let r = ((ring as f64 + 0.5) / RINGS as f64).sqrt();
-            let pupil = r * DVec2::new(cos, sin);
-            if let Some((ray, aim)) = rays.trace(pupil, near) {
-                near = aim;
-                found.push((pupil, ray));
-            }
-        }
+/// A point of the rim of a beam in front of the lens, relative to its middle.
+struct BeamRim {
+    place: DVec2,
+    /// The parts of the way there that are closed, as squares of shares of the distance.
+    closed: Vec<[f64; 2]>,
+}
+
+impl BeamRim {
+    /// The share of the area on the way there that is open.
+    fn open(&self) -> f64 {
+        1.0 - self.closed.iter().map(|[from, to]| to - from).sum::<f64>()
     }
+
+    /// Twice the open area of the triangle to another point.
+    fn area_to(&self, other: &Self) -> f64 {
+        0.5 * self.place.perp_dot(other.place).abs() * (self.open() + other.open())
+    }
+
+    /// The share of the distance within which a share of the open area lies.
+    fn out(&self, share: f64) -> f64 {
+        let past = |share: f64, [from, to]: &[f64; 2]| match share < *from {
+            true => share,
+            false => share + to - from,
+        };
+        self.closed.iter().fold(share * self.open(), past).sqrt()
+    }
+}
+
+/// The rays of a point through places, with their pupil coordinates. A lens with rotational
+/// symmetry has those of the other half mirrored. The places are inside the beam at the lens's own
+/// wavelength, so that apertures do not block the rays: no ray of another color comes or goes.
+fn bundle(rays: &PointRays<'_>, places: &[DVec2], is_symmetric: bool) -> Vec<(DVec2, PupilRay)> {
+    let ray = |place: &DVec2| Some((rays.at_stop(*place)?, rays.through(*place, false)?));
+    let mut found: Vec<(DVec2, PupilRay)> = places.iter().filter_map(ray).collect();
     if is_symmetric {
         let half = found.clone();
         found.extend(half.into_iter().map(|(pupil, mut ray)| {

@@ -50,7 +50,7 @@ pub(super) struct PupilRay {
 /// A place across the chief ray, in millimeters, whose ray crosses the stop at wanted coordinates.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct PointAim {
-    place: DVec2,
+    pub place: DVec2,
     /// The slopes of the coordinates over the place, if they are known.
     slopes: Option<DMat2>,
 }
@@ -128,7 +128,7 @@ impl<'a> PointRays<'a> {
     }
 
     /// The point at which the ray through a place crosses the stop, over the unit radius.
-    fn at_stop(&self, place: DVec2) -> Option<DVec2> {
+    pub(super) fn at_stop(&self, place: DVec2) -> Option<DVec2> {
         let mut found = None;
         // The surfaces behind the stop make no difference. The outcome does not matter either: a
         // ray that is totally reflected at the stop has crossed it.
@@ -137,6 +137,19 @@ impl<'a> PointRays<'a> {
             ..self.lens.tracer(Toward::Film, false)
         };
         let _ = tracer.walk(self.ray(place), |surface, _, hit| {
+            if surface == self.stop {
+                found = Some(hit.point.truncate() / self.radius);
+            }
+        });
+        found
+    }
+
+    /// The pupil coordinates of the ray from a film point to an aim on the rear vertex plane.
+    pub(super) fn from_film(&self, film: DVec3, aim: DVec2) -> Option<DVec2> {
+        let mut found = None;
+        let ray = LensRay::new(film, aim.extend(self.lens.length()) - film);
+        let tracer = self.lens.tracer(Toward::Scene, false);
+        let _ = tracer.walk(ray, |surface, _, hit| {
             if surface == self.stop {
                 found = Some(hit.point.truncate() / self.radius);
             }
@@ -163,7 +176,7 @@ impl<'a> PointRays<'a> {
     /// The slopes come from the neighbor and are corrected after each step by Broyden's formula,
     /// which takes one ray instead of five. They are measured where a step gains less than a
     /// factor of four.
-    fn aim(&self, pupil: DVec2, near: PointAim) -> Option<PointAim> {
+    pub(super) fn aim(&self, pupil: DVec2, near: PointAim) -> Option<PointAim> {
         let mut place = near.place;
         let mut miss = self.at_stop(place)? - pupil;
         let mut is_measured = near.slopes.is_none();
@@ -223,7 +236,13 @@ impl<'a> PointRays<'a> {
     /// Returns none if the ray is blocked or lost.
     pub(super) fn trace(&self, pupil: DVec2, near: PointAim) -> Option<(PupilRay, PointAim)> {
         let aim = self.aim(pupil, near)?;
-        let (out, path) = self.arrival(aim.place, true)?;
+        Some((self.through(aim.place, true)?, aim))
+    }
+
+    /// The ray through a place across the chief ray, in millimeters. Returns none if it is lost, or
+    /// blocked by an aperture.
+    pub(super) fn through(&self, place: DVec2, apertures: bool) -> Option<PupilRay> {
+        let (out, path) = self.arrival(place, apertures)?;
         let n = self.indices[self.indices.len() - 1];
         // The foot of the perpendicular from the image point, and from there to the sphere.
         let along = (self.image - out.origin).dot(out.direction);
@@ -233,13 +252,10 @@ impl<'a> PointRays<'a> {
             false => 0.0,
         };
         let behind = path + n * (along + sphere) - self.path;
-        Some((
-            PupilRay {
-                arrival: (out.at_z(self.film_z) - self.image).truncate(),
-                waves: -behind / (self.lens.wavelength() * 1e-6),
-            },
-            aim,
-        ))
+        Some(PupilRay {
+            arrival: (out.at_z(self.film_z) - self.image).truncate(),
+            waves: -behind / (self.lens.wavelength() * 1e-6),
+        })
     }
 
     /// The rays through pupil coordinates that are in steps along a line from the center; none for
