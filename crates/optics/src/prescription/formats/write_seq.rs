@@ -288,9 +288,12 @@ impl Glasses {
 
     /// What the tables leave out of curves.
     fn left_out(&self) -> impl Iterator<Item = String> {
-        let is_curve = |glass: &Medium| match &glass.dispersion {
-            Dispersion::Catalogue { .. } | Dispersion::Scaled { .. } => true,
-            _ => false,
+        let is_curve = |glass: &Medium| {
+            let dispersion = &glass.dispersion;
+            matches!(
+                dispersion,
+                Dispersion::Catalogue { .. } | Dispersion::Scaled { .. }
+            )
         };
         let curves = self
             .private

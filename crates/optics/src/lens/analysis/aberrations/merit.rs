@@ -208,7 +208,7 @@ impl MeritPoints<'_> {
         film: DVec3,
         (center, rims): &(DVec2, Vec<DVec2>),
     ) -> Option<Vec<DVec2>> {
-        let aim = |rear: DVec2, near| rays.aim(rays.from_film(film, rear)?, near);
+        let aim = |rear: DVec2, near| rays.aim(rays.at_stop_from_film(film, rear)?, near);
         let middle = aim(*center, PointAim::default())?;
         let mut near = middle;
         let mut ends = Vec::with_capacity(rims.len());

@@ -145,7 +145,7 @@ impl<'a> PointRays<'a> {
     }
 
     /// The pupil coordinates of the ray from a film point to an aim on the rear vertex plane.
-    pub(super) fn from_film(&self, film: DVec3, aim: DVec2) -> Option<DVec2> {
+    pub(super) fn at_stop_from_film(&self, film: DVec3, aim: DVec2) -> Option<DVec2> {
         let mut found = None;
         let ray = LensRay::new(film, aim.extend(self.lens.length()) - film);
         let tracer = self.lens.tracer(Toward::Scene, false);
