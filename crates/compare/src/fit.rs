@@ -59,6 +59,14 @@ const NEIGHBORS: f64 = 3.0;
 const NUISANCE_STEPS: [f64; 2] = [0.05, 0.1];
 /// The side in pixels of the blocks whose residuals are taken to be independent of each other.
 const BLOCK: usize = 12;
+/// The largest change of a parameter for a derivative, in its step sizes.
+const LONGEST: f64 = 8.0;
+/// The largest number of steps that are taken at the end without asking whether the cost falls.
+const LAST_STEPS: usize = 2;
+/// The part of a standard error below which a step is not taken any more.
+const SMALL_STEP: f64 = 0.2;
+/// The standard errors above which a step is not taken if the cost has not fallen along it.
+const LARGE_STEP: f64 = 4.0;
 /// The number of steps to either side in the search for the blur parameter.
 const SEARCH: i32 = 6;
 
@@ -105,8 +113,8 @@ pub struct Fitted {
     pub values: Vec<f64>,
     /// The covariance of the values, row by row, from the residuals, which are taken to be
     /// independent between blocks of 12 pixels. It is infinite for values that the picture does not
-    /// determine. If the fit ended early it is that of the last complete iteration, and includes
-    /// the square of its step.
+    /// determine. It includes the square of the step that is left to go. If the fit ended early it
+    /// is that of the last complete iteration.
     pub covariance: Vec<f64>,
     /// The robust mean square of the residuals at the largest size.
     pub cost: f64,
@@ -178,6 +186,23 @@ impl Residuals {
             second: one(&self.second, &other.second),
         }
     }
+
+    /// Adds a multiple of `other`.
+    fn add(&mut self, other: &Self, factor: f64) {
+        let halves = [
+            (&mut self.first, &other.first),
+            (&mut self.second, &other.second),
+        ];
+        for (a, b) in halves {
+            a.iter_mut().zip(b).for_each(|(a, b)| *a += factor * b);
+        }
+    }
+
+    fn scaled(mut self, factor: f64) -> Self {
+        let values = self.first.iter_mut().chain(&mut self.second);
+        values.for_each(|v| *v *= factor);
+        self
+    }
 }
 
 /// A fit at one size.
@@ -189,6 +214,10 @@ struct FitLevel<'f, 'r> {
     iterations: usize,
     /// The parameters that may change.
     free: Vec<usize>,
+    /// The changes of parameters along which derivatives are taken, in step sizes. Each has one
+    /// more parameter, and those before it compensate that as far as they can. All change the
+    /// picture by about as much. Where there is none, a parameter changes alone.
+    directions: Vec<Vec<f64>>,
     target: Plane,
     /// One over the standard deviation of the target's detail, for [`Measure::Detail`].
     scale: Plane,
@@ -322,6 +351,7 @@ impl Fit<'_> {
         let work = self.expected_work();
         let coarse = self.sizes.iter().map(|s| (*s, Measure::Contrast));
         let fine = self.sizes.last().map(|s| (*s, Measure::Detail));
+        let mut directions = Vec::new();
         for (i, (size, measure)) in coarse.chain(fine).enumerate() {
             let before: f64 = work[..i].iter().sum();
             let total: f64 = work.iter().sum();
@@ -340,7 +370,9 @@ impl Fit<'_> {
             if measure == Measure::Contrast {
                 level.free.retain(|i| !self.blur.contains(i));
             }
+            level.directions = std::mem::take(&mut directions);
             let done = level.fit_from(&mut fitted.values, &mut report_step);
+            directions = std::mem::take(&mut level.directions);
             let renders = fitted.renders + level.renders;
             match done {
                 Ok(mut done) => {
@@ -381,6 +413,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             measure,
             iterations: MOST_ITERATIONS,
             free: (0..fit.steps.len()).collect(),
+            directions: Vec::new(),
             scale: luma.clone(),
             target: luma.clone(),
             last: luma.clone(),
@@ -502,18 +535,13 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     fn refine(&mut self, start: &[f64], report: &mut StepReport<'_>) -> Result<Fitted> {
         self.match_tones(start)?;
         let mut values = start.to_vec();
-        let (off, so_far) = self.descend(&mut values, report)?;
-        let weights = self.weights(&off);
-        let system = self.linearized(&values, &off, &weights);
+        let (mut off, so_far) = self.descend(&mut values, report)?;
+        let (weights, covariance) = self.finish(&mut values, &mut off);
         values.truncate(start.len());
         let ended_early = (self.fit.has_to_end)();
         Ok(Fitted {
             cost: off.cost(&weights),
-            covariance: if ended_early {
-                so_far
-            } else {
-                self.covariance(&system, &off, &weights)
-            },
+            covariance: if ended_early { so_far } else { covariance },
             values,
             renders: 0,
             ended_early,
@@ -579,6 +607,40 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         Ok((off, so_far))
     }
 
+    /// Goes on by the steps that the unbiased equations ask for, and returns the weights and the
+    /// covariance with what is left to go. The cost is too rough to judge steps of a few errors:
+    /// every sample that crosses an edge changes it.
+    fn finish(&mut self, values: &mut Vec<f64>, off: &mut Residuals) -> (Vec<f64>, Vec<f64>) {
+        let mut left = match self.measure {
+            Measure::Contrast => 0,
+            Measure::Detail => LAST_STEPS,
+        };
+        loop {
+            let weights = self.weights(off);
+            let system = self.linearized(values, off, &weights);
+            let step = solve(&system.unbiased, &system.right, 0.0);
+            let covariance = self.covariance(&system, off, &weights);
+            let all = self.fit.steps.len();
+            // The largest part of the step, in standard errors.
+            let parts = step
+                .iter()
+                .flatten()
+                .zip(&self.free)
+                .filter(|(_, i)| **i < all);
+            let errors = parts.map(|(s, i)| s.abs() / covariance[*i * (all + 1)].sqrt());
+            let is_taken = (SMALL_STEP..LARGE_STEP).contains(&errors.fold(0.0, f64::max));
+            let step = step.filter(|_| left > 0 && is_taken);
+            let next = step.map(|step| self.moved(values, &step));
+            let next_off = next.as_ref().and_then(|next| self.residuals(next).ok());
+            let (Some(next), Some(next_off)) = (next, next_off) else {
+                let covariance = self.covariance_with_step(&system, off, &weights);
+                return (weights, covariance);
+            };
+            (*values, *off) = (next, next_off);
+            left -= 1;
+        }
+    }
+
     /// Returns the step size of a parameter at this size.
     fn step(&self, i: usize) -> f64 {
         // A smaller picture needs larger steps for the same effect.
@@ -621,39 +683,78 @@ impl<'f, 'r> FitLevel<'f, 'r> {
 
     /// Returns the normal equations at parameters.
     fn linearized(&mut self, values: &[f64], off: &Residuals, weights: &[f64]) -> System {
-        System::of(self.columns(values, off), off, weights)
+        let system = System::of(self.columns(values, off), off, weights);
+        self.set_directions(&system);
+        system
+    }
+
+    /// Sets the directions of the next derivatives. A difference over half a pixel is not linear
+    /// where the picture is fine. Where parameters nearly compensate each other, as distance and
+    /// focal length do, errors of differences along each would hide what remains.
+    fn set_directions(&mut self, system: &System) {
+        let n = self.free.len();
+        let is_sharp = |i: &&usize| **i < self.fit.steps.len() && !self.fit.blur.contains(i);
+        let count = self.free.iter().take_while(is_sharp).count();
+        let in_steps = |matrix: &[f64]| -> Vec<f64> {
+            let step = |i: usize| self.step(self.free[i]);
+            let entry = |i: usize, j: usize| matrix[i.max(j) * n + i.min(j)] * step(i) * step(j);
+            let entries = (0..count * count).map(|k| entry(k / count, k % count));
+            entries.collect()
+        };
+        let matrix = in_steps(&system.matrix);
+        let mut squares: Vec<f64> = (0..count).map(|i| matrix[i * (count + 1)]).collect();
+        squares.sort_by(f64::total_cmp);
+        let found = conjugate(&in_steps(&system.unbiased), count);
+        let Some(mut directions) = found.or_else(|| conjugate(&matrix, count)) else {
+            return;
+        };
+        for direction in &mut directions {
+            let longest = direction.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            // Half the change of the picture that a usual step makes.
+            let length = (0.5 * squares[count / 2].sqrt()).min(LONGEST / longest);
+            direction.iter_mut().for_each(|v| *v *= length);
+        }
+        self.directions = directions;
     }
 
     /// Returns the derivatives of the residuals by the free parameters.
     fn columns(&mut self, values: &[f64], off: &Residuals) -> Vec<Residuals> {
-        let free = self.free.clone();
-        let columns = free.iter().map(|&i| self.derivative(values, off, i));
-        columns.collect()
+        let mut columns: Vec<Residuals> = Vec::new();
+        for k in 0..self.free.len() {
+            let alone = || (0..=k).map(|j| f64::from(u8::from(j == k))).collect();
+            let direction = self.directions.get(k).cloned().unwrap_or_else(alone);
+            let steps = direction.iter().zip(&self.free);
+            let steps: Vec<f64> = steps.map(|(d, i)| d * self.step(*i)).collect();
+            let mut column = self.derivative(values, off, &steps);
+            for (other, step) in columns.iter().zip(&steps) {
+                column.add(other, -step);
+            }
+            columns.push(column.scaled(1.0 / steps[k]));
+        }
+        columns
     }
 
-    /// Returns the derivative of the residuals by one parameter, from a central difference, or a
-    /// one-sided one if only one side can be rendered.
-    fn derivative(&mut self, values: &[f64], off: &Residuals, i: usize) -> Residuals {
-        let step = self.step(i);
+    /// Returns the change of the residuals by a change of the first free parameters, from a central
+    /// difference, or a one-sided one if only one side can be rendered.
+    fn derivative(&mut self, values: &[f64], off: &Residuals, steps: &[f64]) -> Residuals {
         let mut side = |by: f64| {
-            let mut moved = values.to_vec();
-            moved[i] += by;
-            self.residuals(&moved).ok()
+            let steps: Vec<f64> = steps.iter().map(|s| by * s).collect();
+            self.residuals(&self.moved(values, &steps)).ok()
         };
-        match (side(step), side(-step)) {
-            (Some(high), Some(low)) => high.slope(&low, 2.0 * step),
-            (Some(high), None) => high.slope(off, step),
-            (None, Some(low)) => off.slope(&low, step),
-            (None, None) => off.slope(off, step),
+        match (side(1.0), side(-1.0)) {
+            (Some(high), Some(low)) => high.slope(&low, 2.0),
+            (Some(high), None) => high.slope(off, 1.0),
+            (None, Some(low)) => off.slope(&low, 1.0),
+            (None, None) => off.slope(off, 1.0),
         }
     }
 
-    /// Returns the covariance before a fit has converged: what is left to go, about the next step,
-    /// is added.
+    /// Returns the covariance with what is left to go, about the next step.
     fn covariance_with_step(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
         let mut out = self.covariance(system, off, weights);
         let all = self.fit.steps.len();
-        let step = solve(&system.matrix, &system.right, 0.0);
+        let step = solve(&system.unbiased, &system.right, 0.0);
+        let step = step.or_else(|| solve(&system.matrix, &system.right, 0.0));
         let step = step.unwrap_or_else(|| vec![f64::INFINITY; self.free.len()]);
         let reported = || self.free.iter().zip(&step).filter(|(a, _)| **a < all);
         for (a, x) in reported() {
@@ -728,6 +829,30 @@ impl<'f, 'r> FitLevel<'f, 'r> {
 /// Returns the error of a rendering that is asked for when the fit has to end.
 pub fn out_of_time() -> Box<Diagnostic> {
     Diagnostic::error("the time of the fit is over")
+}
+
+/// Returns vectors that a symmetric matrix makes orthogonal and of length 1, by Gram and Schmidt's
+/// method: the k-th has k entries. None if the matrix is not positive definite.
+fn conjugate(matrix: &[f64], n: usize) -> Option<Vec<Vec<f64>>> {
+    let product = |v: &[f64], j: usize| -> f64 {
+        let terms = v.iter().enumerate().map(|(i, v)| v * matrix[i * n + j]);
+        terms.sum()
+    };
+    let mut found: Vec<Vec<f64>> = Vec::new();
+    for k in 0..n {
+        let mut v = vec![0.0; k + 1];
+        v[k] = 1.0;
+        for other in &found {
+            let along = product(other, k);
+            v.iter_mut().zip(other).for_each(|(v, o)| *v -= along * o);
+        }
+        let square: f64 = (0..=k).map(|j| v[j] * product(&v, j)).sum();
+        if !(square > 1e-9 * matrix[k * (n + 1)]) {
+            return None;
+        }
+        found.push(v.iter().map(|v| v / square.sqrt()).collect());
+    }
+    Some(found)
 }
 
 /// Returns the indices of the pixels of a size that count, without its border.
@@ -858,6 +983,41 @@ mod tests {
         for (i, (v, t)) in found.values.iter().zip(truth).enumerate() {
             let error = found.error(i);
             assert!((v - t).abs() < 4.0 * error && error < 5e-3, "{found:?}");
+        }
+    }
+
+    /// Two walls with fine patterns at distances that differ by 15%: a longer focal length from
+    /// farther away makes nearly the same picture. One step of the position moves it by two pixels,
+    /// as of a scene that is nearer than the start says.
+    #[test]
+    fn distance_and_focal_length_are_found_with_errors_that_hold_the_truth_from_any_start() {
+        let walls = |values: &[f64], (width, height): (usize, usize)| {
+            let plane = Plane::from_fn(width, height, |x, y| {
+                let depth = if y < height / 2 { 1.0 } else { 1.15 };
+                let scale = libm::exp(-values[1]) * (depth + values[0]) / depth;
+                let place = |n: usize, of: usize| (n as f64 + 0.5 - 0.5 * of as f64) / width as f64;
+                let (u, v) = (place(x, width) * scale, place(y, height) * scale);
+                let (a, b) = (
+                    libm::sin(170.0 * u + 40.0 * v),
+                    libm::sin(90.0 * u - 150.0 * v),
+                );
+                (0.5 + 0.15 * a + 0.1 * b + 0.1 * libm::sin(30.0 * u)) as f32
+            });
+            Plate::from_planes([plane.clone(), plane.clone(), plane])
+        };
+        let target = with_grain(walls(&[0.0; 2], (192, 128)), |v, grain| v + 0.1 * grain);
+        let mut fit = fit_of(&target, &|| false);
+        fit.sizes = vec![(192, 128)];
+        fit.steps = vec![4.0 / 192.0, 1.0 / 192.0];
+        let found = [[0.0, 0.0], [0.06, 0.055], [-0.06, -0.055]].map(|start| {
+            let mut render = |v: &[f64], size: (usize, usize), _| Ok(walls(v, size));
+            fit.run(&start, &mut render, &mut |_| ()).unwrap()
+        });
+        for found in &found {
+            for (i, v) in found.values.iter().enumerate() {
+                assert!(v.abs() < 3.0 * found.error(i), "{found:?}");
+                assert!(found.error(i) < 0.02, "{found:?}");
+            }
         }
     }
 
