@@ -52,23 +52,22 @@ pub(crate) fn run(
         fit = fit.with_aperture()?;
     }
     let said = session.sink.items().len();
-    let (limit, clock) = (fit.limit(), Instant::now());
+    let clock = Instant::now();
     let best_so_far = best_so_far(file);
-    let mut report = |step: &FitStep<'_>| {
+    let mut report = |step: &FitStep<'_>, left: Duration| {
         // Every improvement is kept, so that an interrupted fit leaves its best camera. Where no
         // file can be beside `file`, which may be a device, none is kept.
         let text = fit.camera_text(step.values);
         let _ = write_whole(&best_so_far, |f| f.write_all(text.as_bytes()));
         let (width, height) = step.size;
         let residual = 100.0 * step.cost.max(0.0).sqrt();
-        let taken = clock.elapsed();
-        let left = taken.mul_f64((1.0 - step.done) / step.done);
-        let left = limit.map_or(left, |limit| left.min(limit.saturating_sub(taken)));
         let line = format!(
             "{width}x{height}: residual {residual:.1}%, about {} left",
             minutes(left)
         );
-        bar.set_position((1000.0 * step.done) as u64);
+        let taken = clock.elapsed();
+        let done = taken.div_duration_f64((taken + left).max(Duration::from_millis(1)));
+        bar.set_position((1000.0 * done) as u64);
         bar.set_message(line.clone());
         if step.size_finished && !quiet {
             bar.suspend(|| super::status!("{line}"));

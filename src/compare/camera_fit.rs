@@ -121,7 +121,7 @@ pub fn fit_camera(
 ) -> Result<(FittedCamera, Plate)> {
     check_plan(&session.plan)?;
     let fit = CameraFit::of(session)?;
-    let found = fit.search(session, target, report)?;
+    let found = fit.search(session, target, &mut |step, _| report(step))?;
     Ok((found.camera, found.rendering))
 }
 
@@ -136,7 +136,7 @@ pub fn fit_camera_and_aperture(
 ) -> Result<(FittedCamera, Plate)> {
     check_plan(&session.plan)?;
     let fit = CameraFit::of(session)?.with_aperture()?;
-    let found = fit.search(session, target, report)?;
+    let found = fit.search(session, target, &mut |step, _| report(step))?;
     Ok((found.camera, found.rendering))
 }
 
@@ -334,11 +334,6 @@ impl CameraFit {
     /// Ends within a time.
     pub(super) fn within(self, limit: Option<Duration>) -> Self {
         Self { limit, ..self }
-    }
-
-    /// Returns the time that the fit may take.
-    pub(crate) fn limit(&self) -> Option<Duration> {
-        self.limit
     }
 
     /// Returns the number of parameters.
@@ -561,7 +556,7 @@ impl CameraFit {
     }
 
     /// Finds the camera whose rendering matches the target best. `report` receives every step that
-    /// improves it.
+    /// improves it, and roughly the time left.
     ///
     /// # Errors
     /// Fails if the target's aspect differs from the rendering's, or if the start cannot be
@@ -570,7 +565,7 @@ impl CameraFit {
         &self,
         session: &mut Session,
         target: &Plate,
-        report: &mut dyn FnMut(&FitStep<'_>),
+        report: &mut dyn FnMut(&FitStep<'_>, Duration),
     ) -> Result<FoundCamera> {
         let size = self.plan.resolution;
         self.check_aspect(target)?;
@@ -588,7 +583,10 @@ impl CameraFit {
             Some(found) => found.clone(),
             None => self.find_start(&fit, &mut draw)?,
         };
-        let fitted = fit.run(&first, &mut draw, report)?;
+        let mut report_step = |step: &FitStep<'_>| {
+            report(step, clock.left(step.renders_left, step.pixels_left));
+        };
+        let fitted = fit.run(&first, &mut draw, &mut report_step)?;
         if let Some(border) = border {
             session.sink.add(*has_border(border));
         }

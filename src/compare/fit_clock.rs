@@ -16,6 +16,27 @@ pub(super) struct FitClock {
     /// The pixels of the last rendering.
     pixels: f64,
     cost: Cell<RenderCost>,
+    sums: Cell<RenderSums>,
+}
+
+/// All renderings so far.
+#[derive(Clone, Copy, Default)]
+struct RenderSums {
+    renders: f64,
+    pixels: f64,
+    /// The seconds outside the exposures, such as the time of placing the camera in the scene.
+    outside: f64,
+    /// The seconds of the exposures.
+    exposures: f64,
+}
+
+impl RenderSums {
+    /// Returns the seconds that other renderings with so many pixels in total are expected to take.
+    fn seconds(self, renders: f64, pixels: f64) -> f64 {
+        let outside = self.outside / self.renders.max(1.0);
+        let exposure = self.exposures / self.pixels.max(1.0);
+        renders * outside + pixels * exposure
+    }
 }
 
 /// The time that a rendering is expected to take.
@@ -60,6 +81,7 @@ impl FitClock {
             stop,
             pixels: f64::from(size.width) * f64::from(size.height),
             cost: Cell::default(),
+            sums: Cell::default(),
         }
     }
 
@@ -84,12 +106,46 @@ impl FitClock {
         let (pixels, seconds) = ((width * height) as f64, begun.elapsed().as_secs_f64());
         let cost = self.cost.get();
         self.cost.set(cost.with(pixels, seconds, exposure));
+        let sums = self.sums.get();
+        self.sums.set(RenderSums {
+            renders: sums.renders + 1.0,
+            pixels: sums.pixels + pixels,
+            outside: sums.outside + (seconds - exposure).max(0.0),
+            exposures: sums.exposures + exposure,
+        });
+    }
+
+    /// Returns the time that so many renderings with so many pixels in total are expected to take,
+    /// at most what the limit leaves.
+    pub(super) fn left(&self, renders: f64, pixels: f64) -> Duration {
+        let left = Duration::from_secs_f64(self.sums.get().seconds(renders, pixels));
+        let limit = self.limit.get();
+        limit.map_or(left, |limit| {
+            left.min(limit.saturating_sub(self.start.elapsed()))
+        })
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Placing the camera takes 0.2 seconds, and a large picture hardly longer than a small one.
+    #[test]
+    fn the_time_left_counts_what_a_rendering_takes_at_any_size() {
+        let size = Resolution::new(192, 128).unwrap();
+        let clock = FitClock::new(None, size, StopSignal::default());
+        for _ in 0..340 {
+            let Some(begun) = Instant::now().checked_sub(Duration::from_millis(203)) else {
+                return; // A clock that has just started.
+            };
+            clock.add((48, 32), begun, 0.003);
+        }
+        let left = clock.left(300.0, 300.0 * 192.0 * 128.0).as_secs_f64();
+        assert!((left - 300.0 * (0.2 + 0.003 * 16.0)).abs() < 1.0, "{left}");
+        clock.set_limit(Some(Duration::from_secs(9)));
+        assert!(clock.left(300.0, 1e6) <= Duration::from_secs(9));
+    }
 
     /// A small rendering whose time is nearly all compiling says little about a large one.
     #[test]

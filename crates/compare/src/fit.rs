@@ -83,8 +83,10 @@ pub struct FitStep<'a> {
     pub values: &'a [f64],
     /// The robust mean square of the residuals.
     pub cost: f64,
-    /// The share of the expected work that is done, from 0 to 1.
-    pub done: f64,
+    /// The number of renderings that are expected to follow.
+    pub renders_left: f64,
+    /// The pixels of these renderings.
+    pub pixels_left: f64,
     /// Whether the fit has finished this size.
     pub size_finished: bool,
 }
@@ -270,14 +272,13 @@ impl Fit<'_> {
         Ok(off.cost(&vec![1.0; off.first.len()]))
     }
 
-    /// Returns the expected work at each size, in rendered pixels; the last size is done twice.
-    fn expected_work(&self) -> Vec<f64> {
+    /// Returns the expected number of renderings at each size; the last size is done twice.
+    fn expected_renders(&self) -> Vec<f64> {
         let columns = 2 * self.steps.len() + 2;
-        let renders = (USUAL_ITERATIONS + 1) * columns;
-        let pixels = |s: &(usize, usize)| (s.0 * s.1 * renders) as f64;
+        let renders = ((USUAL_ITERATIONS + 1) * columns) as f64;
         // The fine measure renders everything twice.
-        let fine = self.sizes.last().map(|s| 2.0 * pixels(s));
-        self.sizes.iter().map(pixels).chain(fine).collect()
+        let fine = self.sizes.last().map(|_| 2.0 * renders);
+        self.sizes.iter().map(|_| renders).chain(fine).collect()
     }
 
     /// Returns a bound on the probability that a picture of something else agrees as well with the
@@ -348,21 +349,24 @@ impl Fit<'_> {
             renders: 0,
             ended_early: false,
         };
-        let work = self.expected_work();
+        let expected = self.expected_renders();
         let coarse = self.sizes.iter().map(|s| (*s, Measure::Contrast));
         let fine = self.sizes.last().map(|s| (*s, Measure::Detail));
+        let levels: Vec<_> = coarse.chain(fine).collect();
+        let pixels = |i: usize| (levels[i].0.0 * levels[i].0.1) as f64;
         let mut directions = Vec::new();
-        for (i, (size, measure)) in coarse.chain(fine).enumerate() {
-            let before: f64 = work[..i].iter().sum();
-            let total: f64 = work.iter().sum();
+        for (i, (size, measure)) in levels.iter().copied().enumerate() {
             let mut report_step = |values: &[f64], cost: f64, renders: usize, finished: bool| {
-                let here = ((size.0 * size.1 * renders) as f64).min(0.95 * work[i]);
-                let here = if finished { work[i] } else { here };
+                let here = (expected[i] - renders as f64).max(0.05 * expected[i]);
+                let here = if finished { 0.0 } else { here };
+                let later = i + 1..levels.len();
                 report(&FitStep {
                     size,
                     values,
                     cost,
-                    done: (before + here) / total,
+                    renders_left: here + later.clone().map(|k| expected[k]).sum::<f64>(),
+                    pixels_left: here * pixels(i)
+                        + later.map(|k| expected[k] * pixels(k)).sum::<f64>(),
                     size_finished: finished,
                 });
             };
@@ -968,15 +972,15 @@ mod tests {
         let fit = fit_of(&target, &|| false);
         assert_eq!(fit.sizes, [(48, 32), (96, 64), (192, 128)]);
         let mut render = |v: &[f64], size: (usize, usize), _| Ok(blobs(v, size));
-        let mut shares = Vec::new();
+        let mut left = Vec::new();
         let found = fit
             .run(&[0.45, 0.36, 1.0], &mut render, &mut |step| {
-                shares.push(step.done);
+                left.push((step.renders_left, step.pixels_left));
             })
             .unwrap();
         assert!(
-            shares.is_sorted() && shares.last() == Some(&1.0),
-            "{shares:?}"
+            left.is_sorted_by(|a, b| a >= b) && left.last() == Some(&(0.0, 0.0)),
+            "{left:?}"
         );
         assert!(!found.ended_early);
         // One of three values exceeds four standard errors by chance once in 5,000 runs.
