@@ -98,8 +98,16 @@ fn search(
     aperture: bool,
     seen: &Mutex<Option<(f64, f64)>>,
 ) -> Result<Found> {
+    // The pixels that were left at the first step.
+    let mut all = 0.0f64;
     let mut report = |step: &FitStep<'_>| {
-        let step = (step.done, step.cost.max(0.0).sqrt());
+        all = all.max(step.pixels_left);
+        let done = if all > 0.0 {
+            1.0 - step.pixels_left / all
+        } else {
+            1.0
+        };
+        let step = (done, step.cost.max(0.0).sqrt());
         *seen.lock().unwrap_or_else(PoisonError::into_inner) = Some(step);
     };
     let fit = match aperture {
