@@ -172,10 +172,11 @@ impl Plate {
     /// Returns an error if the file cannot be read or is not a picture.
     pub fn open(path: impl AsRef<Path>) -> Result<Self> {
         let path = path.as_ref();
-        let raster = Raster::open(path)?;
+        let bytes = read_file(path, MAX_PICTURE)?;
+        let raster = Raster::decode_upright(&bytes, &path.to_string_lossy())?;
         let mut plate = Self::from_raster(&raster);
         if matches!(raster.samples, Samples::F32(_)) {
-            let response = exr_text(&read_file(path, MAX_PICTURE)?, "ivcam:response");
+            let response = exr_text(&bytes, "ivcam:response");
             plate.is_light = response.is_none_or(|response| response != "linear");
         }
         Ok(plate)

@@ -24,8 +24,15 @@ impl Raster {
     /// Fails if the file cannot be read, or is not a picture.
     pub fn open(path: &Path) -> Result<Self> {
         let bytes = read_file(path, MAX_PICTURE)?;
-        let name = path.to_string_lossy();
-        Self::decode_oriented(&bytes, &name, OrientationUse::Applied, &mut |_| Ok(()))
+        Self::decode_upright(&bytes, &path.to_string_lossy())
+    }
+
+    /// Decodes a file's bytes as [`Raster::open`] does.
+    ///
+    /// # Errors
+    /// Fails if the bytes are not a picture, or one that is broken or too large.
+    pub fn decode_upright(bytes: &[u8], name: &str) -> Result<Self> {
+        Self::decode_oriented(bytes, name, OrientationUse::Applied, &mut |_| Ok(()))
     }
 
     /// Decodes a file's bytes, as a texture has them: pixels are not turned. `name` is for messages
