@@ -591,8 +591,8 @@ impl Session {
         let stop = |plan: &Plan, pose| stopped_down(plan, pose, self.studio.as_ref());
         let stopped = stop(&plan, &pose);
         let choice = |stopped: &Option<Plan>| stopped.as_ref()?.lens().cloned();
-        let same_stop = choice(&stopped) == choice(&stop(&self.plan, &self.pose));
-        let fresh = if same_lens && same_stop {
+        let same_stop = || choice(&stopped) == choice(&stop(&self.plan, &self.pose));
+        let fresh = if same_lens && same_stop() {
             self.camera.clone()
         } else {
             let choices = stopped.as_ref().unwrap_or(&plan);

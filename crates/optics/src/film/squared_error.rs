@@ -273,18 +273,11 @@ impl SquaredError {
         let (sum, more) = ghosts.squared_error();
         let variance = self.variance + more;
         let (pixels, share) = self.heaviest;
-        let of_samples = self.variance / variance;
+        let of_samples = self.variance / variance.max(f64::MIN_POSITIVE);
         Self {
             sum: self.sum + sum,
             variance,
-            heaviest: (
-                pixels,
-                if of_samples > 0.0 {
-                    of_samples * share
-                } else {
-                    0.0
-                },
-            ),
+            heaviest: (pixels, of_samples * share),
             // Of a picture that is black without them, their rays alone estimate the error.
             pairs: match *self == Self::none() {
                 true => ghosts.parts(),

@@ -244,12 +244,8 @@ impl<'a> IncidentBeam<'a> {
                 break;
             }
             let start = splats.len();
-            let corner = [2 * (block % blocks), 2 * (block / blocks)];
-            let cells =
-                [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| [corner[0] + x, corner[1] + y]);
-            for [x, y] in cells
-                .into_iter()
-                .filter(|cell| cell.iter().all(|i| *i < side))
+            let two = |from: u32| (2 * from..side).take(2);
+            for [x, y] in two(block / blocks).flat_map(|y| two(block % blocks).map(move |x| [x, y]))
             {
                 let sign = if (x + y) % 2 == 0 { 1.0 } else { -1.0 };
                 let point = self.point_in_cell(region, side, y * side + x, 2);

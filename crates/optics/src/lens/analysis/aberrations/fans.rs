@@ -222,8 +222,7 @@ fn rim(
 
 /// The wavefront and its coefficients; none if too few rays get through.
 fn wavefront(rays: &PointRays<'_>) -> Option<WavefrontFit> {
-    let found = samples(rays);
-    let aimed = found;
+    let aimed = samples(rays);
     let found: Vec<(DVec2, f64)> = aimed.iter().map(|(at, w, _)| (*at, *w)).collect();
     let cell = |i: usize| (2.0 * i as f64 + 1.0) / SAMPLES as f64 - 1.0;
     let all = (0..SAMPLES * SAMPLES)
