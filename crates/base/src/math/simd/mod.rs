@@ -46,6 +46,7 @@ pub fn use_portable_arithmetic() {
 }
 
 /// Returns whether [`use_portable_arithmetic`] was called.
+#[inline]
 pub fn is_portable() -> bool {
     PORTABLE.load(Ordering::Relaxed)
 }
