@@ -93,6 +93,13 @@ impl<'a> DrawProbabilities<'a> {
     }
 }
 
+/// Returns the squared error of each pixel that its own samples let expect, with the mean of its
+/// neighborhood as one sample more: a single sample has one too.
+pub(super) fn expected_errors(picture: &[Exposed], size: Resolution) -> Vec<f32> {
+    let variances = variances(picture, size.width.max(1) as usize, &[]);
+    variances.map(|[own, _]| own as f32).collect()
+}
+
 fn is_exempt(exempt: &[u32], pixel: usize) -> bool {
     exempt.binary_search(&(pixel as u32)).is_ok()
 }

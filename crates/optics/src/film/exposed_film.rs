@@ -1,7 +1,10 @@
 //! The exposed film: every pixel's samples, the ghosts of lights, and the estimated error.
 
+use std::borrow::Cow;
+
 use glam::DVec3;
 
+use super::draw_probability::expected_errors;
 use super::error::{ErrorEstimate, ErrorUnknown};
 use super::format::Resolution;
 use super::ghost_image::GhostImage;
@@ -19,16 +22,25 @@ pub struct Film {
     pub squared_error: Option<SquaredError>,
     /// The ghosts of lights, which are not traced by the pixels' samples.
     pub ghosts: Option<GhostImage>,
+    /// The squared error of each pixel that the samples of joined films let expect; empty for a
+    /// film that is not joined. The differences of joined films are no part of it.
+    expected: Vec<f32>,
 }
 
 impl Film {
     /// Returns an unexposed film.
     pub fn new(resolution: Resolution) -> Self {
+        Self::of_pixels(resolution, vec![Exposed::default(); resolution.pixels()])
+    }
+
+    /// Returns a film with exposed pixels, without an estimated error and without ghosts.
+    pub fn of_pixels(resolution: Resolution, pixels: Vec<Exposed>) -> Self {
         Self {
             resolution,
-            pixels: vec![Exposed::default(); resolution.pixels()],
+            pixels,
             squared_error: None,
             ghosts: None,
+            expected: Vec::new(),
         }
     }
 
@@ -39,30 +51,26 @@ impl Film {
             (Some(a), Some(b)) => Some(a.join(b, share)),
             (a, b) => a.clone().or(b.clone()),
         };
-        self.squared_error = match (&self.squared_error, &other.squared_error) {
-            (Some(a), Some(b)) => Some(a.join(b, share, self.overlap(other, a.sum() * b.sum()))),
-            _ => None,
-        };
+        if let (Some(a), Some(b)) = (self.squared_error, other.squared_error) {
+            let [own, others] = [self.expected_errors(), other.expected_errors()];
+            let overlap = overlap(&own, &others) * (a.sum() * b.sum()).max(0.0);
+            let [p, q] = [(1.0 - share).powi(2), share.powi(2)].map(|weight| weight as f32);
+            let both = own.iter().zip(&*others);
+            self.expected = both.map(|(a, b)| p * a + q * b).collect();
+            self.squared_error = Some(a.join(&b, share, overlap));
+        } else {
+            self.squared_error = None;
+        }
         for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
             pixel.join_as(more, share);
         }
     }
 
-    /// Returns the sum over pixels of the products of the squared errors of two films, whose sums
-    /// have a product. A pixel's part of a sum is that of its samples' scatter.
-    fn overlap(&self, other: &Self, of_sums: f64) -> f64 {
-        let scatter = |p: &Exposed| p.variance_of_mean().element_sum();
-        let (mut sums, mut products) = ([0.0; 2], 0.0);
-        for (a, b) in self.pixels.iter().zip(&other.pixels) {
-            let [a, b] = [a, b].map(scatter);
-            sums = [sums[0] + a, sums[1] + b];
-            products += a * b;
-        }
-        let overlap = of_sums * products / (sums[0] * sums[1]);
-        if overlap.is_finite() {
-            overlap.max(0.0)
-        } else {
-            of_sums.max(0.0) / self.pixels.len() as f64
+    /// Returns the squared error of each pixel that the samples let expect.
+    fn expected_errors(&self) -> Cow<'_, [f32]> {
+        match self.expected.is_empty() {
+            true => Cow::Owned(expected_errors(&self.pixels, self.resolution)),
+            false => Cow::Borrowed(&self.expected),
         }
     }
 
@@ -154,9 +162,22 @@ impl Film {
     }
 }
 
+/// Returns the sum over pixels of the products of the squared errors of two films, each with the
+/// sum 1, from the errors that are expected of the pixels.
+fn overlap(a: &[f32], b: &[f32]) -> f64 {
+    let products = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b));
+    let [of_a, of_b] = [a, b].map(|errors| errors.iter().map(|e| f64::from(*e)).sum::<f64>());
+    let overlap = products.sum::<f64>() / (of_a * of_b);
+    match overlap.is_finite() {
+        true => overlap,
+        false => 1.0 / a.len() as f64, // Nothing tells where the errors are.
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::sampling::{mix, unit};
 
     #[test]
     fn a_film_that_is_not_measured_has_no_error() {
@@ -164,6 +185,30 @@ mod tests {
         film.pixels[0].add(DVec3::ONE);
         assert_eq!(film.error(), Err(ErrorUnknown::NotMeasured));
         assert_eq!(film.relative_rmse(), None);
+    }
+
+    /// Single samples of two moments, which differ from the truth in one row of pixels: the errors
+    /// overlap in that row alone, not in the whole film.
+    #[test]
+    fn single_samples_tell_where_the_errors_of_two_moments_overlap() {
+        let size = Resolution::of(60, 40);
+        let moment = |seed: u64| {
+            let pixels = (0..60 * 40).map(|i| {
+                let [noisy, lit] = [i / 60 == 20, i / 60 > 20];
+                let level = match noisy {
+                    true => f64::from(unit(mix(seed ^ mix(i))) < 0.5),
+                    false => f64::from(lit),
+                };
+                let mut pixel = Exposed::default();
+                pixel.add(DVec3::splat(level));
+                pixel
+            });
+            Film::of_pixels(size, pixels.collect())
+        };
+        let [a, b] = [1, 2].map(moment);
+        let found = overlap(&a.expected_errors(), &b.expected_errors());
+        // The neighborhoods of the row are three rows wide.
+        assert!((1.0 / 180.0..1.0 / 60.0).contains(&found), "{found}");
     }
 
     #[test]

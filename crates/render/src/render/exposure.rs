@@ -105,6 +105,15 @@ impl Stopped {
         }
     }
 
+    /// Where a render with a number of samples per pixel was stopped while its error was estimated.
+    pub fn between_passes(samples: u32) -> Self {
+        Self {
+            samples,
+            more: samples,
+            part: 0.0,
+        }
+    }
+
     /// Describes where the render was stopped, of a number of samples.
     pub fn describe(&self, all: u32) -> String {
         let Self {
@@ -114,6 +123,9 @@ impl Stopped {
         } = self;
         let part = 100.0 * part;
         match samples {
+            samples if samples == more && self.part == 0.0 => {
+                format!("it has {samples} of {all} samples per pixel")
+            }
             samples if samples == more => {
                 format!("it has {samples} samples per pixel, and no ghosts")
             }
@@ -151,12 +163,11 @@ impl Exposure {
 
     /// Returns the exposure of a film to which no ray can bring light: all its samples are black.
     pub fn without_light(resolution: Resolution, samples: u32) -> Self {
+        let black = vec![Exposed::black(samples); resolution.pixels()];
+        let mut film = Film::of_pixels(resolution, black);
+        film.squared_error = Some(SquaredError::none());
         Self {
-            film: Film {
-                pixels: vec![Exposed::black(samples); resolution.pixels()],
-                squared_error: Some(SquaredError::none()),
-                ..Film::new(resolution)
-            },
+            film,
             counts: Counts::default(),
             spent: Spent::default(),
             samples,

@@ -192,12 +192,7 @@ impl Sums {
     /// Returns the film of the samples, without ghosts and without an error. The sums are empty
     /// afterwards.
     pub fn film(&mut self) -> Film {
-        Film {
-            resolution: self.place.region.resolution(),
-            pixels: self.folded(),
-            squared_error: None,
-            ghosts: None,
-        }
+        Film::of_pixels(self.place.region.resolution(), self.folded())
     }
 
     /// Calls `look` with the film of the samples.
