@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 use ivcam_optics::film::{Exposed, Film, Region, Resolution};
@@ -402,6 +402,9 @@ fn a_render_that_is_interrupted_has_the_bits_of_one_that_is_not() {
                 assert_eq!(keeper.sums().place.done, made.samples);
                 break made;
             }
+            // No estimate is that of the samples that it has.
+            let is_even = made.stopped.is_some_and(|stopped| stopped.part == 0.0);
+            assert!(is_even || made.film.squared_error.is_none());
             sums = Some(keeper.sums());
         };
         assert!(runs > 2, "{runs} runs");
@@ -419,6 +422,41 @@ fn a_render_that_is_interrupted_has_the_bits_of_one_that_is_not() {
         assert_eq!(rays(&again), rays(&once));
         assert!(once.counts.passed <= once.counts.film_rays);
     }
+}
+
+/// The work is stopped as the last tile ends, before the error is estimated.
+#[test]
+fn a_render_that_is_interrupted_in_an_estimate_ends_where_one_that_is_not_does() {
+    let mut session = small_session(256, false);
+    session.plan.stop.error = Some(0.2);
+    let work = AtomicU64::new(0);
+    let note = |progress: Progress| work.store(progress.work_done, Ordering::Relaxed);
+    let once = with_render(&session, 1, |render| render.run(&note));
+    assert!(once.samples < 256);
+    let keeper = Interruption::after(u32::MAX);
+    let run = |session: &Session, sums, progress: &(dyn Fn(Progress) + Sync)| {
+        let task = Task {
+            sums,
+            keepers: &[&keeper],
+            ..Task::default()
+        };
+        with_render(session, 1, |render| {
+            render.run_inside(whole(session), task, progress)
+        })
+    };
+    let mut other = small_session(256, false);
+    other.plan.stop = session.plan.stop;
+    let made = run(&other, None, &|progress| {
+        if progress.work_done == work.load(Ordering::Relaxed) {
+            other.budget.stop().cancel();
+        }
+    });
+    assert_eq!(made.stopped, Some(Stopped::between_passes(once.samples)));
+    assert_eq!(made.film.squared_error, None);
+    let again = run(&session, Some(keeper.sums()), &|_| ());
+    assert_eq!(again.samples, once.samples);
+    assert_eq!(again.film.pixels, once.film.pixels);
+    assert_eq!(again.film.error(), once.film.error());
 }
 
 #[test]

@@ -166,7 +166,7 @@ impl Render<'_> {
         let mut measured = Measured::default();
         let stopped = self.run_passes(&mut sums, &run, &mut measured).err();
         sums.spent = sums.spent.plus(watch.spent());
-        if stopped.is_none() {
+        if sums.place.is_even() {
             for keeper in keepers {
                 sums.show(&mut |snapshot| keeper.keep(snapshot));
             }
@@ -178,7 +178,10 @@ impl Render<'_> {
         if stopped.is_none() && !is_part && measured.samples < done {
             measured = self.measured(&film, region, done, &mut sums.counts);
         }
-        film.squared_error = measured.squared_error;
+        // An estimate of fewer samples is that of another picture.
+        let is_even = stopped.is_none_or(|stopped| stopped.part == 0.0);
+        let is_of_film = is_even && measured.samples == done;
+        film.squared_error = measured.squared_error.filter(|_| is_of_film);
         Exposure {
             film,
             counts: sums.counts,
@@ -206,12 +209,18 @@ impl Render<'_> {
             let PicturePlace { first, done, .. } = sums.place;
             if done == sums.place.until && done > first {
                 let is_due = had_ended || done >= sums.place.next_estimate;
-                if self.stop.error.is_some() && is_due {
-                    *measured = self.measured_sums(sums);
+                let is_due = is_due && self.stop.error.is_some();
+                let estimate = is_due.then(|| self.measured_sums(sums));
+                let is_cut_short = matches!(estimate, Some(None));
+                if let Some(Some(estimate)) = estimate {
+                    *measured = estimate;
                 }
                 let next = per_sample * self.pass_end(done).saturating_sub(done);
                 if done >= run.last || self.stops(run.watch.elapsed() + next, measured.error) {
                     return Ok(());
+                }
+                if is_cut_short {
+                    return Err(Stopped::between_passes(done - first));
                 }
             }
             had_ended = false;
@@ -315,14 +324,19 @@ impl Render<'_> {
         Some(run.work_before + (made as f64 * share) as u64)
     }
 
-    /// Estimates the error of sums at the end of a pass.
-    fn measured_sums(&self, sums: &mut Sums) -> Measured {
+    /// Estimates the error of sums at the end of a pass. The result is `None` if the work on the
+    /// scene was stopped meanwhile. The sums are then as they were, so that a later run makes the
+    /// estimate and ends where one that nothing interrupts does.
+    fn measured_sums(&self, sums: &mut Sums) -> Option<Measured> {
         let PicturePlace { region, done, .. } = sums.place;
         let mut counts = Counts::default();
         let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts));
+        if self.shader.scene().is_stopped() {
+            return None;
+        }
         sums.counts.add(&counts);
         sums.place.next_estimate = measured.next;
-        measured
+        Some(measured)
     }
 
     /// Estimates the error of the film of a region after a number of samples per pixel.
