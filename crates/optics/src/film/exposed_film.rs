@@ -53,7 +53,7 @@ impl Film {
         };
         if let (Some(a), Some(b)) = (self.squared_error, other.squared_error) {
             let [own, others] = [self.expected_errors(), other.expected_errors()];
-            let overlap = overlap(&own, &others) * (a.sum() * b.sum()).max(0.0);
+            let overlap = self.overlap(&own, other, &others) * (a.sum() * b.sum()).max(0.0);
             let [p, q] = [(1.0 - share).powi(2), share.powi(2)].map(|weight| weight as f32);
             let both = own.iter().zip(&*others);
             self.expected = both.map(|(a, b)| p * a + q * b).collect();
@@ -63,6 +63,31 @@ impl Film {
         }
         for (pixel, more) in self.pixels.iter_mut().zip(&other.pixels) {
             pixel.join_as(more, share);
+        }
+    }
+
+    /// Returns the sum over pixels of the products of the squared errors of two films, each with
+    /// the sum 1, from the errors that are expected of their pixels.
+    ///
+    /// Those of single samples are in part their differences from their neighbors, beside an edge
+    /// too. So they are at most what the scatter of the samples of both films lets expect.
+    fn overlap(&self, own: &[f32], other: &Self, others: &[f32]) -> f64 {
+        let (mut sums, mut products) = ([0.0; 2], 0.0);
+        let expected = own.iter().zip(others).map(|(a, b)| [*a, *b].map(f64::from));
+        let pixels = self.pixels.iter().zip(&other.pixels);
+        for ([a, b], expected) in pixels.map(|(a, b)| [a, b]).zip(expected) {
+            let mut both = *a;
+            both.join(b);
+            let of_sample = both.variance_of_mean().element_sum() * f64::from(both.count);
+            let [a, b] = [(a, expected[0]), (b, expected[1])]
+                .map(|(pixel, error)| error.min(of_sample / f64::from(pixel.count.max(1))));
+            sums = [sums[0] + a, sums[1] + b];
+            products += a * b;
+        }
+        let overlap = products / (sums[0] * sums[1]);
+        match overlap.is_finite() {
+            true => overlap,
+            false => 1.0 / own.len() as f64, // Nothing tells where the errors are.
         }
     }
 
@@ -162,18 +187,6 @@ impl Film {
     }
 }
 
-/// Returns the sum over pixels of the products of the squared errors of two films, each with the
-/// sum 1, from the errors that are expected of the pixels.
-fn overlap(a: &[f32], b: &[f32]) -> f64 {
-    let products = a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b));
-    let [of_a, of_b] = [a, b].map(|errors| errors.iter().map(|e| f64::from(*e)).sum::<f64>());
-    let overlap = products.sum::<f64>() / (of_a * of_b);
-    match overlap.is_finite() {
-        true => overlap,
-        false => 1.0 / a.len() as f64, // Nothing tells where the errors are.
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -206,9 +219,9 @@ mod tests {
             Film::of_pixels(size, pixels.collect())
         };
         let [a, b] = [1, 2].map(moment);
-        let found = overlap(&a.expected_errors(), &b.expected_errors());
-        // The neighborhoods of the row are three rows wide.
-        assert!((1.0 / 180.0..1.0 / 60.0).contains(&found), "{found}");
+        let found = a.overlap(&a.expected_errors(), &b, &b.expected_errors());
+        // All errors are a half. Where the two samples of a pixel agree, no error is expected.
+        assert!((0.8 / 60.0..2.5 / 60.0).contains(&found), "{found}");
     }
 
     #[test]
