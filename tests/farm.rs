@@ -122,7 +122,7 @@ fn the_frame_of_a_dead_process_is_made_at_once_and_one_in_work_is_listed() {
     assert!(!Path::new(&scratch.0.join("f/00005.claim")).exists());
 }
 
-/// The scripts run with names that have a meaning for a shell.
+/// The scripts run with names that have a meaning for a shell, or begin like an option.
 #[cfg(unix)]
 #[test]
 fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
@@ -135,7 +135,8 @@ fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
             .args(["farm", scheduler, "-o", jobs, "--chunk", "2", "--"]);
         command.args(words).output().unwrap()
     };
-    let film = "pull-focus --from 2 --to 4 --frames 3 --size 6x4 --samples 1 --folder f -o m.png";
+    let film = "pull-focus --from 2 --to 4 --frames 3 --size 6x4 --samples 1 --folder=-f \
+                --output=-m.png";
     let mut words: Vec<&str> = film.split(' ').collect();
     words.push("a cube's $1.iv");
     for (scheduler, file) in [
@@ -161,7 +162,7 @@ fn the_scripts_of_a_farm_make_the_frames_and_the_movie() {
         let run = shell.arg(script).arg(argument).output().unwrap();
         assert!(run.status.success(), "{}", stderr(&run));
     }
-    assert!(scratch.0.join("m.png").exists());
+    assert!(scratch.0.join("-m.png").exists());
 
     must_fail(
         &ivcam("slurm", "x", &["lens", "a.iv"]),
@@ -199,7 +200,7 @@ fn the_scripts_of_a_divided_picture_make_the_picture_of_its_command() {
         ("192", "0..64\n64..128\n128..192\n"),
         ("4", "0,0,9,8\n0,8,9,8\n"),
     ] {
-        let line = format!("render cube.iv --size 9x16 --samples {samples} -o a.png");
+        let line = format!("render cube.iv --size 9x16 --samples {samples} --output=-a.png");
         let run = scratch.ivcam(&format!("farm parallel -o jobs --parts 3 -- {line}"));
         assert!(run.status.success(), "{}", stderr(&run));
         let list = std::fs::read_to_string(scratch.0.join("jobs/tasks.txt")).unwrap();
@@ -218,9 +219,9 @@ fn the_scripts_of_a_divided_picture_make_the_picture_of_its_command() {
         let again = script("task.sh", list.lines().next().unwrap());
         assert!(again.contains("continues after"), "{again}");
         script("last.sh", "");
-        let made = std::fs::read(scratch.0.join("a.png")).unwrap();
+        let made = std::fs::read(scratch.0.join("-a.png")).unwrap();
         let pixels = image::load_from_memory(&made).unwrap();
         assert!(scratch.ivcam(&line).status.success());
-        assert_eq!(pixels, image::open(scratch.0.join("a.png")).unwrap());
+        assert_eq!(pixels, image::open(scratch.0.join("-a.png")).unwrap());
     }
 }

@@ -186,7 +186,8 @@ fn division<'f>(
     let folder = unicode(film.folder.as_os_str())?;
     let program = ShellWord::Text(place.program);
     let mut task = vec![program.clone(), "pull-focus".into()];
-    task.extend(["--folder".into(), ShellWord::from(&*folder)]);
+    // A value may begin with a dash.
+    task.push(ShellWord::Text(format!("--folder={folder}")));
     if let Some(length) = film.length {
         task.extend(["--length".into(), ShellWord::Text(length.to_string())]);
     }
@@ -199,7 +200,8 @@ fn division<'f>(
     }
     let mut last = vec![program, "frames".into()];
     if let Some(movie) = &film.movie {
-        last.extend(["-o".into(), ShellWord::Text(unicode(movie.as_os_str())?)]);
+        let movie = unicode(movie.as_os_str())?;
+        last.push(ShellWord::Text(format!("--output={movie}")));
     }
     last.extend(["--".into(), ShellWord::Text(folder)]);
     let purpose = match film.movie {
@@ -226,10 +228,11 @@ fn division_of_picture(
     let program = ShellWord::Text(place.program);
     let mut task = vec![program.clone()];
     task.extend(picture.task);
-    task.extend([
-        "--checkpoint".into(),
-        ShellWord::Around(format!("{folder}/"), ".ckpt".into()),
-    ]);
+    // A value may begin with a dash.
+    task.push(ShellWord::Around(
+        format!("--checkpoint={folder}/"),
+        ".ckpt".into(),
+    ));
     let threads = ["--threads".into(), ShellWord::Text(place.cores.to_string())];
     if !picture.has_threads {
         task.extend(threads.clone());
@@ -237,12 +240,11 @@ fn division_of_picture(
     for word in without_options(words, picture.own) {
         task.push(ShellWord::Text(unicode(&word)?));
     }
-    let all = ShellWord::Text(file("all"));
+    let all = |option: &str| ShellWord::Text(format!("{option}={}", file("all")));
     let mut merge = vec![
         program.clone(),
         "merge".into(),
-        "-o".into(),
-        all.clone(),
+        all("--output"),
         "--".into(),
     ];
     merge.extend(
@@ -251,7 +253,7 @@ fn division_of_picture(
             .iter()
             .map(|name| ShellWord::Text(file(name))),
     );
-    let mut last = vec![program, "render".into(), "--checkpoint".into(), all];
+    let mut last = vec![program, "render".into(), all("--checkpoint")];
     if !picture.has_threads {
         last.extend(threads);
     }
@@ -341,12 +343,12 @@ mod tests {
         let picture = DividedPicture::of_command(&words, 2).unwrap();
         let division = division_of_picture(picture, &words, place()).unwrap();
         assert_eq!(division.arguments, ["0..64", "64..128"]);
-        let task = "exec /bin/ivcam render --sample-range \"$1\" --checkpoint x/a-parts/\"$1\".ckpt \
+        let task = "exec /bin/ivcam render --sample-range \"$1\" --checkpoint=x/a-parts/\"$1\".ckpt \
                     --threads 2 a.iv --samples 128 -f 2\n";
         assert!(division.task.ends_with(task), "{}", division.task);
-        let last = "/bin/ivcam merge -o x/a-parts/all.ckpt -- x/a-parts/0..64.ckpt \
+        let last = "/bin/ivcam merge --output=x/a-parts/all.ckpt -- x/a-parts/0..64.ckpt \
                     x/a-parts/64..128.ckpt || exit\n\
-                    exec /bin/ivcam render --checkpoint x/a-parts/all.ckpt --threads 2 a.iv \
+                    exec /bin/ivcam render --checkpoint=x/a-parts/all.ckpt --threads 2 a.iv \
                     --samples 128 -o x/a.exr --aov l.exr --layers uv -f 2\n";
         let own = division.last.unwrap();
         assert!(own.ends_with(last), "{own}");
@@ -362,12 +364,12 @@ mod tests {
         let task = division.task.lines().last().unwrap();
         assert_eq!(
             task,
-            "exec /bin/ivcam pull-focus --folder a-frames --length 5 --threads 2 --frames \"$1\" \
+            "exec /bin/ivcam pull-focus --folder=a-frames --length 5 --threads 2 --frames \"$1\" \
              no-such.iv --from 1 --to 2 -o a.png"
         );
         assert!(division.task.contains("cd '/a b' || exit 2"));
         let last = division.last.unwrap();
-        assert!(last.ends_with("exec /bin/ivcam frames -o a.png -- a-frames\n"));
+        assert!(last.ends_with("exec /bin/ivcam frames --output=a.png -- a-frames\n"));
         let part = words
             .iter()
             .map(|w| if w == "5" { "1-3:2".into() } else { w.clone() });
