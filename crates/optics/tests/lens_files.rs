@@ -8,7 +8,10 @@ use std::sync::Arc;
 
 use ivcam_base::diag::{Diagnostic, Severity, Sink, Source};
 use ivcam_base::math::Meters;
-use ivcam_optics::lens::{FocusMethod, Lens, LensSheet, SheetSetting, open_prescription};
+use ivcam_optics::diagram::html_page;
+use ivcam_optics::lens::{
+    Aberrations, Breathing, FocusMethod, Lens, LensSheet, SheetSetting, open_prescription,
+};
 use ivcam_optics::prescription::formats;
 use ivcam_optics::prescription::formats::write::{OutputFormat, write};
 use ivcam_optics::prescription::{Prescription, Reading};
@@ -405,6 +408,52 @@ fn a_field_of_the_object_is_its_image_on_the_sheet() {
         let object = sheet.image_height / sheet.projection_scale.abs();
         assert_eq!(sheet.projection, "m y", "{name}");
         assert!((object / 8.0 - 1.0).abs() < 1e-5, "{name}: {object}");
+    }
+}
+
+/// Files whose only field is the axis, as an angle, a height of the object and one of the image.
+/// Their sheets have one height, and their copies the same field.
+#[test]
+fn a_field_of_0_is_the_axis_alone() {
+    let zemax = |kind: u32| {
+        format!(
+            "VERS 1\nMODE SEQ\nUNIT MM\nENPD 20\nFTYP {kind} 0 1 1 0 0 0\nXFLN 0 60\nYFLN 0 60\n\
+             WAVM 1 0.5875618 1\nSURF 0\n  TYPE STANDARD\n  CURV 0\n  DISZ INFINITY\n\
+             SURF 1\n  STOP\n  TYPE STANDARD\n  CURV 0.016\n  DISZ 6\n  GLAS N-BK7\n  DIAM 12.7\n\
+             SURF 2\n  TYPE STANDARD\n  CURV -0.0225\n  DISZ 2.5\n  GLAS N-SF6\n  DIAM 12.7\n\
+             SURF 3\n  TYPE STANDARD\n  CURV -0.0075\n  DISZ 97\n  DIAM 12.7\n\
+             SURF 4\n  TYPE STANDARD\n  CURV 0\n  DISZ 0\n"
+        )
+    };
+    let read = |name: &str, text: String| {
+        let source = Arc::new(Source::new(name, text.into_bytes()));
+        formats::read(&source, &mut Sink::new()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    for kind in [0, 1, 3] {
+        let prescription = read("a.zmx", zemax(kind));
+        assert_eq!(prescription.half_field, Some(0.0), "{kind}");
+        for (name, target) in [
+            ("a.zmx", OutputFormat::Zemax),
+            ("a.seq", OutputFormat::CodeV),
+            ("a.json", OutputFormat::Json),
+        ] {
+            let (copy, left_out) = write(&prescription, target).unwrap();
+            let says = |what: &String| what.contains("field");
+            assert!(!left_out.iter().any(says), "{name}: {left_out:?}");
+            assert_eq!(read(name, copy).half_field, Some(0.0), "{name}");
+        }
+        let lens = Lens::new(prescription);
+        let (sheet, all) = Aberrations::with_sheet(&lens, &SheetSetting::default()).unwrap();
+        assert_eq!((sheet.image_height, sheet.half_field_degrees), (0.0, 0.0));
+        let counts = [sheet.fields.len(), sheet.points.len(), all.points.len()];
+        assert_eq!(counts, [1, 1, 1]);
+        assert!(sheet.frequencies.last().is_some_and(|f| *f < 100.0));
+        // The film is not at the paraxial focus.
+        let scale = sheet.projection_scale / (lens.first_order().efl() + sheet.focus_shift);
+        assert!((scale - 1.0).abs() < 1e-3, "{scale}");
+        let is_known = |row: &Breathing| row.field_change_percent.is_none_or(f64::is_finite);
+        assert!(sheet.breathing.iter().all(is_known));
+        assert!(!html_page(&lens, Some(&sheet), Some(&all)).contains("NaN"));
     }
 }
 

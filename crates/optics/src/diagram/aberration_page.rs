@@ -46,6 +46,9 @@ pub(super) fn draw(
 
 /// The angle at the film, and the field curvature at three wavelengths.
 fn field_charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
+    if sheet.image_height == 0.0 {
+        return top;
+    }
     let width = (WIDTH - 2.0 * MARGIN - 2.0 * GUTTER) / 3.0;
     let over_height = |value: &dyn Fn(&FieldRow) -> Option<f64>| -> Vec<[f64; 2]> {
         let rows = sheet.fields.iter();

@@ -21,7 +21,10 @@ const MOST: usize = 32;
 /// Draws both below `top` and returns the y of their end.
 pub(super) fn draw(page: &mut Drawing, lens: &Lens, sheet: &LensSheet, top: f64) -> f64 {
     let width = (WIDTH - 2.0 * MARGIN - 2.0 * GUTTER) / 3.0;
-    let left = grid(page, sheet, [MARGIN, top], width);
+    let left = match sheet.image_height {
+        0.0 => top,
+        _ => grid(page, sheet, [MARGIN, top], width),
+    };
     let at = [MARGIN + width + GUTTER, top];
     left.max(footprints(page, lens, sheet, at, 2.0 * width + GUTTER))
 }

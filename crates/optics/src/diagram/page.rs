@@ -340,6 +340,11 @@ fn charts(page: &mut Drawing, sheet: &LensSheet, top: f64) -> f64 {
     if !sheet.dispersive {
         rows[1].truncate(1);
     }
+    if sheet.image_height == 0.0 {
+        // On the axis alone there is nothing over the height.
+        rows.remove(0);
+        rows[0].retain(|chart| chart.title != "Lateral color");
+    }
     let mut y = top;
     for row in rows {
         if row.len() == 1 {

@@ -25,13 +25,18 @@ impl Frame {
     ///
     /// # Errors
     ///
-    /// Returns an error if film and pixels have different shapes, or for more than 64 Mi pixels.
+    /// Returns an error if film and pixels have different shapes, for a film of 0, or for more than
+    /// 64 Mi pixels.
     pub fn of(sides: Option<[f64; 2]>, diagonal: f64, pixels: Option<[u32; 2]>) -> Result<Self> {
         let film = match (sides, pixels) {
             (Some(sides), _) => DVec2::from(sides),
             (None, Some(pixels)) => diagonal * DVec2::from(pixels.map(f64::from)).normalize(),
             (None, None) => diagonal * DVec2::new(3.0, 2.0).normalize(),
         };
+        if !(film.x > 0.0 && film.y > 0.0) {
+            let error = "the lens states no field beyond its axis, which is no picture";
+            return Err(Diagnostic::error(error).with_help("give `--film`"));
+        }
         let rows = |width: u32| (f64::from(width) * film.y / film.x).round().max(1.0);
         let [width, height] = pixels.unwrap_or([WIDTH, rows(WIDTH) as u32]);
         if (rows(width) - f64::from(height)).abs() > 1.0 {

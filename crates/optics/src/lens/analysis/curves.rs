@@ -132,6 +132,15 @@ pub struct ColorRow {
     pub focus: f64,
 }
 
+/// Half of the film's diagonal, or what takes its place in the scales of a film of 0: that of a
+/// normal lens of this focal length.
+pub(super) fn typical_height(lens: &Lens, image_height: f64) -> f64 {
+    match image_height {
+        0.0 => 0.43 * lens.first_order().efl().abs(),
+        height => height,
+    }
+}
+
 impl Conjugate {
     /// The angle of a chief ray in the scene, if the object is at infinity; otherwise the height at
     /// which the ray meets the object plane. Returns none if it meets no object.
@@ -181,7 +190,7 @@ impl Conjugate {
                 .unwrap_or(DVec2::ZERO),
             scale: None,
         };
-        let near = 1e-4 * image_height;
+        let near = 1e-4 * typical_height(lens, image_height);
         projection.scale = chief(near).and_then(|chief| projection.local_scale(&chief, near));
         projection
     }
@@ -294,7 +303,8 @@ impl Conjugate {
             }
         };
         let account = Budget::current();
-        let rows = (0..=STEPS).into_par_iter();
+        let steps = if image_height == 0.0 { 0 } else { STEPS };
+        let rows = (0..=steps).into_par_iter();
         rows.map(|i| account.during(|| row(i))).collect()
     }
 

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::lens::analysis::beam::Beam;
-use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Zone};
+use crate::lens::analysis::curves::{ColorRow, Conjugate, FieldRow, Zone, typical_height};
 use crate::lens::analysis::points::{PointImage, PointWaves, point_image};
 use crate::lens::lens::Lens;
 use crate::lens::optics::breathing::Breathing;
@@ -73,7 +73,7 @@ pub struct LensSheet {
     pub defocus: f64,
     /// The z of the film for which the root mean square spot on the axis is least.
     pub best_film_z: Option<f64>,
-    /// Half of the film's diagonal.
+    /// Half of the film's diagonal; 0 if the stated field is the axis alone.
     pub image_height: f64,
     /// The angle of the chief ray that arrives at `image_height`, in degrees.
     pub half_field_degrees: f64,
@@ -92,7 +92,7 @@ pub struct LensSheet {
     /// The change of the field and the exposure with the distance, by the focusing group if there
     /// is one, and otherwise by the film.
     pub breathing: Vec<Breathing>,
-    /// The curves over the film's height.
+    /// The curves over the film's height; a single row for a height of 0.
     pub fields: Vec<FieldRow>,
     /// The longitudinal spherical aberration.
     pub spherical: Vec<Zone>,
@@ -131,7 +131,7 @@ impl LensSheet {
         let half = angle_at(lens, image_height, film_z).unwrap_or(0.0);
         let projection = conjugate.projection(lens, image_height);
         let frequencies = match setting.frequencies.is_empty() {
-            true => frequencies(image_height),
+            true => frequencies(typical_height(lens, image_height)),
             false => setting.frequencies.clone(),
         };
         let axial = Beam::of(lens, 0.0, film_z, conjugate.distance)?.outline_radius();
@@ -217,7 +217,7 @@ impl SheetSetting<'_> {
         })
     }
 
-    /// Half of the film's diagonal, in millimeters.
+    /// Half of the film's diagonal, in millimeters; 0 if the stated field is the axis alone.
     pub fn full_height(&self, lens: &Lens) -> Option<f64> {
         let stated = || full_height(self.unfocused.unwrap_or(lens));
         self.image_height.or_else(stated)
@@ -226,7 +226,13 @@ impl SheetSetting<'_> {
     /// The heights on the film of the points.
     pub(super) fn heights(&self, lens: &Lens, image_height: f64, film_z: f64) -> Vec<f64> {
         if self.fields.is_empty() {
-            return POINT_HEIGHTS.map(|share| share * image_height).to_vec();
+            // A field of 0 is one point.
+            let shares = if image_height == 0.0 {
+                &[0.0]
+            } else {
+                &POINT_HEIGHTS[..]
+            };
+            return shares.iter().map(|share| share * image_height).collect();
         }
         let height = |field: &FieldPoint| match *field {
             FieldPoint::Height(height) => Some(height),
@@ -234,7 +240,8 @@ impl SheetSetting<'_> {
             FieldPoint::Angle(0.0) => Some(0.0),
             FieldPoint::Angle(angle) => {
                 let near = lens.first_order().efl().abs() * angle.min(1.0);
-                lens.image_height(angle, near.min(0.5 * image_height), film_z)
+                let film = typical_height(lens, image_height);
+                lens.image_height(angle, near.min(0.5 * film), film_z)
             }
         };
         self.fields.iter().filter_map(height).collect()
@@ -278,10 +285,11 @@ fn full_height(lens: &Lens) -> Option<f64> {
     let film_z = lens.best_focus(f64::INFINITY).unwrap_or(paraxial);
     let light = FilmLight::of(lens, film_z)?;
     let efl = lens.first_order().efl().abs();
-    let half = about
-        .field_degrees
-        .map(|f| 0.5 * f.to_radians())
-        .filter(|f| *f > 0.0);
+    let half = about.field_degrees.map(|f| 0.5 * f.to_radians());
+    if half == Some(0.0) && about.image_height.is_none() {
+        return Some(0.0);
+    }
+    let half = half.filter(|f| *f > 0.0);
     let wanted = |h: f64, angle: f64| match (about.image_height, half) {
         (Some(height), _) => h <= height,
         (None, Some(half)) => angle <= half,

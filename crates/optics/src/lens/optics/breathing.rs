@@ -51,7 +51,8 @@ impl Lens {
             let mut row = lens.breathing_at(&focus, image_height);
             let wide = rows.first().map_or(row.field_degrees, |r| r.field_degrees);
             let change = |(now, then): (f64, f64)| 100.0 * (now / then - 1.0);
-            row.field_change_percent = row.field_degrees.zip(wide).map(change);
+            let field = row.field_degrees.zip(wide).filter(|(_, wide)| *wide > 0.0);
+            row.field_change_percent = field.map(change);
             rows.push(row);
         }
         rows

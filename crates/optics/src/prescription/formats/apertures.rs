@@ -26,8 +26,8 @@ pub(super) struct SystemData {
     pub object_aperture: Option<f64>,
     /// The numerical aperture of the image.
     pub image_aperture: Option<f64>,
-    /// Half of the field, in degrees.
-    pub half_field: f64,
+    /// Half of the field in degrees, if the file gives it as an angle.
+    pub half_field: Option<f64>,
     /// The part of the beam's radius that vignetting takes at the edge of the field.
     pub vignetting: f64,
     /// The height of the edge of the field in the image, if the file gives it instead of an angle.
@@ -100,11 +100,17 @@ impl SystemData {
         };
         self.image_height.or_else(of_object)
     }
+
+    /// Whether the file states a field, and it is the axis alone.
+    pub(super) fn is_axis_alone(&self) -> bool {
+        let stated = [self.half_field, self.image_height, self.object_height];
+        stated.into_iter().flatten().reduce(f64::max) == Some(0.0)
+    }
 }
 
 /// The largest field of lists in x and y: a height, or an angle in degrees whose tangents in x and
-/// y are those of the two.
-pub(super) fn largest_field([x, y]: [&[f64]; 2], is_angle: bool) -> f64 {
+/// y are those of the two; none of empty lists.
+pub(super) fn largest_field([x, y]: [&[f64]; 2], is_angle: bool) -> Option<f64> {
     let at = |list: &[f64], i: usize| list.get(i).map_or(0.0, |value| value.abs());
     let points = (0..x.len().max(y.len())).map(|i| [at(x, i), at(y, i)]);
     let radius = |[x, y]: [f64; 2]| match is_angle && x > 0.0 && y > 0.0 {
@@ -114,7 +120,7 @@ pub(super) fn largest_field([x, y]: [&[f64]; 2], is_angle: bool) -> f64 {
             libm::atan(libm::hypot(x, y)).to_degrees()
         }
     };
-    points.map(radius).fold(0.0, f64::max)
+    points.map(radius).reduce(f64::max)
 }
 
 /// Fills in the semi-diameters that are not finite, except those of planes in one medium, which no
@@ -153,7 +159,7 @@ pub(super) fn fill(lens: &mut Prescription, beam: SystemData) -> Vec<usize> {
         (Some(height), _, Some(focal)) => (height / focal.efl).abs().min(widest),
         // The entrance pupil is `shift` in front of the first vertex.
         (_, Some([height, distance]), _) => (height / (distance - shift)).abs().min(widest),
-        _ => libm::tan(beam.half_field.clamp(0.0, 70.0).to_radians()),
+        _ => libm::tan(beam.half_field.unwrap_or(0.0).clamp(0.0, 70.0).to_radians()),
     };
     for &i in &open {
         let surface = &mut lens.surfaces[i];
@@ -342,7 +348,7 @@ mod tests {
         let mut lens = Prescription::new("a", surfaces);
         let beam = SystemData {
             entrance_diameter: Some(4.0),
-            half_field: 45.0,
+            half_field: Some(45.0),
             ..SystemData::default()
         };
         assert_eq!(fill(&mut lens, beam), [0, 1, 2]);

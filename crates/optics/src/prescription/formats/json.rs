@@ -364,7 +364,7 @@ impl LensJsonReader<'_> {
         }
         draft.lens.notes = notes(root);
         draft.lens.image_height = stated.h_max.filter(|h| *h > 0.0);
-        draft.lens.half_field = stated.half_field_deg.filter(|a| *a > 0.0);
+        draft.lens.half_field = stated.half_field_deg.filter(|a| *a >= 0.0);
         let positive = |value: Option<f64>| value.filter(|v| *v > 0.0);
         let pupil = positive(stated.entrance_pupil).map(StatedBeam::EntrancePupil);
         let beam = pupil.or(positive(stated.image_f_number).map(StatedBeam::FNumber));

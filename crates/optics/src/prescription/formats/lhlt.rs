@@ -120,15 +120,15 @@ fn beam(root: &Value, object: &Value) -> SystemData {
         let part = |key: &str| finite(field.get(key)).unwrap_or(0.0);
         libm::hypot(part("X"), part("Y"))
     });
-    let largest = sizes.fold(0.0, f64::max);
+    let largest = sizes.reduce(f64::max);
     let kind = root["FieldType"].as_str().unwrap_or("");
     let is = |word: &str| kind.contains(word);
     SystemData {
         entrance_diameter: has_kind("EPD"),
         f_number: has_kind("FNumber"),
-        half_field: if is("Angle") { largest } else { 0.0 },
-        image_height: is("Image").then_some(largest),
-        object_height: (is("Object") && is("Height")).then_some(largest),
+        half_field: largest.filter(|_| is("Angle")),
+        image_height: largest.filter(|_| is("Image")),
+        object_height: largest.filter(|_| is("Object") && is("Height")),
         object_distance: finite(object.get("Thickness")),
         stated: value.map(|_| Span::at(0)),
         ..SystemData::default()

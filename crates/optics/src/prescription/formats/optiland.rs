@@ -89,7 +89,7 @@ fn beam(root: &Value) -> SystemData {
         let part = |key: &str| finite(field.get(key)).unwrap_or(0.0);
         libm::hypot(part("x"), part("y"))
     });
-    let largest = heights.fold(0.0, f64::max);
+    let largest = heights.reduce(f64::max);
     let field = root["fields"]["field_definition"]["field_type"].as_str();
     let field = field
         .or(root["fields"]["field_type"].as_str())
@@ -98,12 +98,9 @@ fn beam(root: &Value) -> SystemData {
         entrance_diameter: value.filter(|_| kind == "EPD"),
         f_number: value.filter(|_| kind == "imageFNO"),
         object_aperture: value.filter(|_| kind == "objectNA"),
-        half_field: match field {
-            "AngleField" | "angle" => largest,
-            _ => 0.0,
-        },
-        image_height: field.contains("mage").then_some(largest),
-        object_height: (field.contains("bject") && !field.contains("ngle")).then_some(largest),
+        half_field: largest.filter(|_| ["AngleField", "angle"].contains(&field)),
+        image_height: largest.filter(|_| field.contains("mage")),
+        object_height: largest.filter(|_| field.contains("bject") && !field.contains("ngle")),
         stated: value.map(|_| Span::at(0)),
         ..SystemData::default()
     }

@@ -134,7 +134,7 @@ impl<'a> OsloReader<'a> {
                 }
                 self.beam.stated = Some(word.span);
             }
-            "ANG" => self.beam.half_field = self.file.argument(command)?.abs(),
+            "ANG" => self.beam.half_field = Some(self.file.argument(command)?.abs()),
             "GIH" => self.beam.image_height = Some(self.file.argument(command)?.abs()),
             "OBH" => self.beam.object_height = Some(self.file.argument(command)?.abs()),
             "NXT" => {

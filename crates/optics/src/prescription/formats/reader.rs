@@ -241,10 +241,12 @@ impl Draft {
         self.state_field(beam, sink);
     }
 
-    /// Keeps the field of a beam. That of an object height is the height of its image.
+    /// Keeps the field of a beam. That of an object height is the height of its image, and one of 0
+    /// is an angle of 0.
     pub(super) fn state_field(&mut self, beam: SystemData, sink: &mut Sink) {
         let stated = |value: &f64| *value > 0.0 && value.is_finite();
-        self.lens.half_field = Some(beam.half_field).filter(stated);
+        let axis = Some(0.0).filter(|_| beam.is_axis_alone());
+        self.lens.half_field = beam.half_field.filter(stated).or(axis);
         let height = beam.height_in_image(&self.lens).filter(stated);
         self.lens.image_height = self.lens.image_height.or(height);
         let is_lost = beam.object_height.is_some_and(|h| h > 0.0) && height.is_none();

@@ -278,20 +278,18 @@ impl RayOpticsReader<'_> {
             let part = |keys: &[&str]| first(attributes(point), keys).unwrap_or(0.0);
             libm::hypot(part(&["_x", "x"]), part(&["_y", "y"]))
         };
-        let largest = points.iter().map(size).fold(0.0, f64::max);
+        let largest = points.iter().map(size).reduce(f64::max);
         let gaps = &attributes(&self.model["seq_model"])["gaps"];
         let widest = match field["is_relative"] == true {
-            true => largest * first(field, &["_value", "value"]).unwrap_or(0.0),
+            true => largest
+                .zip(first(field, &["_value", "value"]))
+                .map(|(f, whole)| f * whole),
             false => largest,
         };
         SystemData {
-            half_field: if is("object") && is("angle") {
-                widest
-            } else {
-                0.0
-            },
-            image_height: (is("image") && is("height")).then_some(widest),
-            object_height: (is("object") && is("height")).then_some(widest),
+            half_field: widest.filter(|_| is("object") && is("angle")),
+            image_height: widest.filter(|_| is("image") && is("height")),
+            object_height: widest.filter(|_| is("object") && is("height")),
             object_distance: finite(attributes(&gaps[0]).get("thi")),
             ..SystemData::default()
         }

@@ -149,21 +149,23 @@ impl FieldEdge {
     /// The stated edge; an angle of 0 without one, which is added to what is left out.
     pub(super) fn of(about: &About, left_out: &mut Vec<String>) -> Self {
         let angle = about.field_degrees.map(|field| 0.5 * field);
-        match (angle.filter(|a| *a > 0.0), about.image_height) {
+        match (angle.filter(|a| *a >= 0.0), about.image_height) {
+            (None | Some(0.0), Some(height)) => Self::Height(height),
             (Some(angle), _) => Self::Angle(angle),
-            (None, Some(height)) => Self::Height(height),
             (None, None) => {
-                let what = "the field, which the lens does not state: all its fields are 0";
+                let what = "the field, which the lens does not state: it is 0";
                 left_out.push(what.to_owned());
                 Self::Angle(0.0)
             }
         }
     }
 
-    /// The field at 0, 70% and 100%.
-    pub(super) fn points(&self) -> [f64; 3] {
-        let (Self::Angle(edge) | Self::Height(edge)) = self;
-        [0.0, tidy(0.7 * edge), *edge]
+    /// The field at 0, 70% and 100%; that of the axis alone is a single 0.
+    pub(super) fn points(&self) -> Vec<String> {
+        let (Self::Angle(edge) | Self::Height(edge)) = *self;
+        let all = [0.0, tidy(0.7 * edge), edge];
+        let all = if edge == 0.0 { &all[..1] } else { &all };
+        all.iter().map(f64::to_string).collect()
     }
 }
 
@@ -359,13 +361,15 @@ fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
         FieldEdge::Angle(_) => 0,
         FieldEdge::Height(_) => 3,
     };
+    let points = field.points();
     let _ = writeln!(
         text,
-        "UNIT MM X W X CM MR CPMM\n{beam}\nGCAT SCHOTT OHARA HOYA\nFTYP {kind} 0 3 {} 0 0 0",
+        "UNIT MM X W X CM MR CPMM\n{beam}\nGCAT SCHOTT OHARA HOYA\nFTYP {kind} 0 {} {} 0 0 0",
+        points.len(),
         waves.len()
     );
-    let [_, middle, edge] = field.points();
-    let _ = writeln!(text, "XFLN 0 0 0\nYFLN 0 {middle} {edge}");
+    let zeros = vec!["0"; points.len()].join(" ");
+    let _ = writeln!(text, "XFLN {zeros}\nYFLN {}", points.join(" "));
     for (i, [nm, weight]) in waves.iter().enumerate() {
         let is_near = |um: f64| (1e3 * um - nm).abs() <= 1e-12 * nm;
         let is_same = |um: f64| is_near(um) && named_line(1e3 * um) == *nm;

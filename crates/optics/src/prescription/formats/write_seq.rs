@@ -82,8 +82,7 @@ fn system_lines(text: &mut String, lens: &Prescription, field: &FieldEdge) {
         FieldEdge::Angle(_) => "YAN",
         FieldEdge::Height(_) => "YRI",
     };
-    let [_, middle, edge] = field.points();
-    let _ = writeln!(text, "{kind} 0 {middle} {edge}");
+    let _ = writeln!(text, "{kind} {}", field.points().join(" "));
 }
 
 fn surface_lines(text: &mut String, i: usize, surface: &Surface, glasses: &Glasses) -> Result<()> {

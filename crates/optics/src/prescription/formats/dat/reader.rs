@@ -96,11 +96,11 @@ fn beam(
     let beam = SystemData {
         f_number: f_number.map(|(value, _)| value),
         stated: f_number.map(|(_, note)| file.find(note)),
-        half_field: 0.5 * about.field_degrees.unwrap_or(0.0).abs(),
+        half_field: about.field_degrees.map(|field| 0.5 * field.abs()),
         image_height: about.image_height.map(|height| height / unit),
         ..SystemData::default()
     };
-    let has_field = beam.half_field > 0.0 || beam.image_height.is_some();
+    let has_field = beam.half_field.is_some() || beam.image_height.is_some();
     match rows.iter().find(|row| is_open(row)) {
         Some(row) if beam.f_number.is_none() || !has_field => {
             let message = "this row has no aperture, and the table does not state its beam";

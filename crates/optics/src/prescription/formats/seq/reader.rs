@@ -423,9 +423,8 @@ impl<'a> SequenceReader<'a> {
     /// The largest field of two commands for x and y; none without them.
     fn field(&self, commands: [&str; 2]) -> Option<f64> {
         let lists = commands.map(|command| self.fields.get(command));
-        let is_stated = lists.iter().any(Option::is_some);
         let [x, y] = lists.map(|list| list.map_or(&[][..], |list| list));
-        is_stated.then(|| largest_field([x, y], commands == ["XAN", "YAN"]))
+        largest_field([x, y], commands == ["XAN", "YAN"])
     }
 
     fn finish(mut self, sink: &mut Sink) -> Result<Prescription> {
@@ -434,7 +433,7 @@ impl<'a> SequenceReader<'a> {
             sink.warn(place, message)
                 .help("let CODE V save the lens, which writes the numbers that they give");
         }
-        self.beam.half_field = self.field(["XAN", "YAN"]).unwrap_or(0.0);
+        self.beam.half_field = self.field(["XAN", "YAN"]);
         self.beam.image_height = self.field(["XIM", "YIM"]).or(self.field(["XRI", "YRI"]));
         self.beam.object_height = self.field(["XOB", "YOB"]);
         for (surface, decenter) in &self.decenters {

@@ -200,17 +200,17 @@ impl ZemaxReader<'_> {
             entrance_diameter: value("ENPD")?.filter(|d| *d > 0.0),
             f_number: value("FNUM")?.filter(|n| *n > 0.0),
             object_aperture: value("OBNA")?.filter(|aperture| *aperture > 0.0),
-            half_field: if kind("0") { largest } else { 0.0 },
-            image_height: (kind("2") || kind("3")).then_some(largest),
-            object_height: kind("1").then_some(largest),
+            half_field: largest.filter(|_| kind("0")),
+            image_height: largest.filter(|_| kind("2") || kind("3")),
+            object_height: largest.filter(|_| kind("1")),
             object_distance: self.object_distance(kept)?,
             stated: aperture.map(|line| line[0].span),
             ..SystemData::default()
         })
     }
 
-    /// The largest field of `XFLN` and `YFLN`: a height, or an angle in degrees.
-    fn largest_field(&self, is_angle: bool) -> f64 {
+    /// The largest field of `XFLN` and `YFLN`: a height, or an angle in degrees; none without them.
+    fn largest_field(&self, is_angle: bool) -> Option<f64> {
         let count = self.counted(3).unwrap_or(usize::MAX);
         let values = |keyword: &str| {
             let words = self.line(keyword).map_or(&[][..], |line| &line[1..]);
