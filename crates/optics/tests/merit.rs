@@ -138,6 +138,8 @@ fn vignetted_points_have_the_figures_of_the_data_sheet() {
         "wide-angle",
         "sonnar",
         "mirror-500",
+        "canon-50",
+        "angenieux-50",
     ] {
         let lens = without_color(name);
         let (sheet, found) = Aberrations::with_sheet(&lens, &SheetSetting::default()).unwrap();

@@ -154,8 +154,7 @@ impl<'a> Beam<'a> {
     /// The outline of the places whose rays get through, as 96 points; empty if none was found.
     /// What closes the middle of a surface is left out.
     pub(crate) fn outline(&self) -> Vec<DVec2> {
-        let middle = 0.5 * (self.low + self.high);
-        let Some(inside) = self.inside(middle) else {
+        let Some(inside) = self.inside() else {
             return Vec::new();
         };
         let far = (self.high - self.low).length();
@@ -192,8 +191,10 @@ impl<'a> Beam<'a> {
         all
     }
 
-    /// A place whose ray gets through: the middle, or the mean of those on a grid.
-    fn inside(&self, middle: DVec2) -> Option<DVec2> {
+    /// A place whose ray gets through, but for what closes the middle of a surface: the middle, or
+    /// the mean of those on a grid.
+    pub(super) fn inside(&self) -> Option<DVec2> {
+        let middle = 0.5 * (self.low + self.high);
         let lens = &self.lens.unobstructed();
         let passes = |place: DVec2| self.passing(lens, &[place])[0];
         if passes(middle) {

@@ -8,7 +8,7 @@ use ivcam_base::work;
 use crate::lens::lanes::bundle::{Bundle, EMPTY, Fills};
 use crate::lens::lanes::follow::{Follow, follow, stretch};
 use crate::lens::lens::Lens;
-use crate::lens::trace::ray::Toward;
+use crate::lens::trace::ray::{LensRay, Toward};
 use crate::lens::trace::tracer::Tracer;
 
 /// The steps of work that a bundle of rays takes at a surface.
@@ -57,6 +57,23 @@ impl Lens {
             });
         }
         all
+    }
+
+    /// The fills of up to one bundle of rays from the scene. If the account of this thread is used
+    /// up, all rays are lost.
+    pub(crate) fn fills_toward_film(&self, rays: &[LensRay]) -> Fills {
+        let tracer = &self.tracer(Toward::Film, false);
+        if work::spend(SURFACE_STEPS * tracer.elements.len() as u64).is_err() {
+            return Fills::LOST;
+        }
+        let bundle = &mut Bundle::default();
+        bundle.set_all(rays);
+        dispatch(Follow {
+            tracer,
+            bundle,
+            transmittances: None,
+        });
+        bundle.fills()
     }
 
     /// The fills of a bundle from the film side. The fill of a lane without a ray is infinite.

@@ -83,7 +83,7 @@ impl Lens {
 
 impl Bundle {
     /// Puts up to [`LANES`] rays into the first lanes and empties the others.
-    fn set_all(&mut self, rays: &[LensRay]) {
+    pub(super) fn set_all(&mut self, rays: &[LensRay]) {
         for lane in 0..LANES {
             let ray = rays.get(lane).filter(|ray| ray.origin.is_finite());
             match ray.and_then(|ray| Some((ray.origin, unit(ray.direction)?))) {

@@ -12,8 +12,19 @@ impl Lens {
     /// rays from a film point hit the closed middle of a surface, from 0 at the center to 1. Found
     /// are those that contain a point of a row of 25.
     pub(crate) fn closed_parts(&self, film: DVec3, center: DVec2, across: DVec2) -> Vec<[f64; 2]> {
+        let aim = |t: f64| (center + t * across).extend(self.length());
+        self.closed_parts_of(|t| LensRay::new(film, aim(t) - film), Toward::Scene)
+    }
+
+    /// The parts of the rays from 0 to 1 that hit the closed middle of a surface. Found are those
+    /// that contain one of 25 rays.
+    pub(crate) fn closed_parts_of(
+        &self,
+        ray: impl Fn(f64) -> LensRay,
+        toward: Toward,
+    ) -> Vec<[f64; 2]> {
         const STEPS: u32 = 24;
-        let is_closed = |t: f64| self.is_obstructed_at(film, center + t * across);
+        let is_closed = |t: f64| self.is_obstructed_to(ray(t), toward);
         let mut parts = Vec::new();
         let mut start = is_closed(0.0).then_some(0.0);
         for i in 1..=STEPS {
@@ -38,12 +49,11 @@ impl Lens {
         parts
     }
 
-    /// Whether the ray from a film point to an aim on the rear vertex plane hits the closed middle
-    /// of a surface. A ray that misses a surface behind it is outside the pupil and counts as open.
-    fn is_obstructed_at(&self, film: DVec3, aim: DVec2) -> bool {
-        let ray = LensRay::new(film, aim.extend(self.length()) - film);
+    /// Whether a ray hits the closed middle of a surface. A ray that misses a surface before it is
+    /// outside the pupil and counts as open.
+    fn is_obstructed_to(&self, ray: LensRay, toward: Toward) -> bool {
         let mut is_closed = false;
-        let tracer = self.tracer(Toward::Scene, false);
+        let tracer = self.tracer(toward, false);
         let _ = tracer.walk(ray, |surface, _, hit| {
             let r2 = hit.point.truncate().length_squared();
             is_closed |= r2 < self.elements()[surface].obstruction;

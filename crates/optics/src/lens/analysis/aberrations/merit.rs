@@ -1,12 +1,15 @@
 //! Figures of merit of one lens among many, for optimizers and tolerances.
 //!
 //! They are those of the data sheet by fewer rays: a spot has 144 in each color, the best focus
-//! 128, and the outline of a pupil 96 points.
+//! 128, and the outline of a beam 96 points.
+
+use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 use serde::Serialize;
 
-use super::point_rays::{PointAim, PointRays, PupilRay, stop_radius_of};
+use super::point_rays::{PointAim, PointRays, stop_radius_of};
+use crate::lens::analysis::beam::Beam;
 use crate::lens::analysis::curves::{Conjugate, DistortionReference};
 use crate::lens::analysis::points::geometric;
 use crate::lens::lens::Lens;
@@ -167,19 +170,31 @@ impl MeritPoints<'_> {
         let outline = self.lens.pupil_outline(film, film_z, OUTLINE)?;
         let of = |line| PointRays::of(self.lens, line, height, self.conjugate, self.radius);
         let lines: Vec<PointRays<'_>> = self.lines.iter().map(of).collect::<Option<_>>()?;
-        let places = self.places(&lines[lines.len() / 2], film.extend(film_z), &outline)?;
-        let is_symmetric = self.lens.is_rotational();
-        let rays = |line: &PointRays<'_>| (line.image, bundle(line, &places, is_symmetric));
-        let all: Vec<_> = lines.iter().map(rays).collect();
-        let (own, mono) = &all[all.len() / 2];
-        if mono.len() < RINGS {
+        let own = &lines[lines.len() / 2];
+        let places = self.places(own, film.extend(film_z), outline.0)?;
+        // Of a lens with rotational symmetry the other half is mirrored.
+        let sides = if self.lens.is_rotational() { 2 } else { 1 };
+        let both = |at: DVec2| [at, DVec2::new(-at.x, at.y)].into_iter().take(sides);
+        let (mut spot, mut waves) = (Vec::new(), Vec::new());
+        for (i, line) in lines.iter().enumerate() {
+            let color = (line.image - own.image).truncate();
+            for place in &places {
+                // The places are inside the beam at the lens's own wavelength, so that apertures do
+                // not block the rays: no ray of another color comes or goes.
+                let Some(ray) = line.through(*place, false) else {
+                    continue;
+                };
+                spot.extend(both(ray.arrival).map(|arrival| arrival + color));
+                if i == lines.len() / 2
+                    && let Some(pupil) = own.at_stop(*place)
+                {
+                    waves.extend(both(pupil).map(|pupil| (pupil, ray.waves)));
+                }
+            }
+        }
+        if waves.len() < RINGS {
             return None;
         }
-        let spot = all.iter().flat_map(|(image, rays)| {
-            let color = (*image - *own).truncate();
-            rays.iter().map(move |(_, ray)| ray.arrival + color)
-        });
-        let spot: Vec<DVec2> = spot.collect();
         let centroid = spot.iter().sum::<DVec2>() / spot.len() as f64;
         let spot: Vec<DVec2> = spot.into_iter().map(|p| p - centroid).collect();
         let square: f64 = spot.iter().map(|p| p.length_squared()).sum();
@@ -190,7 +205,7 @@ impl MeritPoints<'_> {
             height,
             angle: chief.map_or(0.0, |chief| angle_of(chief.direction).to_degrees()),
             rms: (square / spot.len() as f64).sqrt(),
-            wavefront: wavefront_rms(mono),
+            wavefront: wavefront_rms(&waves),
             distortion: chief.and_then(|chief| self.projection.distortion(&chief, height)),
             illumination: light / self.axis,
             modulation: std::iter::zip(modulation.tangential, modulation.sagittal)
@@ -200,34 +215,30 @@ impl MeritPoints<'_> {
     }
 
     /// Places across the chief ray, in millimeters, whose rays have equal shares of the light:
-    /// equal areas of the beam in front of the lens, by the outline of its pupil. Of a lens with
-    /// rotational symmetry they are those of one half.
-    fn places(
-        &self,
-        rays: &PointRays<'_>,
-        film: DVec3,
-        (center, rims): &(DVec2, Vec<DVec2>),
-    ) -> Option<Vec<DVec2>> {
-        let aim = |rear: DVec2, near| rays.aim(rays.at_stop_from_film(film, rear)?, near);
-        let middle = aim(*center, PointAim::default())?;
-        let mut near = middle;
-        let mut ends = Vec::with_capacity(rims.len());
-        let (corners, spokes) = self.corners(rims);
-        for rim in corners {
-            let Some(end) = aim(center + rim, near) else {
-                continue;
+    /// equal areas of the beam in front of the lens. Of a lens with rotational symmetry they are
+    /// those of one half. `center` is inside the pupil of the film point.
+    fn places(&self, rays: &PointRays<'_>, film: DVec3, center: DVec2) -> Option<Vec<DVec2>> {
+        let (directions, spokes) = self.directions();
+        let measured = |middle: DVec2| {
+            let middle = match self.lens.is_rotational() {
+                true => DVec2::new(0.0, middle.y),
+                false => middle,
             };
-            near = end;
-            let closed = match self.lens.is_obstructed() {
-                true => self.lens.closed_parts(film, *center, rim),
-                false => Vec::new(),
-            };
-            let closed = closed.iter().map(|[from, to]| [from * from, to * to]);
-            ends.push(BeamRim {
-                place: end.place - middle.place,
-                closed: closed.collect(),
-            });
-        }
+            Some((middle, rays.rims(middle, &directions)?))
+        };
+        let of_film = || rays.aim(rays.at_stop_from_film(film, center)?, PointAim::default());
+        let of_beam = || Beam::of(self.lens, film.y, film.z, self.conjugate.distance)?.inside();
+        let found = of_film().and_then(|aim| measured(aim.place));
+        let (middle, rims) = found.or_else(|| measured(of_beam()?))?;
+        let ends = std::iter::zip(directions, rims).map(|(direction, rim)| {
+            let place = rim * direction;
+            let closed = rays.closed_parts(middle, place).into_iter();
+            BeamRim {
+                place,
+                closed: closed.map(|[from, to]| [from * from, to * to]).collect(),
+            }
+        });
+        let ends: Vec<BeamRim> = ends.collect();
         let areas: Vec<f64> = ends.windows(2).map(|e| e[0].area_to(&e[1])).collect();
         let total: f64 = areas.iter().sum();
         let (mut edge, mut before) = (0, 0.0);
@@ -242,22 +253,23 @@ impl MeritPoints<'_> {
             let part = (share - before) / areas[edge];
             let nearest = if part < 0.5 { from } else { to };
             let end = from.place.lerp(to.place, part);
-            places.extend(RING_SHARES.map(|share| middle.place + nearest.out(share) * end));
+            places.extend(RING_SHARES.map(|share| middle + nearest.out(share) * end));
         }
         Some(places)
     }
 
-    /// The points of an outline around its center, the first also at the end, and the number of
-    /// spokes. Of a lens with rotational symmetry they are those of one half.
-    fn corners(&self, rims: &[DVec2]) -> (Vec<DVec2>, usize) {
-        let mut corners = rims.to_vec();
-        if !self.lens.is_rotational() {
-            corners.extend(rims.first());
-            return (corners, SPOKES);
-        }
-        corners.retain(|p| p.x >= -1e-9 * p.length());
-        corners.sort_by(|a, b| a.to_angle().total_cmp(&b.to_angle()));
-        (corners, SPOKES / 2)
+    /// Directions over a turn, both ends included, and the number of spokes. Of a lens with
+    /// rotational symmetry they are those of the half with positive x.
+    fn directions(&self) -> (Vec<DVec2>, usize) {
+        let [count, spokes] = match self.lens.is_rotational() {
+            true => [OUTLINE / 2, SPOKES / 2],
+            false => [OUTLINE, SPOKES],
+        };
+        let direction = |i: usize| {
+            let (sin, cos) = libm::sincos(TAU * (i as f64 / OUTLINE as f64 - 0.25));
+            DVec2::new(cos, sin)
+        };
+        ((0..=count).map(direction).collect(), spokes)
     }
 }
 
@@ -289,31 +301,14 @@ impl BeamRim {
     }
 }
 
-/// The rays of a point through places, with their pupil coordinates. A lens with rotational
-/// symmetry has those of the other half mirrored. The places are inside the beam at the lens's own
-/// wavelength, so that apertures do not block the rays: no ray of another color comes or goes.
-fn bundle(rays: &PointRays<'_>, places: &[DVec2], is_symmetric: bool) -> Vec<(DVec2, PupilRay)> {
-    let ray = |place: &DVec2| Some((rays.at_stop(*place)?, rays.through(*place, false)?));
-    let mut found: Vec<(DVec2, PupilRay)> = places.iter().filter_map(ray).collect();
-    if is_symmetric {
-        let half = found.clone();
-        found.extend(half.into_iter().map(|(pupil, mut ray)| {
-            ray.arrival.x = -ray.arrival.x;
-            (DVec2::new(-pupil.x, pupil.y), ray)
-        }));
-    }
-    found
-}
-
-/// The rms of the waves beside the plane that fits them best.
-fn wavefront_rms(rays: &[(DVec2, PupilRay)]) -> f64 {
+/// The rms of the waves at pupil coordinates beside the plane that fits them best.
+fn wavefront_rms(rays: &[(DVec2, f64)]) -> f64 {
     let count = rays.len() as f64;
-    let mean =
-        |value: &dyn Fn(&(DVec2, PupilRay)) -> f64| rays.iter().map(value).sum::<f64>() / count;
+    let mean = |value: &dyn Fn(&(DVec2, f64)) -> f64| rays.iter().map(value).sum::<f64>() / count;
     let (x, y, w) = (
         mean(&|ray| ray.0.x),
         mean(&|ray| ray.0.y),
-        mean(&|ray| ray.1.waves),
+        mean(&|ray| ray.1),
     );
     let [xx, yy, xy] = [
         mean(&|ray| (ray.0.x - x) * (ray.0.x - x)),
@@ -321,8 +316,8 @@ fn wavefront_rms(rays: &[(DVec2, PupilRay)]) -> f64 {
         mean(&|ray| (ray.0.x - x) * (ray.0.y - y)),
     ];
     let [xw, yw] = [
-        mean(&|ray| (ray.0.x - x) * (ray.1.waves - w)),
-        mean(&|ray| (ray.0.y - y) * (ray.1.waves - w)),
+        mean(&|ray| (ray.0.x - x) * (ray.1 - w)),
+        mean(&|ray| (ray.0.y - y) * (ray.1 - w)),
     ];
     let determinant = xx * yy - xy * xy;
     let (a, b) = match determinant > 0.0 {
@@ -332,8 +327,8 @@ fn wavefront_rms(rays: &[(DVec2, PupilRay)]) -> f64 {
         ),
         false => (0.0, 0.0),
     };
-    let rest = |ray: &(DVec2, PupilRay)| {
-        let off = ray.1.waves - w - a * (ray.0.x - x) - b * (ray.0.y - y);
+    let rest = |ray: &(DVec2, f64)| {
+        let off = ray.1 - w - a * (ray.0.x - x) - b * (ray.0.y - y);
         off * off
     };
     mean(&rest).sqrt()

@@ -5,11 +5,15 @@
 //! point on the axis the unit circle is the beam. x is across the meridian and y in it. Apertures
 //! block rays, so a vignetted beam covers a part of the unit disc.
 
+use std::iter::zip;
+
 use glam::{DMat2, DVec2, DVec3};
+use ivcam_base::math::lanes::LANES;
 
 use crate::lens::analysis::curves::Conjugate;
 use crate::lens::analysis::ideal_lenses::ObjectsOfIdealLenses;
 use crate::lens::lens::Lens;
+use crate::lens::pupil::search::rim::{Bracket, close};
 use crate::lens::trace::ray::{LensRay, Toward};
 use crate::lens::trace::tracer::Tracer;
 
@@ -155,6 +159,36 @@ impl<'a> PointRays<'a> {
             }
         });
         found
+    }
+
+    /// The distances in millimeters from a place inside the beam to its rim, in directions across
+    /// the chief ray, without what closes the middle of a surface; none if the place is outside.
+    pub(super) fn rims(&self, inside: DVec2, directions: &[DVec2]) -> Option<Vec<f64>> {
+        let farthest = 3.2 * self.lens.prescription().widest_semi_diameter();
+        let fill = self.lens.fills_toward_film(&[self.ray(inside)]).fill[0];
+        let mut rims = Vec::with_capacity(directions.len());
+        for directions in directions.chunks(LANES) {
+            let guess = rims.last().copied().unwrap_or(self.radius);
+            let mut brackets = vec![Bracket::new(fill - 1.0, guess); directions.len()];
+            close(&mut brackets, 1e-10, farthest, |brackets| {
+                let places = zip(brackets, directions).map(|(b, d)| inside + b.next * d);
+                let rays: Vec<LensRay> = places.map(|place| self.ray(place)).collect();
+                let found = self.lens.fills_toward_film(&rays);
+                (found.fill, found.limit)
+            });
+            rims.extend(brackets.iter().map(|bracket| bracket.high));
+        }
+        (fill < 1.0).then_some(rims)
+    }
+
+    /// The parts of a line in the beam, from a place to a point `across` it, that the closed middle
+    /// of a surface takes, from 0 at the place to 1.
+    pub(super) fn closed_parts(&self, place: DVec2, across: DVec2) -> Vec<[f64; 2]> {
+        let ray = |t: f64| self.ray(place + t * across);
+        match self.lens.is_obstructed() {
+            true => self.lens.closed_parts_of(ray, Toward::Film),
+            false => Vec::new(),
+        }
     }
 
     /// The slopes of [`Self::at_stop`] at a place, by central differences.

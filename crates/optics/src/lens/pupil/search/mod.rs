@@ -9,5 +9,5 @@
 pub(crate) mod find_outline;
 pub(crate) mod outline;
 pub(crate) mod pupil_search;
-mod rim;
+pub(crate) mod rim;
 pub(crate) mod secondary_openings;

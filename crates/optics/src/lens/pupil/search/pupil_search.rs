@@ -8,7 +8,7 @@ use ivcam_base::math::lanes::{LANES, Lane};
 use crate::lens::lens::Lens;
 use crate::lens::pupil::rear_element::RearElement;
 use crate::lens::pupil::search::outline::{DIRECTIONS, Direction};
-use crate::lens::pupil::search::rim::{Bracket, RimPoint};
+use crate::lens::pupil::search::rim::{Bracket, RimPoint, close};
 use crate::lens::pupil::search::secondary_openings::Downhill;
 use crate::lens::pupil::support::{SideNormals, normals_along};
 
@@ -279,25 +279,10 @@ impl<'a> PupilSearch<'a> {
             Bracket::new(inside.fill - 1.0, guess)
         });
         let unit = |lane: usize| directions[lane.min(count - 1)].unit;
-        // From the sixth round on, every third bisects: 160 rounds narrow a bracket by 2^51, which
-        // is the precision of a double.
-        for round in 0..160 {
-            let mut open = 0;
-            for bracket in &mut brackets[..count] {
-                open += usize::from(bracket.is_open(width));
-                bracket.choose(width, round, farthest);
-            }
-            if open == 0 {
-                break;
-            }
-            let aim = |lane: usize| inside.center + brackets[lane.min(count - 1)].next * unit(lane);
-            let (fills, limits) = self.fills(film, aim);
-            for (lane, bracket) in brackets[..count].iter_mut().enumerate() {
-                if bracket.is_open(width) {
-                    bracket.update(fills[lane] - 1.0, limits[lane], farthest);
-                }
-            }
-        }
+        close(&mut brackets[..count], width, farthest, |brackets| {
+            let next = |lane: usize| brackets[lane.min(count - 1)].next;
+            self.fills(film, |lane| inside.center + next(lane) * unit(lane))
+        });
         for (lane, rim) in rims.iter_mut().enumerate() {
             let distance = brackets[lane].high;
             *rim = RimPoint {

@@ -4,6 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec2;
+use ivcam_base::math::lanes::{LANES, Lane};
 
 /// A point of the outline.
 #[derive(Clone, Copy, Default)]
@@ -51,9 +52,9 @@ impl RimRow<'_> {
 
 /// An interval of distances that contains the rim in one direction, in millimeters.
 #[derive(Clone, Copy)]
-pub(super) struct Bracket {
+pub(crate) struct Bracket {
     /// A distance inside the pupil.
-    pub low: f64,
+    low: f64,
     /// A distance outside the pupil, once one is known.
     pub high: f64,
     /// The fill less 1 at `low`.
@@ -76,7 +77,7 @@ const SECANT_ROUNDS: usize = 6;
 impl Bracket {
     /// A bracket in which only the fill at the center, less 1, is known. `guess` is the distance to
     /// test first.
-    pub(super) fn new(f_center: f64, guess: f64) -> Self {
+    pub(crate) fn new(f_center: f64, guess: f64) -> Self {
         Self {
             low: 0.0,
             high: guess,
@@ -89,7 +90,7 @@ impl Bracket {
     }
 
     /// Whether the bracket is wider than the fraction `width` of the distance.
-    pub(super) fn is_open(&self, width: f64) -> bool {
+    fn is_open(&self, width: f64) -> bool {
         !(self.f_high > 0.0) || self.high - self.low > width * self.high
     }
 
@@ -104,7 +105,7 @@ impl Bracket {
     /// Chooses the next distance to test. Near the root it is placed a little less than half of the
     /// width away (0.45), alternately on both sides, so that two rays close the bracket. The
     /// distance is at most `farthest`.
-    pub(super) fn choose(&mut self, width: f64, round: usize, farthest: f64) {
+    fn choose(&mut self, width: f64, round: usize, farthest: f64) {
         if round == 0 {
             return;
         }
@@ -145,13 +146,42 @@ impl Bracket {
 
     /// Narrows the bracket by the fill less 1, `over`, and the limiting surface at the distance
     /// tested. A distance of `farthest` counts as outside.
-    pub(super) fn update(&mut self, over: f64, limit: u64, farthest: f64) {
+    fn update(&mut self, over: f64, limit: u64, farthest: f64) {
         self.tested = [self.tested[1], (self.next, over)];
         if over <= 0.0 && self.next < farthest {
             (self.low, self.f_low) = (self.next, over);
         } else {
             (self.high, self.f_high) = (self.next, over.max(f64::MIN_POSITIVE));
             self.limit = limit;
+        }
+    }
+}
+
+/// Narrows the brackets of up to one bundle to the fraction `width` of their distances. `fills`
+/// returns the fills at the distances to test next, and the numbers of the surfaces that limit
+/// them. A distance of `farthest` counts as outside.
+pub(crate) fn close(
+    brackets: &mut [Bracket],
+    width: f64,
+    farthest: f64,
+    fills: impl Fn(&[Bracket]) -> (Lane, [u64; LANES]),
+) {
+    // From the sixth round on, every third bisects: 160 rounds narrow a bracket by 2^51, which is
+    // the precision of a double.
+    for round in 0..160 {
+        let mut open = 0;
+        for bracket in brackets.iter_mut() {
+            open += usize::from(bracket.is_open(width));
+            bracket.choose(width, round, farthest);
+        }
+        if open == 0 {
+            break;
+        }
+        let (fills, limits) = fills(brackets);
+        for (lane, bracket) in brackets.iter_mut().enumerate() {
+            if bracket.is_open(width) {
+                bracket.update(fills[lane] - 1.0, limits[lane], farthest);
+            }
         }
     }
 }
