@@ -577,7 +577,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             if (self.fit.has_to_end)() {
                 break; // Some derivatives may not have been rendered.
             }
-            so_far = self.covariance_with_step(&system, &off, &weights);
+            so_far = self.about_next_step(self.covariance(&system, &off, &weights), &system);
             let before = off.cost(&weights);
             let mut better = None;
             while better.is_none() && damping < 1e5 {
@@ -637,8 +637,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             let next = step.map(|step| self.moved(values, &step));
             let next_off = next.as_ref().and_then(|next| self.residuals(next).ok());
             let (Some(next), Some(next_off)) = (next, next_off) else {
-                let covariance = self.covariance_with_step(&system, off, &weights);
-                return (weights, covariance);
+                return (weights, self.about_next_step(covariance, &system));
             };
             (*values, *off) = (next, next_off);
             left -= 1;
@@ -753,9 +752,8 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         }
     }
 
-    /// Returns the covariance with what is left to go, about the next step.
-    fn covariance_with_step(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
-        let mut out = self.covariance(system, off, weights);
+    /// Returns a covariance with what is left to go, about the next step.
+    fn about_next_step(&self, mut covariance: Vec<f64>, system: &System) -> Vec<f64> {
         let all = self.fit.steps.len();
         let step = solve(&system.unbiased, &system.right, 0.0);
         let step = step.or_else(|| solve(&system.matrix, &system.right, 0.0));
@@ -763,10 +761,10 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         let reported = || self.free.iter().zip(&step).filter(|(a, _)| **a < all);
         for (a, x) in reported() {
             for (b, y) in reported() {
-                out[a * all + b] += x * y;
+                covariance[a * all + b] += x * y;
             }
         }
-        out
+        covariance
     }
 
     /// Returns the sandwich estimate H⁻¹ S H⁻¹, where S sums the squared gradients of blocks. It
