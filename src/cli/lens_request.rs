@@ -83,12 +83,7 @@ impl<'m> LensRequest<'m> {
     /// Fails if the lens cannot be read or focused, or if the value of an option is invalid.
     pub(super) fn open(name: &str, matches: &'m ArgMatches) -> Result<Self> {
         let mut sink = Sink::new();
-        let (mut choice, distance) =
-            LensChoice::from_options(name, &flags::given_options(matches), &mut sink)?;
-        choice.wavelength = match parsed(matches, "wavelength", POSITIVE, positive)? {
-            Some(nm) => LensWavelength::Nm(wavelength(nm)?),
-            None => LensWavelength::Primary,
-        };
+        let (choice, distance) = choice(name, matches, &mut sink)?;
         let opened = choice.open(&mut sink);
         sink.items().iter().for_each(print_diagnostic);
         Self::with(choice, distance, opened?, matches)
@@ -99,8 +94,7 @@ impl<'m> LensRequest<'m> {
     /// # Errors
     /// Fails if the lens cannot be focused, or if the value of an option is invalid.
     pub(super) fn of(lens: &Lens, matches: &'m ArgMatches) -> Result<Self> {
-        let given = flags::given_options(matches);
-        let (choice, distance) = LensChoice::from_options(lens.name(), &given, &mut Sink::new())?;
+        let (choice, distance) = choice(lens.name(), matches, &mut Sink::new())?;
         Self::with(choice, distance, lens.clone(), matches)
     }
 
@@ -110,12 +104,12 @@ impl<'m> LensRequest<'m> {
         opened: Lens,
         matches: &'m ArgMatches,
     ) -> Result<Self> {
-        let unfocused = match parsed(matches, "wavelength", POSITIVE, positive)? {
-            Some(nm) => {
+        let unfocused = match choice.wavelength {
+            LensWavelength::Nm(nm) => {
                 warn_of_index(&opened, nm);
-                opened.at_wavelength(wavelength(nm)?)
+                opened.at_wavelength(nm)
             }
-            None => opened.at_primary_wavelength(),
+            _ => opened.at_primary_wavelength(),
         };
         let (lens, focus) = focused(&unfocused, choice.method, distance)?;
         let (conditions, film) = conditions(matches)?;
@@ -203,6 +197,21 @@ impl<'m> LensRequest<'m> {
             print_diagnostic(&Diagnostic::warning(text));
         }
     }
+}
+
+/// Returns the choice of the options with the wavelength of the sheet, and the distance in focus.
+fn choice(
+    name: &str,
+    matches: &ArgMatches,
+    sink: &mut Sink,
+) -> Result<(LensChoice, Option<Meters>)> {
+    let (mut choice, distance) =
+        LensChoice::from_options(name, &flags::given_options(matches), sink)?;
+    choice.wavelength = match parsed(matches, "wavelength", POSITIVE, positive)? {
+        Some(nm) => LensWavelength::Nm(wavelength(nm)?),
+        None => LensWavelength::Primary,
+    };
+    Ok((choice, distance))
 }
 
 /// Returns the lens focused at a distance, with its focus, if there is a distance.
