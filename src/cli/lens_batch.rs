@@ -109,15 +109,12 @@ fn setting(request: &LensRequest<'_>) -> Result<MeritSetting> {
 fn heights(conditions: &SheetSetting<'_>, lens: &Lens) -> Result<(f64, Vec<f64>)> {
     let height = conditions.full_height(lens).ok_or_else(|| no_image(lens))?;
     let conjugate = conditions.conjugate(lens).ok_or_else(|| no_image(lens))?;
-    let at = |field: &FieldPoint| match *field {
-        FieldPoint::Height(mm) => Some(mm),
-        FieldPoint::Share(share) => Some(share * height),
-        FieldPoint::Angle(angle) => lens.image_height(angle, height, conjugate.film_z),
-    };
-    let heights = match conditions.fields.is_empty() {
-        true => [0.0, 0.7, 1.0].map(|share| share * height).to_vec(),
-        false => conditions.fields.iter().filter_map(at).collect(),
-    };
+    let mut conditions = conditions.clone();
+    // A field of 0 is one point.
+    if conditions.fields.is_empty() && height > 0.0 {
+        conditions.fields = [0.0, 0.7, 1.0].map(FieldPoint::Share).to_vec();
+    }
+    let heights = conditions.heights(lens, height, conjugate.film_z);
     Ok((height, heights))
 }
 

@@ -223,8 +223,9 @@ impl SheetSetting<'_> {
         self.image_height.or_else(stated)
     }
 
-    /// The heights on the film of the points.
-    pub(super) fn heights(&self, lens: &Lens, image_height: f64, film_z: f64) -> Vec<f64> {
+    /// The heights on the film of the points, in millimeters as `image_height`, half of the film's
+    /// diagonal, and `film_z`.
+    pub fn heights(&self, lens: &Lens, image_height: f64, film_z: f64) -> Vec<f64> {
         if self.fields.is_empty() {
             // A field of 0 is one point.
             let shares = if image_height == 0.0 {
