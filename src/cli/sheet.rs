@@ -133,16 +133,18 @@ fn f_numbers(page: &mut Page, lens: &Lens) {
     if let Some(f_number) = lens.first_order().f_number() {
         page.number("f-number, paraxial", f_number, "");
     }
-    let t_number = |lens: &Lens| Some((lens.t_number()?, 100.0 * lens.axial_throughput()?));
-    let Some((t, percent)) = t_number(lens) else {
+    let Some(t) = lens.t_number() else {
         return;
     };
+    // The coating makes no difference to the f-number.
+    let percent = |t: f64| 100.0 * (f_number / t) * (f_number / t);
     let others = [Coating::MagnesiumFluoride, Coating::Bare].map(|coating| {
-        let coated = t_number(&lens.with_coating(coating));
-        let (t, percent) = coated.unwrap_or((f64::NAN, f64::NAN));
+        let t = lens.with_coating(coating).t_number().unwrap_or(f64::NAN);
+        let percent = percent(t);
         format!("{} {t:.2} ({percent:.1}%)", coating.name())
     });
     let others = others.join(", ");
+    let percent = percent(t);
     let rest = format!("     {percent:.1}% gets through; coated {others}");
     page.number("T-number, real rays", t, &rest);
     if let Some(t) = lens.paraxial_t_number() {

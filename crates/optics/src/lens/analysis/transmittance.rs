@@ -37,18 +37,9 @@ impl Lens {
         } else {
             SPOKES
         };
-        let beam = self.axial_beam().height;
-        let far = -4.0 * (beam + self.length().abs() + 1.0);
+        let beam = DVec2::splat(self.axial_beam().height);
         let (mut sum, mut count) = (0.0, 0.0);
-        for i in 0..RINGS * spokes {
-            let (ring, spoke) = (i % RINGS, i / RINGS);
-            // The rays are at the middles of rings of equal area.
-            let r = beam * ((f64::from(ring) + 0.5) / f64::from(RINGS)).sqrt();
-            let angle = TAU * (f64::from(spoke) + 0.5) / f64::from(spokes);
-            let ray = LensRay::new(
-                DVec3::new(r * libm::cos(angle), r * libm::sin(angle), far),
-                DVec3::Z,
-            );
+        for ray in self.axial_rays(beam, RINGS, spokes) {
             let share = self.transmittance(&ray, Toward::Film);
             sum += share;
             count += f64::from(u8::from(share > 0.0));
@@ -63,14 +54,32 @@ impl Lens {
         if !self.is_obstructed() {
             return Some(1.0);
         }
-        let beam = self.axial_beam().height;
-        let passes = |ring: &u32| {
-            let r = beam * ((f64::from(*ring) + 0.5) / f64::from(RINGS)).sqrt();
-            let ray = self.axial_ray(f64::INFINITY, r);
-            self.trace_from_scene(&ray).is_ok()
-        };
-        let open = (0..RINGS).filter(passes).count() as f64 / f64::from(RINGS);
+        let beam = DVec2::splat(self.axial_beam().height);
+        let open = self.passing(self.axial_rays(beam, RINGS, 1)) / f64::from(RINGS);
         (open > 0.0).then_some(open)
+    }
+
+    /// Rays along the axis at the middles of rings of equal area within an ellipse of half axes
+    /// `reach` in millimeters, on evenly spaced spokes; a single one is along y.
+    fn axial_rays(
+        &self,
+        reach: DVec2,
+        rings: u32,
+        spokes: u32,
+    ) -> impl Iterator<Item = LensRay> + use<> {
+        let z = -self.far();
+        (0..rings * spokes).map(move |i| {
+            let r = ((f64::from(i % rings) + 0.5) / f64::from(rings)).sqrt();
+            let turn = (f64::from(i / rings) + 0.5) / f64::from(spokes) - 0.25;
+            let (sin, cos) = libm::sincos(TAU * turn);
+            LensRay::new((r * reach * DVec2::new(cos, sin)).extend(z), DVec3::Z)
+        })
+    }
+
+    /// The number of rays that get through.
+    fn passing(&self, rays: impl Iterator<Item = LensRay>) -> f64 {
+        rays.filter(|ray| self.trace_from_scene(ray).is_ok())
+            .count() as f64
     }
 
     /// The share of the axial beam of a round stop that the blades of the stop leave open, by rays
@@ -87,23 +96,13 @@ impl Lens {
             true => height,
             false => round.axial_reach(DVec2::X).0,
         };
-        let ray = |i: u32| {
-            let r = ((f64::from(i % RINGS) + 0.5) / f64::from(RINGS)).sqrt();
-            let angle = TAU * (f64::from(i / RINGS) + 0.5) / f64::from(SPOKES);
-            let (sin, cos) = libm::sincos(angle);
-            let origin = DVec3::new(r * across * cos, r * height * sin, -self.far());
-            LensRay::new(origin, DVec3::Z)
-        };
-        let passing = |lens: &Lens| {
-            let passes = |i: &u32| lens.trace_from_scene(&ray(*i)).is_ok();
-            (0..RINGS * SPOKES).filter(passes).count() as f64
-        };
-        Some(passing(self) / passing(&round)).filter(|share| *share > 0.0)
+        let rays = || self.axial_rays(DVec2::new(across, height), RINGS, SPOKES);
+        Some(self.passing(rays()) / round.passing(rays())).filter(|share| *share > 0.0)
     }
 
     /// The share of the light of a round stop's axial beam that gets through the glass, the blades
     /// of the stop and what is not closed in the middle; none if no ray gets through.
-    pub fn axial_throughput(&self) -> Option<f64> {
+    fn axial_throughput(&self) -> Option<f64> {
         let open = self.axial_open_share()? * self.axial_blade_share()?;
         Some(self.axial_transmittance()? * open)
     }
