@@ -695,12 +695,16 @@ async function save(end, target) {
         return download(new TextEncoder().encode(text), pictureName(end));
     }
     const isLens = end === 'lens.html';
+    const lens = state.answer?.['lens words'];
+    if (isLens && !lens) {
+        return refused(state.answer ? 'The picture is made without a prescription.' : 'The picture is not there yet.');
+    }
     const isLoss = end === 'losses.json';
     const out = `/.page/saved.${isLens ? 'html' : isLoss ? 'glb' : end}`;
     const report = '/.page/losses.json';
     const contained = state.files.size > 1 ? ['--contain', '.'] : [];
     const all = isLens
-        ? ['ivcam', 'lens', ...lensWords().slice(1), '--sheet', out]
+        ? ['ivcam', 'lens', ...lens, '--sheet', out]
         : ['ivcam', 'convert', state.scene, ...contained, '-o', out, '--report', report,
             ...(target ? ['--to', target] : [])];
     const result = await crew.command(all, [out, report]);
@@ -709,7 +713,7 @@ async function save(end, target) {
         showMessages(result.messages || `error: ${result.broken}`);
         return refused('It could not be written: see the messages.');
     }
-    return download(bytes, isLens ? `${state.lens}.html` : pictureName(end));
+    return download(bytes, isLens ? `${lens[0].split('/').at(-1)}.html` : pictureName(end));
 }
 
 function enableSaves(areThere) {

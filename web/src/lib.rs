@@ -171,6 +171,7 @@ fn describe(session: &Session) -> serde_json::Value {
         "orientation": session.pose.orientation.to_array(),
         "focal distance": session.pose.focal_distance,
         "camera": session.camera_file().ok(),
+        "lens words": plan.to_lens_args(),
         "bounds": bounds,
         "choices": session.described,
         "seconds": session.seconds,

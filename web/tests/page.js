@@ -206,6 +206,16 @@ const tests = {
         }
     },
 
+    async 'the data sheet is that of the lens in the picture'(page) {
+        await changed(page, () => page.fill('#more', '--lens tessar --efl 100mm'));
+        const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="lens.html"]')]);
+        assert.equal(file.suggestedFilename(), 'tessar.html');
+        assert.match(readFileSync(await file.path(), 'utf8'), /tessar[^]*100(\.0+)? mm/i);
+        await changed(page, () => page.fill('#more', '--lens none'));
+        await page.click('[data-end="lens.html"]');
+        await page.waitForFunction(() => /without a prescription/.test(document.getElementById('saved').textContent));
+    },
+
     async 'lenses are found by words, and a control at work drops the picture before'(page) {
         await page.fill('#search', 'fish 180');
         assert.deepEqual(await page.evaluate(() => [...document.querySelectorAll('#lens option')].map((o) => o.value)), ['nikkor-16']);

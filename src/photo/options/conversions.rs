@@ -12,7 +12,7 @@ use ivcam_optics::sampling::SamplerKind;
 use ivcam_render::shade::Shading;
 
 use super::given::GivenOptions;
-use super::option::{OptionNeeds, Takes};
+use super::option::{Opt, OptionNeeds, Takes};
 use super::scene::warn_of_late_actions;
 use super::table::all;
 use super::table::lens_options;
@@ -76,17 +76,23 @@ impl Plan {
                 (Era::Vintage, Some(letter)) => format!("-{letter}"),
                 _ => format!("--{}", option.name),
             };
-            for value in values {
-                match option.takes {
-                    _ if value.is_empty() => words.push(spelling.clone()),
-                    Takes::Maybe(..) => words.push(format!("{spelling}={value}")),
-                    _ if reads_as_option(&value) => words.push(format!("{spelling}={value}")),
-                    _ => words.extend([spelling.clone(), value]),
-                }
-            }
+            words.extend(spelled(option, &spelling, values));
         }
         words.push(self.scene.display().to_string());
         words
+    }
+
+    /// Returns the words after `ivcam lens` for the lens of this plan at its focal length, aperture
+    /// and focus. Returns none without a prescription.
+    pub fn to_lens_args(&self) -> Option<Vec<String>> {
+        let usual = Self::of_era(self.era, &self.scene);
+        let mut words = vec![self.lens()?.name.clone()];
+        for option in lens_options() {
+            let values = option.plan.map(|(_, print)| print(self, &usual));
+            let spelling = format!("--{}", option.name);
+            words.extend(spelled(option, &spelling, values.unwrap_or_default()));
+        }
+        Some(words)
     }
 
     /// Returns the existing files that the plan names: the scene, and values of options, whatever
@@ -140,6 +146,17 @@ impl LensChoice {
         let choice = plan.lens().cloned();
         Ok((choice.unwrap_or_else(|| Self::named(name)), plan.focus))
     }
+}
+
+/// Returns the words of an option with its values, which are empty for a switch.
+fn spelled(option: &Opt, spelling: &str, values: Vec<String>) -> Vec<String> {
+    let words = values.into_iter().flat_map(|value| match option.takes {
+        _ if value.is_empty() => vec![spelling.to_owned()],
+        Takes::Maybe(..) => vec![format!("{spelling}={value}")],
+        _ if reads_as_option(&value) => vec![format!("{spelling}={value}")],
+        _ => vec![spelling.to_owned(), value],
+    });
+    words.collect()
 }
 
 /// Refuses `--target-error` where all samples of a pixel are the same ray, which have no noise to
