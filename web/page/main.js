@@ -54,12 +54,24 @@ function filmOf(width) {
     return [wide, Math.round(wide * down / across)];
 }
 
+/** The name of the page's camera file, which no opened file has. */
+function cameraName() {
+    let name = 'page-camera.iv';
+    for (let i = 2; state.files.has(name); i++) {
+        name = `page-camera-${i}.iv`;
+    }
+    return name;
+}
+
+/** The camera file in use for the program, or undefined. */
+const camera = () => (state.camera === undefined ? undefined : { path: cameraName(), text: state.camera });
+
 /** The words that change the picture. */
 function words() {
     const all = ['ivcam', 'render', state.scene, ...lensWords()];
     const add = (option, text) => text && all.push(option, text);
     if (state.camera !== undefined) {
-        all.push('--camera', 'camera.iv');
+        all.push('--camera', cameraName());
     } else if (value('view').startsWith('bind ')) {
         all.push('--event', `${value('view').slice(5)}.set_bind=TRUE@0s`);
     } else {
@@ -237,7 +249,7 @@ let waiting;
 function make() {
     clearTimeout(waiting);
     if (state.scene) {
-        crew.photographs(begin(), state.camera, on);
+        crew.photographs(begin(), camera(), on);
     }
 }
 
@@ -245,7 +257,7 @@ function make() {
 function change(ms = 300) {
     if (state.scene) {
         delete document.body.dataset.preview;
-        crew.glances(begin(), state.camera, PREVIEW, showPreview);
+        crew.glances(begin(), camera(), PREVIEW, showPreview);
         clearTimeout(waiting);
         waiting = setTimeout(make, ms);
     }
@@ -777,7 +789,7 @@ function listen() {
     $('home').addEventListener('click', goHome);
     $('middle').addEventListener('click', () => focusAt(0.5, 0.5));
     $('copy').addEventListener('click', () => navigator.clipboard.writeText($('command').textContent));
-    $('copy-camera').addEventListener('click', () => download(new TextEncoder().encode(state.camera), 'camera.iv'));
+    $('copy-camera').addEventListener('click', () => download(new TextEncoder().encode(state.camera), cameraName()));
     $('compare').addEventListener('click', compare);
     for (const [text, end, target] of outputs) {
         const button = Object.assign(document.createElement('button'), { type: 'button', textContent: text });

@@ -23,6 +23,13 @@ function taken(path) {
     return tree.read(path)?.slice();
 }
 
+/** Writes the camera of a command line, if it is not the scene's. */
+function place(camera) {
+    if (camera) {
+        tree.write(camera.path, new TextEncoder().encode(camera.text));
+    }
+}
+
 function answer() {
     const bytes = tree.read('/.page/answer');
     return bytes && JSON.parse(new TextDecoder().decode(bytes));
@@ -54,17 +61,13 @@ const jobs = {
         return { code, files };
     },
     open({ words, camera }) {
-        if (camera !== undefined) {
-            tree.write('/camera.iv', new TextEncoder().encode(camera));
-        }
+        place(camera);
         say(words);
         const code = program.ivcam_open();
         return { code, answer: code === 0 ? answer() : undefined };
     },
     preview({ words, camera, divisor }) {
-        if (camera !== undefined) {
-            tree.write('/camera.iv', new TextEncoder().encode(camera));
-        }
+        place(camera);
         say(words);
         const code = program.ivcam_preview(divisor);
         return { code, answer: code === 0 ? answer() : undefined, pixels: taken('/.page/pixels') };

@@ -110,11 +110,11 @@ const tests = {
             document.getElementById('command-box').open = true;
             document.getElementById('copy-camera').click();
         })]);
-        await saved.saveAs(join(scenes, 'camera.iv'));
+        await saved.saveAs(join(scenes, 'page-camera.iv'));
         try {
-            assert.match(await isProgram(page, scenes), /--camera camera\.iv/);
+            assert.match(await isProgram(page, scenes), /--camera page-camera\.iv/);
         } finally {
-            rmSync(join(scenes, 'camera.iv'));
+            rmSync(join(scenes, 'page-camera.iv'));
         }
         for (const scene of ['shipped 1', 'shipped 2']) {
             await changed(page, () => page.selectOption('#scenes', scene));
@@ -165,6 +165,22 @@ const tests = {
         const box = '<X3D profile="Interchange" version="3.3"><Scene><Shape><Box/></Shape></Scene></X3D>';
         await opens(page, 'files', join(scratch([['box.x3d', box]]), 'box.x3d'));
         assert.match(await text(page, 'command'), /render box\.x3d/);
+    },
+
+    async 'the camera of the page is no file of the scene'(page) {
+        const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
+        const folder = scratch([['camera.iv', cube], ['page-camera.iv', cube]]);
+        await opens(page, 'files', join(folder, 'camera.iv'));
+        const first = await pixels(page);
+        await page.focus('#picture');
+        await changed(page, () => page.keyboard.press('ArrowLeft'));
+        assert.ok(!(await pixels(page)).equals(first));
+        await changed(page, () => page.click('#home'));
+        assert.ok((await pixels(page)).equals(first));
+        await opens(page, 'files', ['camera.iv', 'page-camera.iv'].map((name) => join(folder, name)));
+        await page.focus('#picture');
+        await changed(page, () => page.keyboard.press('ArrowLeft'));
+        assert.match(await text(page, 'command'), /--camera page-camera-2\.iv/);
     },
 
     async 'a hostile file stays in its worker, and the page goes on'(page) {
