@@ -302,9 +302,43 @@ function showScenes() {
     $('scenes').value = state.isShipped ? `shipped ${state.isShipped - 1}` : state.scene;
 }
 
-async function openShipped(i) {
-    const { scene, files, set } = shipped[i];
-    say('Loading the scene…');
+/** The numbers of the last opening that was begun and of the one whose scene is open, from 1. */
+let begun = 0, shown = 0;
+/** Ends with the openings that were begun. */
+let earlier = Promise.resolve();
+
+/**
+ * Opens what `load` resolves to: `show` shows it, and `isScene` says whether it replaces the scene. Nothing
+ * replaces a scene that was chosen later, and what goes beside a scene waits for the openings before it.
+ * `about` is said meanwhile, and `fail` gets the error of `load`.
+ */
+async function opens(about, load, fail) {
+    const turn = ++begun;
+    const before = earlier;
+    say(document.body.dataset.ready ? about : 'Loading the program…');
+    const run = async () => {
+        const { isScene, show } = await load();
+        const broken = await program;
+        if (!isScene) {
+            await before;
+        }
+        if (turn < shown) {
+            return;
+        }
+        if (broken) {
+            say(broken, true);
+            return;
+        }
+        shown = isScene ? turn : shown;
+        show();
+    };
+    const done = run().catch((error) => turn >= shown && fail(error));
+    earlier = Promise.all([before, done]);
+    await done;
+}
+
+/** Opens a shipped scene by its number from 0, or the one that is nearest to it. */
+function openShipped(number) {
     const read = async (path) => {
         const answer = await fetch(new URL(`scenes/${path}`, import.meta.url));
         if (!answer.ok) {
@@ -312,12 +346,18 @@ async function openShipped(i) {
         }
         return [path, new Uint8Array(await answer.arrayBuffer())];
     };
-    try {
-        state.files = new Map(await Promise.all(files.map(read)));
-    } catch (error) {
-        say(String(error.message), true);
-        return;
-    }
+    const load = async () => {
+        const all = await list;
+        const i = Math.min(Math.max(number, 0), all.length - 1);
+        const files = new Map(await Promise.all(all[i].files.map(read)));
+        return { isScene: true, show: () => showShipped(i, files) };
+    };
+    return opens('Loading the scene…', load, (error) => say(String(error.message), true));
+}
+
+function showShipped(i, files) {
+    const { scene, set } = shipped[i];
+    state.files = files;
     state.isShipped = i + 1;
     state.scenes = [scene];
     forgetOpened();
@@ -363,39 +403,38 @@ function forgetOpened() {
 }
 
 /** Opens the scene that the address of the page names. */
-async function openPublished(asked) {
-    showScenes();
-    say('Loading the scene…');
-    let read;
-    try {
-        read = await published(asked, location.href);
-    } catch (error) {
+function openPublished(asked) {
+    const load = async () => {
+        const read = await published(asked, location.href);
+        const show = () => {
+            const others = sorted(read.files).scenes.filter((path) => path !== read.scene);
+            replaceFiles(read.files, [read.scene, ...others]);
+            state.notes = read.lines;
+            giveFiles();
+            setScene(read.scene);
+        };
+        return { isScene: true, show };
+    };
+    return opens('Loading the scene…', load, (error) => {
         showMessages(`error: ${asked.scene} cannot be opened: ${error.message}`);
         say(`The scene cannot be opened: ${error.message}`, true);
         document.body.dataset.finished = 'failed';
-        return;
-    }
-    const others = sorted(read.files).scenes.filter((path) => path !== read.scene);
-    replaceFiles(read.files, [read.scene, ...others]);
-    state.notes = read.lines;
-    giveFiles();
-    setScene(read.scene);
+    });
 }
 
-/** Opens files: a scene replaces all files, anything else goes beside the scene. */
-async function openFiles(found) {
-    if (found.length === 0) {
-        return;
-    }
-    say('Reading the files…');
-    let read;
-    try {
-        read = await contents(found);
-    } catch (error) {
-        say(`The files cannot be read: ${error.message}`, true);
-        return;
-    }
-    const kinds = sorted(read.files);
+/** Opens files, or what a promise of them resolves to. */
+function openFiles(found) {
+    const load = async () => {
+        const all = await found;
+        const read = await contents(all);
+        const kinds = sorted(read.files);
+        return { isScene: kinds.scenes.length > 0, show: () => showFiles(read, kinds, all.length) };
+    };
+    return opens('Reading the files…', load, (error) => say(`The files cannot be read: ${error.message}`, true));
+}
+
+/** Shows files that were opened: a scene replaces all files, anything else goes beside the scene. */
+function showFiles(read, kinds, count) {
     const hasScene = kinds.scenes.length > 0;
     if (hasScene) {
         replaceFiles(read.files, kinds.scenes);
@@ -404,7 +443,7 @@ async function openFiles(found) {
     }
     state.notes = read.lines;
     giveFiles();
-    if (kinds.lenses.length > 0 && (!hasScene || found.length <= 3)) {
+    if (kinds.lenses.length > 0 && (!hasScene || count <= 3)) {
         listLenses(kinds.lenses);
         chooseLens(kinds.lenses[0]);
     }
@@ -473,7 +512,7 @@ let pointed = [0.5, 0.5];
 let isDrawing = false;
 
 /** A worker with an open photograph. */
-const opened = () => crew.hands.find((hand) => hand.run !== undefined && !hand.stale);
+const opened = () => crew?.hands.find((hand) => hand.run !== undefined && !hand.stale);
 
 /** Draws the section of the lens with rays of the pixel under the pointer. */
 async function showSection() {
@@ -697,6 +736,9 @@ async function pictureFile(end) {
 }
 
 async function save(end, target) {
+    if (!state.scene) {
+        return refused('No scene is open yet.');
+    }
     $('saved').textContent = 'Working…';
     if (end === 'png' || end === 'exr') {
         const bytes = await pictureFile(end);
@@ -778,7 +820,12 @@ function listen() {
     $('section-box').addEventListener('toggle', showSection);
     $('scenes').addEventListener('change', () => {
         const chosenScene = value('scenes');
-        chosenScene.startsWith('shipped ') ? openShipped(Number(chosenScene.slice(8))) : setScene(chosenScene);
+        if (chosenScene.startsWith('shipped ')) {
+            openShipped(Number(chosenScene.slice(8)));
+        } else {
+            shown = ++begun;
+            setScene(chosenScene);
+        }
     });
     $('stop').addEventListener('click', () => {
         crew.stop();
@@ -806,7 +853,9 @@ function listenForFiles() {
     for (const id of ['files', 'folder']) {
         $(`choose-${id}`).addEventListener('click', () => $(id).click());
         $(id).addEventListener('change', () => {
-            openFiles(chosen($(id).files));
+            if ($(id).files.length > 0) {
+                openFiles(chosen($(id).files));
+            }
             $(id).value = '';
         });
     }
@@ -819,10 +868,12 @@ function listenForFiles() {
             $('drop').hidden = true;
         }
     });
-    addEventListener('drop', async (event) => {
+    addEventListener('drop', (event) => {
         event.preventDefault();
         $('drop').hidden = true;
-        openFiles(await dropped(event.dataTransfer));
+        if ([...event.dataTransfer.items].some(({ kind }) => kind === 'file')) {
+            openFiles(dropped(event.dataTransfer));
+        }
     });
 }
 
@@ -834,36 +885,39 @@ function count() {
     return asked >= 1 && asked <= 64 ? asked : Math.min(cores, most);
 }
 
-async function start() {
-    listen();
+/** Loads the program and its lenses. Returns what is wrong, if anything is. */
+async function load() {
     try {
         const module = await WebAssembly.compileStreaming(fetch(new URL('ivcam.wasm', import.meta.url)));
         crew = new Crew(module, count());
-        shipped = await (await fetch(new URL('scenes.json', import.meta.url))).json();
+        shipped = await list;
+        const { out } = await crew.command(['ivcam', 'lens', '--json'], []);
+        state.lenses = JSON.parse(out);
     } catch (error) {
-        say(`The program cannot be loaded: ${error.message}`, true);
-        return;
+        return `The program cannot be loaded: ${error.message}`;
     }
-    const { out } = await crew.command(['ivcam', 'lens', '--json'], []);
-    state.lenses = JSON.parse(out);
     chooseLens(state.lens);
     listLenses();
     showView({ viewpoints: [] });
+    showScenes();
     document.body.dataset.ready = 'yes';
+    return undefined;
+}
+
+function start() {
+    listen();
     const asked = new URL(location.href).searchParams;
     for (const id of ['samples', 'size']) {
         const known = [...$(id).options].some((o) => o.value === asked.get(id));
         $(id).value = known ? asked.get(id) : $(id).value;
     }
     const scene = askedScene(location.href);
-    if (scene) {
-        await openPublished(scene);
-        return;
-    }
-    await openShipped(Math.min(Math.max(Number(asked.get('scene') ?? 1), 1), shipped.length) - 1);
+    scene ? openPublished(scene) : openShipped(Number(asked.get('scene') ?? 1) - 1);
 }
 
 if ('serviceWorker' in navigator && location.protocol !== 'file:') {
     navigator.serviceWorker.register(new URL('offline.js', import.meta.url)).catch(() => {});
 }
+const list = fetch(new URL('scenes.json', import.meta.url)).then((answer) => answer.json());
+const program = load();
 start();

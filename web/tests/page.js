@@ -20,14 +20,21 @@ let browser, server, count = 0;
 
 /** Opens the page, with the desk lamp in a small picture unless another scene is asked for. */
 async function open(options = {}, search = '?scene=2&samples=4&size=180') {
+    const page = await visit(options, search);
+    await finished(page);
+    return page;
+}
+
+/** Visits the page. `prepare` gets it before. */
+async function visit(options, search, prepare = async () => {}) {
     const context = await browser.newContext({ viewport: { width: 1280, height: 1000 }, acceptDownloads: true, ...options });
     const page = await context.newPage();
     page.faults = [];
     page.on('pageerror', (error) => page.faults.push(String(error)));
     page.on('console', (line) => line.type() === 'error' && page.faults.push(line.text()));
     page.on('dialog', (dialog) => page.faults.push(`a dialog: ${dialog.message()}`) && dialog.dismiss());
+    await prepare(page);
     await page.goto(server.address + search);
-    await finished(page);
     return page;
 }
 
@@ -332,6 +339,28 @@ const separate = {
         } finally {
             rmSync(list);
         }
+    },
+
+    async 'what is chosen last stays, before the program is there and before another scene is'() {
+        const lamp = join(root, 'scenes/desk-lamp/desk-lamp.iv');
+        let page;
+        for (const slow of ['**/ivcam.wasm', '**/scenes/livroom/**']) {
+            let go;
+            const gate = new Promise((open) => { go = open; });
+            await page?.context().close();
+            page = await visit({ serviceWorkers: 'block' }, '?samples=4&size=180', (page) => page.route(slow, async (route) => {
+                await gate;
+                await route.continue();
+            }));
+            await page.waitForFunction((waits) => waits || document.body.dataset.ready, slow.endsWith('wasm'));
+            await page.setInputFiles('#files', lamp);
+            setTimeout(go, 2000);
+            await finished(page);
+            await page.waitForTimeout(3000);
+            assert.equal(await page.inputValue('#scenes'), 'desk-lamp.iv', slow);
+            assert.match(await text(page, 'command'), /render desk-lamp\.iv/);
+        }
+        return page;
     },
 
     async 'an address of another server is refused before anything is fetched'() {
