@@ -4,7 +4,9 @@ const VERSION = 'VERSION';
 const FILES = ['FILES'];
 
 addEventListener('install', (event) => {
-    const fill = async () => (await caches.open(VERSION)).addAll(FILES);
+    // The browser's own cache may still hold files of the version before.
+    const fresh = FILES.map((file) => new Request(file, { cache: 'reload' }));
+    const fill = async () => (await caches.open(VERSION)).addAll(fresh);
     event.waitUntil(fill().then(() => skipWaiting()));
 });
 
