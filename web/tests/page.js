@@ -363,6 +363,36 @@ const separate = {
         return page;
     },
 
+    async 'a copy of the page is kept until its own update, which takes all files anew'() {
+        let isNew = false;
+        const version = (bytes, digit) => String(bytes).replace(/ivcam [0-9a-f]{16}/, `ivcam ${digit.repeat(16)}`);
+        const shared = await serve(dist, { 'cache-control': 'max-age=600' }, (path, bytes) => ({
+            '/other/offline.js': version(bytes, '0'),
+            '/sub/offline.js': isNew ? version(bytes, '1') : bytes,
+            '/sub/main.js': isNew ? `${bytes}// new` : bytes,
+        })[path] ?? bytes);
+        const page = await visit({}, '', async () => {});
+        const kept = async () => page.evaluate(() => navigator.serviceWorker.ready.then(() => caches.keys()));
+        const until = async (count, text) => {
+            for (let i = 0; i < 100 && !((await kept()).length === count && (await kept()).join().includes(text)); i++) {
+                await page.waitForTimeout(100);
+            }
+            return kept();
+        };
+        await page.goto(shared.address);
+        await until(1, 'sub');
+        await page.goto(shared.address.replace('sub', 'other'));
+        assert.equal((await until(2, '000 ')).length, 2);
+        await page.goto(shared.address);
+        isNew = true;
+        await page.evaluate(() => navigator.serviceWorker.ready.then((own) => own.update()));
+        assert.equal((await until(2, '111 ')).length, 2);
+        await page.waitForFunction(async () => (await caches.keys()).every((name) => !/sub/.test(name) || /1{16}/.test(name)));
+        assert.match(await page.evaluate(async () => (await fetch('main.js')).text()), /\/\/ new$/);
+        shared.end();
+        return page;
+    },
+
     async 'an address of another server is refused before anything is fetched'() {
         const page = await open();
         const outside = ['https://example.com/a.iv', '//example.com/a.iv', 'data:text/plain,%23Inventor', 'blob:null/1',

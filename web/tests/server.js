@@ -8,15 +8,18 @@ const TYPES = {
     '.svg': 'image/svg+xml', '.wasm': 'application/wasm',
 };
 
-/** Serves a folder at `/sub/`. Resolves to the page's address and a function that ends the server. */
-exports.serve = (folder) => new Promise((go) => {
+/**
+ * Serves a folder at `/sub/` and below any other name, with more headers; `changed(path, bytes)` are the bytes
+ * that are sent. Resolves to the page's address and a function that ends the server.
+ */
+exports.serve = (folder, headers = {}, changed = (path, bytes) => bytes) => new Promise((go) => {
     const server = createServer(async (request, response) => {
         const path = decodeURIComponent(new URL(request.url, 'http://page').pathname);
-        const below = normalize(path.replace(/^\/sub\//, '')) || 'index.html';
+        const below = normalize(path.replace(/^\/[^/]+\//, '')) || 'index.html';
         try {
             const bytes = await readFile(join(folder, below === '.' || below === '/' ? 'index.html' : below));
-            response.writeHead(200, { 'content-type': TYPES[extname(below)] ?? 'text/html' });
-            response.end(bytes);
+            response.writeHead(200, { 'content-type': TYPES[extname(below)] ?? 'text/html', ...headers });
+            response.end(changed(path, bytes));
         } catch {
             response.writeHead(404).end();
         }
