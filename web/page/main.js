@@ -885,11 +885,21 @@ function count() {
     return asked >= 1 && asked <= 64 ? asked : Math.min(cores, most);
 }
 
+/** Fetches and compiles the program. */
+async function compiled() {
+    const answer = await fetch(new URL('ivcam.wasm', import.meta.url));
+    if (!answer.ok) {
+        throw new Error(`the server answers ${answer.status}`);
+    }
+    // Browsers compile while they load only what has this type, which some servers do not know.
+    return answer.headers.get('content-type') === 'application/wasm'
+        ? WebAssembly.compileStreaming(answer) : WebAssembly.compile(await answer.arrayBuffer());
+}
+
 /** Loads the program and its lenses. Returns what is wrong, if anything is. */
 async function load() {
     try {
-        const module = await WebAssembly.compileStreaming(fetch(new URL('ivcam.wasm', import.meta.url)));
-        crew = new Crew(module, count());
+        crew = new Crew(await compiled(), count());
         shipped = await list;
         const { out } = await crew.command(['ivcam', 'lens', '--json'], []);
         state.lenses = JSON.parse(out);

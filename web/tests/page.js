@@ -363,6 +363,15 @@ const separate = {
         return page;
     },
 
+    async 'a server that does not know the type of the program will do'() {
+        const page = await visit({ serviceWorkers: 'block' }, '?scene=2&samples=4&size=180', (page) => page.route('**/ivcam.wasm', async (route) => {
+            const response = await route.fetch();
+            await route.fulfill({ response, headers: { ...response.headers(), 'content-type': 'application/octet-stream' } });
+        }));
+        assert.equal(await finished(page), 'yes');
+        return page;
+    },
+
     async 'a copy of the page is kept until its own update, which takes all files anew'() {
         let isNew = false;
         const version = (bytes, digit) => String(bytes).replace(/ivcam [0-9a-f]{16}/, `ivcam ${digit.repeat(16)}`);
