@@ -427,14 +427,26 @@ function openFiles(found) {
     const load = async () => {
         const all = await found;
         const read = await contents(all);
-        const kinds = sorted(read.files);
-        return { isScene: kinds.scenes.length > 0, show: () => showFiles(read, kinds, all.length) };
+        const isScene = sorted(read.files).scenes.length > 0;
+        return { isScene, show: () => showFiles(isScene ? read : besideScene(read), all.length) };
     };
     return opens('Reading the files…', load, (error) => say(`The files cannot be read: ${error.message}`, true));
 }
 
+/** Puts files into the folder of the open scene, whose parts name them from there. */
+function besideScene({ files, lines }) {
+    const folder = (state.scene ?? '').split('/').slice(0, -1);
+    const place = (path) => {
+        // A folder that was opened with the scene is opened again with its own place.
+        const isWhole = folder.length > 0 && path.startsWith(`${folder[0]}/`);
+        return isWhole ? path : [...folder, path].join('/');
+    };
+    return { files: new Map([...files].map(([path, bytes]) => [place(path), bytes])), lines };
+}
+
 /** Shows files that were opened: a scene replaces all files, anything else goes beside the scene. */
-function showFiles(read, kinds, count) {
+function showFiles(read, count) {
+    const kinds = sorted(read.files);
     const hasScene = kinds.scenes.length > 0;
     if (hasScene) {
         replaceFiles(read.files, kinds.scenes);

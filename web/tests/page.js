@@ -150,6 +150,18 @@ const tests = {
         await shot(page, 'folder');
     },
 
+    async 'a texture goes into the folder of the scene'(page) {
+        const folder = scratch(book());
+        await opens(page, 'folder', folder);
+        const whole = await pixels(page);
+        rmSync(join(folder, 'book-cover.png'));
+        await opens(page, 'folder', folder);
+        assert.match(await text(page, 'messages'), /book-cover\.png` was not found/);
+        await opens(page, 'files', join(root, 'scenes/livroom/book-cover.png'));
+        assert.doesNotMatch(await text(page, 'messages'), /not found/);
+        assert.ok((await pixels(page)).equals(whole));
+    },
+
     async 'a damaged file is drawn as far as it goes, and the place of the damage is reported'(page) {
         const bad = '#Inventor V2.1 ascii\nSeparator {\n  Material { diffuseColour 1 0 0 }\n  Cone { height x }\n  Sphere { }\n}\n';
         await opens(page, 'files', join(scratch([['bad.iv', bad]]), 'bad.iv'));
