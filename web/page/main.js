@@ -482,7 +482,7 @@ function listLenses(own = []) {
     const fits = (text) => wanted.every((word) => text.toLowerCase().includes(word));
     const groups = [];
     if (own.length > 0) {
-        state.ownLenses = own;
+        state.ownLenses = [...new Set([...own, ...state.ownLenses ?? []])];
     }
     if (state.ownLenses?.length > 0) {
         groups.push(group('opened', state.ownLenses.map((path) => option(path))));

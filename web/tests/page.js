@@ -176,6 +176,17 @@ const tests = {
         assert.match(await text(page, 'messages'), /cut\.zip cannot be unpacked/);
     },
 
+    async 'lenses that are opened one after the other stay in the list'(page) {
+        const lens = readFileSync(join(root, 'lenses/telephoto/telephoto.dat'));
+        const folder = scratch([['one.dat', lens], ['two.dat', lens]]);
+        for (const name of ['one.dat', 'two.dat']) {
+            await opens(page, 'files', join(folder, name));
+        }
+        const opened = await page.evaluate(() => [...document.querySelectorAll('#lens optgroup[label="opened"] option')].map((o) => o.value));
+        assert.deepEqual(opened, ['desk-lamp/two.dat', 'desk-lamp/one.dat']);
+        assert.match(await text(page, 'command'), /--lens desk-lamp\/two\.dat/);
+    },
+
     async 'a camera goes beside the scene, and files of every format are scenes'(page) {
         const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
         await opens(page, 'files', join(scratch([['cube.iv', cube]]), 'cube.iv'));
