@@ -836,6 +836,8 @@ function listen() {
             openShipped(Number(chosenScene.slice(8)));
         } else {
             shown = ++begun;
+            $('efl').value = '';
+            state.fits = true;
             setScene(chosenScene);
         }
     });

@@ -197,6 +197,16 @@ const tests = {
         assert.match(await text(page, 'command'), /render box\.x3d/);
     },
 
+    async 'another scene of the list gets the focal length of its own camera'(page) {
+        const seen = (angle) => `#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 heightAngle ${angle} } Cube { }\n`;
+        const folder = scratch([['a-tele.iv', seen(0.05)], ['b-wide.iv', seen(1)]]);
+        await opens(page, 'files', ['a-tele.iv', 'b-wide.iv'].map((name) => join(folder, name)));
+        const tele = Number(await page.inputValue('#efl'));
+        await changed(page, () => page.selectOption('#scenes', 'b-wide.iv'));
+        const wide = Number(await page.inputValue('#efl'));
+        assert.ok(tele > 100 && wide < 30, `${tele} mm, then ${wide} mm`);
+    },
+
     async 'the camera of the page is no file of the scene'(page) {
         const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
         const folder = scratch([['camera.iv', cube], ['page-camera.iv', cube]]);
