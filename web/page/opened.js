@@ -92,16 +92,31 @@ export function sorted(files) {
         }
     }
     // A camera alone with nothing else to see is a scene to open.
-    kinds.scenes.sort((a, b) => rank(a, files) - rank(b, files) || a.localeCompare(b));
+    const ranks = ranked(kinds.scenes, files);
+    kinds.scenes.sort((a, b) => ranks.get(a) - ranks.get(b) || a.localeCompare(b));
     return kinds;
 }
 
-/** How unlikely a file is the scene that is meant: a deep one, or one that others include. */
-function rank(path, files) {
-    const parts = path.split('/');
-    const name = parts.at(-1);
-    const stem = name.replace(SCENE, '');
-    const isNamedByOthers = [...files].some(([other, bytes]) => other !== path
-        && isScene(other, bytes) && head(bytes).includes(`"${name}"`));
-    return 4 * parts.length + 2 * isNamedByOthers - (stem === parts.at(-2));
+/** How unlikely each file is the scene that is meant: a deep one, or one that others include. */
+function ranked(scenes, files) {
+    const nameOf = (path) => path.split('/').at(-1);
+    const names = new Set(scenes.map(nameOf));
+    const counts = new Map();
+    const ownNames = new Set();
+    for (const path of scenes) {
+        for (const word of new Set(head(files.get(path)).split('"'))) {
+            if (names.has(word)) {
+                counts.set(word, (counts.get(word) ?? 0) + 1);
+            }
+            if (word === nameOf(path)) {
+                ownNames.add(path);
+            }
+        }
+    }
+    const rank = (path) => {
+        const parts = path.split('/');
+        const isNamedByOthers = (counts.get(parts.at(-1)) ?? 0) > (ownNames.has(path) ? 1 : 0);
+        return 4 * parts.length + 2 * isNamedByOthers - (parts.at(-1).replace(SCENE, '') === parts.at(-2));
+    };
+    return new Map(scenes.map((path) => [path, rank(path)]));
 }

@@ -150,6 +150,19 @@ const tests = {
         await shot(page, 'folder');
     },
 
+    async 'of many scenes the one that no other names comes first, at once'(page) {
+        const [first, seconds] = await page.evaluate(async () => {
+            const { sorted } = await import('./opened.js');
+            const bytes = (text) => new TextEncoder().encode(`#Inventor V2.1 ascii\n${text}\n${'# filler\n'.repeat(8000)}`);
+            const files = new Map(Array.from({ length: 300 }, (_, i) => [`all/a${i}.iv`, bytes(`File { name "a${i + 1}.iv" }`)]));
+            files.set('all/z.iv', bytes('File { name "a0.iv" } # "z.iv"'));
+            const start = performance.now();
+            return [sorted(files).scenes[0], (performance.now() - start) / 1000];
+        });
+        assert.equal(first, 'all/z.iv');
+        assert.ok(seconds < 5, `${seconds} s`);
+    },
+
     async 'a texture goes into the folder of the scene'(page) {
         const folder = scratch(book());
         await opens(page, 'folder', folder);
