@@ -3,7 +3,7 @@
 import { unzipped } from './zip.js';
 
 const SCENE = /\.(iv|wrl|vrml|wrz|x3d|x3dv|x3dz|gltf|glb|obj|ply|stl)(\.gz)?$/i;
-const LENS = /\.(dat|zmx|seq|len|json)$/i;
+const LENS = /\.(dat|zmx|seq|len|lens|roa|lhlt)$/i;
 const PICTURE = /\.(png|jpe?g|tiff?|exr|rgb|sgi|gif|bmp|ppm)$/i;
 const MOST_BYTES = 1 << 30;
 
@@ -11,6 +11,10 @@ const MOST_BYTES = 1 << 30;
 const head = (bytes, length = 65_536) => new TextDecoder('latin1').decode(bytes.subarray(0, length));
 
 const isScene = (path, bytes) => SCENE.test(path) || /^#(Inventor|VRML)/.test(head(bytes, 16));
+
+/** Whether a file is a lens. Of JSON, one that lists surfaces is: others are reports, losses, settings. */
+const isLens = (path, bytes) => LENS.test(path)
+    || /\.json$/i.test(path) && /"(surfaces|surface_group|Surfaces)"\s*:/.test(head(bytes, bytes.length));
 
 /** Whether a file is a camera for `--camera` and nothing else: all its nodes are cameras. */
 function isCamera(bytes) {
@@ -87,7 +91,7 @@ export function sorted(files) {
             kinds.scenes.push(path);
         } else if (PICTURE.test(path)) {
             kinds.pictures.push(path);
-        } else if (LENS.test(path)) {
+        } else if (isLens(path, bytes)) {
             kinds.lenses.push(path);
         }
     }

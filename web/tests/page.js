@@ -200,6 +200,17 @@ const tests = {
         assert.match(await text(page, 'command'), /--lens desk-lamp\/two\.dat/);
     },
 
+    async 'a report beside a scene is no lens, and a lens as JSON is one'(page) {
+        const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="report.json"]')]);
+        const report = join(scratch([]), 'room.report.json');
+        await file.saveAs(report);
+        const cube = join(scratch([['cube.iv', '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n']]), 'cube.iv');
+        assert.equal(await opens(page, 'files', [cube, report]), 'yes');
+        assert.doesNotMatch(await text(page, 'command'), /--lens \S*json/);
+        await opens(page, 'files', [cube, join(root, 'lenses/phone/phone.json')]);
+        assert.match(await text(page, 'command'), /--lens phone\.json/);
+    },
+
     async 'a camera goes beside the scene, and files of every format are scenes'(page) {
         const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
         await opens(page, 'files', join(scratch([['cube.iv', cube]]), 'cube.iv'));
