@@ -70,9 +70,9 @@ export async function contents(found) {
             continue;
         }
         try {
-            const { files: inside, unread } = await unzipped(bytes);
-            inside.forEach(([name, content]) => files.set(name, content));
-            unread.forEach((name) => lines.push(`warning: ${name} in ${path} is not read: it is encrypted, or packed by another method than deflate`));
+            const inside = await unzipped(bytes, path);
+            inside.files.forEach(([name, content]) => files.set(name, content));
+            lines.push(...inside.lines);
         } catch (error) {
             const why = error instanceof RangeError ? 'it is damaged' : error.message;
             lines.push(`error: ${path} cannot be unpacked: ${why}`);

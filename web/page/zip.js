@@ -2,6 +2,24 @@
 
 const MOST_FILES = 20_000;
 const MOST_BYTES = 1 << 30;
+const HELP = '\n  = help: copy or download the archive again';
+
+const TABLE = new Uint32Array(256).map((_, n) => {
+    let c = n;
+    for (let k = 0; k < 8; k++) {
+        c = c & 1 ? 0xedb8_8320 ^ c >>> 1 : c >>> 1;
+    }
+    return c;
+});
+
+/** The CRC-32 of bytes. */
+function checksum(bytes) {
+    let c = -1;
+    for (let i = 0; i < bytes.length; i++) {
+        c = TABLE[(c ^ bytes[i]) & 255] ^ c >>> 8;
+    }
+    return ~c >>> 0;
+}
 
 async function inflated(bytes, size) {
     const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream('deflate-raw'));
@@ -9,13 +27,13 @@ async function inflated(bytes, size) {
     let at = 0;
     for await (const chunk of chunks(stream.getReader())) {
         if (at + chunk.length > size) {
-            throw new Error('a file is larger than the archive says');
+            throw new Error('it is larger than the archive says');
         }
         out.set(chunk, at);
         at += chunk.length;
     }
     if (at !== size) {
-        throw new Error('a file is shorter than the archive says');
+        throw new Error('it is shorter than the archive says');
     }
     return out;
 }
@@ -41,14 +59,17 @@ function directory(view) {
     throw new Error('it is not a .zip archive, or its end is missing');
 }
 
-/** Returns the names and bytes of the files of an archive, and the names of those it cannot read. */
-export async function unzipped(bytes) {
+/**
+ * Returns the names and bytes of the files of an archive, and lines about those that are damaged or cannot be
+ * read; `archive` is its name.
+ */
+export async function unzipped(bytes, archive) {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
     let [at, count] = directory(view);
     if (count > MOST_FILES) {
         throw new Error(`it has more than ${MOST_FILES} files`);
     }
-    const files = [], unread = [];
+    const files = [], lines = [];
     let sum = 0;
     for (; count > 0; count--) {
         if (view.getUint32(at, true) !== 0x0201_4b50) {
@@ -58,6 +79,7 @@ export async function unzipped(bytes) {
         const [packed, size] = [view.getUint32(at + 20, true), view.getUint32(at + 24, true)];
         const [name, extra, comment] = [28, 30, 32].map((i) => view.getUint16(at + i, true));
         const start = view.getUint32(at + 42, true);
+        const stated = view.getUint32(at + 16, true);
         const path = new TextDecoder().decode(bytes.subarray(at + 46, at + 46 + name));
         at += 46 + name + extra + comment;
         if (path.endsWith('/')) {
@@ -70,10 +92,20 @@ export async function unzipped(bytes) {
             throw new Error('its files have more than 1 GB');
         }
         if (flags & 1 || (method !== 0 && method !== 8)) {
-            unread.push(path);
-        } else {
-            files.push([path, method === 0 ? content.slice() : await inflated(content, size)]);
+            lines.push(`warning: ${path} in ${archive} is not read: it is encrypted, or packed by another method than deflate\n  = help: unpack it, and open the folder`);
+            continue;
         }
+        let unpacked;
+        try {
+            unpacked = method === 0 ? content.slice() : await inflated(content, size);
+        } catch (error) {
+            lines.push(`damaged: ${path} in ${archive} is not read: ${error.message}${HELP}`);
+            continue;
+        }
+        if (unpacked.length !== size || checksum(unpacked) !== stated) {
+            lines.push(`damaged: ${path} in ${archive} is not what was packed: its checksum differs${HELP}`);
+        }
+        files.push([path, unpacked]);
     }
-    return { files, unread };
+    return { files, lines };
 }

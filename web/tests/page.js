@@ -211,6 +211,19 @@ const tests = {
         assert.match(await text(page, 'command'), /--lens phone\.json/);
     },
 
+    async 'a damaged file of a .zip is reported, and the others are read'(page) {
+        const zip = zipped(book());
+        const stored = zip.indexOf(readFileSync(join(root, 'scenes/livroom/book-cover.png')));
+        zip[stored + 2000] ^= 1;
+        await opens(page, 'files', join(scratch([['one.zip', zip]]), 'one.zip'));
+        assert.match(await text(page, 'messages'), /damaged: book-cover\.png in one\.zip is not what was packed: its checksum differs/);
+        const packed = zip.indexOf('book-spine.png') + 'book-spine.png'.length;
+        zip.fill(255, packed, packed + 10);
+        await opens(page, 'files', join(scratch([['two.zip', zip]]), 'two.zip'));
+        assert.match(await text(page, 'messages'), /damaged: book-spine\.png in two\.zip is not read/);
+        assert.match(await text(page, 'command'), /render book\.iv/);
+    },
+
     async 'a camera goes beside the scene, and files of every format are scenes'(page) {
         const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
         await opens(page, 'files', join(scratch([['cube.iv', cube]]), 'cube.iv'));
