@@ -1,5 +1,6 @@
 // The files that a person opens: dropped, chosen, from a folder or from a .zip.
 
+import { parts } from './files.js';
 import { unzipped } from './zip.js';
 
 const SCENE = /\.(iv|wrl|vrml|wrz|x3d|x3dv|x3dz|gltf|glb|obj|ply|stl)(\.gz)?$/i;
@@ -55,10 +56,25 @@ export async function dropped(transfer) {
 /** Reads chosen files, with their paths in a chosen folder. */
 export const chosen = (list) => [...list].map((file) => [file.webkitRelativePath || file.name, file]);
 
+/** What macOS notes about files beside them. */
+const NOTES = /(^|\/)(__MACOSX\/|\._|\.DS_Store$)/;
+
+const areEqual = (a, b) => a.length === b.length && a.every((byte, i) => byte === b[i]);
+
 /** Returns the bytes of files by path, with archives unpacked, and lines about what was not read. */
 export async function contents(found) {
     const files = new Map(), lines = [];
     let sum = 0;
+    const put = (path, bytes, whole) => {
+        const before = files.get(path);
+        if (before && !areEqual(before, bytes)) {
+            lines.push(`warning: ${whole} is not read: another file with the path ${path} was opened with it\n  = help: rename one of them`);
+        } else if (parts(path)[0] === '.page') {
+            lines.push(`warning: ${whole} is not read: the page has files of its own in the folder .page\n  = help: rename the folder`);
+        } else if (!NOTES.test(path)) {
+            files.set(path, bytes);
+        }
+    };
     for (const [path, file] of found) {
         sum += file.size;
         if (sum > MOST_BYTES) {
@@ -66,12 +82,12 @@ export async function contents(found) {
         }
         const bytes = new Uint8Array(await file.arrayBuffer());
         if (!/\.zip$/i.test(path)) {
-            files.set(path, bytes);
+            put(path, bytes, path);
             continue;
         }
         try {
             const inside = await unzipped(bytes, path);
-            inside.files.forEach(([name, content]) => files.set(name, content));
+            inside.files.forEach(([name, content]) => put(name, content, `${name} in ${path}`));
             lines.push(...inside.lines);
         } catch (error) {
             const why = error instanceof RangeError ? 'it is damaged' : error.message;

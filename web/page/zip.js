@@ -80,7 +80,8 @@ export async function unzipped(bytes, archive) {
         const [name, extra, comment] = [28, 30, 32].map((i) => view.getUint16(at + i, true));
         const start = view.getUint32(at + 42, true);
         const stated = view.getUint32(at + 16, true);
-        const path = new TextDecoder().decode(bytes.subarray(at + 46, at + 46 + name));
+        // Some programs separate folders as Windows does.
+        const path = new TextDecoder().decode(bytes.subarray(at + 46, at + 46 + name)).replaceAll('\\', '/');
         at += 46 + name + extra + comment;
         if (path.endsWith('/')) {
             continue;

@@ -224,6 +224,19 @@ const tests = {
         assert.match(await text(page, 'command'), /render book\.iv/);
     },
 
+    async 'archives of other systems are read, and of two files with one path it is said which is not'(page) {
+        const cube = (size) => Buffer.from(`#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { width ${size} }\n`);
+        const own = [['room\\a.iv', cube(1)], ['__MACOSX/room/._a.iv', cube(2)], ['room/._b.iv', cube(3)], ['.page/words', cube(4)]];
+        const folder = scratch([['one.zip', zipped(own)], ['two.zip', zipped([['room/a.iv', cube(5)]])]]);
+        await opens(page, 'files', ['one.zip', 'two.zip'].map((name) => join(folder, name)));
+        const scenes = await page.evaluate(() => [...document.querySelectorAll('#scenes optgroup[label="Opened"] option')].map((o) => o.value));
+        assert.deepEqual(scenes, ['room/a.iv']);
+        const messages = await text(page, 'messages');
+        assert.match(messages, /room\/a\.iv in two\.zip is not read: another file/);
+        assert.match(messages, /\.page\/words in one\.zip is not read/);
+        assert.doesNotMatch(messages, /_b\.iv/);
+    },
+
     async 'a camera goes beside the scene, and files of every format are scenes'(page) {
         const cube = '#Inventor V2.1 ascii\nPerspectiveCamera { position 0 0 6 } Cube { }\n';
         await opens(page, 'files', join(scratch([['cube.iv', cube]]), 'cube.iv'));
