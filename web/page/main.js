@@ -592,6 +592,8 @@ async function focusAt(x, y) {
     const { distance } = await opened()?.does({ job: 'distance', x, y }) ?? {};
     if (distance > 0) {
         setFocus(distance);
+    } else if (distance === undefined) {
+        say('The scene is not open yet: focus when its picture grows.');
     } else {
         say('Nothing is there to focus on.');
     }

@@ -348,6 +348,22 @@ const tests = {
         await isProgram(page, join(dist, 'scenes'));
     },
 
+    async 'a focus that comes too early is said to be that'(page) {
+        const said = await page.evaluate(async () => {
+            const all = [];
+            new MutationObserver(() => all.push(document.getElementById('status').textContent))
+                .observe(document.getElementById('status'), { childList: true });
+            document.getElementById('home').click();
+            await new Promise((go) => setTimeout(go, 20));
+            document.getElementById('middle').click();
+            await new Promise((go) => setTimeout(go, 20));
+            return all.join(' | ');
+        });
+        assert.match(said, /not open yet/);
+        assert.doesNotMatch(said, /Nothing is there/);
+        await finished(page);
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
