@@ -263,6 +263,14 @@ function change(ms = 300) {
     }
 }
 
+function stop() {
+    clearTimeout(waiting);
+    crew.stop();
+    crew.hands.forEach((hand) => hand.isBusy && !hand.run && hand.fail('stopped'));
+    $('stop').disabled = true;
+    say('Stopped.');
+}
+
 function showCommand(all) {
     const line = [...all, '-o', pictureName('png')].map(quoted).join(' ');
     $('command').textContent = line;
@@ -843,12 +851,7 @@ function listen() {
             setScene(chosenScene);
         }
     });
-    $('stop').addEventListener('click', () => {
-        crew.stop();
-        crew.hands.forEach((hand) => hand.isBusy && !hand.run && hand.fail('stopped'));
-        $('stop').disabled = true;
-        say('Stopped.');
-    });
+    $('stop').addEventListener('click', stop);
     $('home').addEventListener('click', goHome);
     $('middle').addEventListener('click', () => focusAt(0.5, 0.5));
     $('copy').addEventListener('click', () => navigator.clipboard.writeText($('command').textContent));

@@ -364,6 +364,18 @@ const tests = {
         await finished(page);
     },
 
+    async 'a stop in the pause after a change holds'(page) {
+        await page.evaluate(() => {
+            const more = document.getElementById('more');
+            more.value = '--seed 3';
+            more.dispatchEvent(new Event('input'));
+            document.getElementById('stop').click();
+        });
+        await page.waitForTimeout(2000);
+        assert.match(await text(page, 'status'), /^Stopped/);
+        assert.ok(await page.isDisabled('#stop'));
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
