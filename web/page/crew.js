@@ -295,6 +295,10 @@ export class Crew {
         exposure.isJoining = true;
         const result = await hand.does({ job: 'join', parts });
         exposure.isJoining = false;
+        // The worker has the joined picture now, also when the picture in work was dropped meanwhile.
+        if (result.code === 0) {
+            Object.assign(exposure, { joined: join, holder: hand, report: result.answer, pixels: result.pixels });
+        }
         if (isOld()) {
             return false;
         }
@@ -302,9 +306,6 @@ export class Crew {
             this.#broke(exposure, result, on);
             return false;
         }
-        exposure.joined = join;
-        exposure.holder = hand;
-        exposure.report = result.answer;
         on.joined(result, exposure);
         return true;
     }

@@ -162,15 +162,19 @@ async function showPreview({ answer: [width, height], pixels }) {
 
 const percent = (share) => `${(100 * share).toPrecision(2)}%`;
 
-function showState(exposure) {
-    const { done, samples } = exposure;
+/** What is known of a picture that has a number of samples per pixel. */
+function described(exposure, samples) {
     const report = exposure.report?.report;
     const seconds = ((performance.now() - state.started) / 1000).toFixed(1);
     const error = report?.relative_rmse != null ? `error ${percent(report.relative_rmse)}`
         : report?.error_unknown ? `error unknown: ${report.error_unknown}` : 'error not yet known';
+    return `${samples} of ${exposure.samples} samples, ${error}, ${seconds} s`;
+}
+
+function showState(exposure) {
     const sum = exposure.bands.reduce((n, band) => n + band.done, 0);
-    $('progress').value = sum / (samples * exposure.bands.length);
-    say(`${exposure.isFinished ? '' : '… '}${done} of ${samples} samples, ${error}, ${seconds} s`);
+    $('progress').value = sum / (exposure.samples * exposure.bands.length);
+    say(`${exposure.isFinished ? '' : '… '}${described(exposure, exposure.done)}`);
 }
 
 const on = {
@@ -237,6 +241,7 @@ function begin() {
     state.started = performance.now();
     ['finished', 'first'].forEach((name) => delete document.body.dataset[name]);
     $('stop').disabled = false;
+    state.exposure = undefined;
     enableSaves(false);
     const all = words();
     showCommand(all);
@@ -263,12 +268,22 @@ function change(ms = 300) {
     }
 }
 
-function stop() {
+async function stop() {
     clearTimeout(waiting);
     crew.stop();
     crew.hands.forEach((hand) => hand.isBusy && !hand.run && hand.fail('stopped'));
     $('stop').disabled = true;
     say('Stopped.');
+    const { exposure } = state;
+    while (exposure?.isJoining) {
+        await exposure.changed();
+    }
+    if (exposure?.joined > 0 && exposure === state.exposure) {
+        // The picture that can be saved, which bands may be ahead of.
+        paint(exposure.pixels, [exposure.width, exposure.height]);
+        say(`Stopped: ${described(exposure, exposure.joined)}`);
+        enableSaves(true);
+    }
 }
 
 function showCommand(all) {

@@ -376,6 +376,25 @@ const tests = {
         assert.ok(await page.isDisabled('#stop'));
     },
 
+    async 'what is seen after a stop is what is saved, with its samples and error'(page) {
+        await page.selectOption('#samples', '1024');
+        await page.waitForFunction(() => !document.querySelector('[data-end="png"]').disabled && document.getElementById('progress').value > 0.03);
+        await page.click('#stop');
+        await page.waitForTimeout(1000);
+        assert.match(await text(page, 'status'), /^Stopped: \d+ of 1024 samples, error [\d.]+%, /);
+        const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
+        const saved = await page.evaluate(async (text) => {
+            const bytes = Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+            const image = await createImageBitmap(new Blob([bytes]));
+            const canvas = Object.assign(document.createElement('canvas'), { width: image.width, height: image.height });
+            canvas.getContext('2d').drawImage(image, 0, 0);
+            const { data } = canvas.getContext('2d').getImageData(0, 0, image.width, image.height);
+            return btoa(data.reduce((text, byte) => text + String.fromCharCode(byte), ''));
+        }, readFileSync(await file.path()).toString('base64'));
+        const rgb = Buffer.from(saved, 'base64').filter((_, i) => i % 4 !== 3);
+        assert.ok((await pixels(page)).equals(rgb), 'the picture that is saved is another');
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
