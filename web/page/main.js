@@ -292,6 +292,18 @@ function showCommand(all) {
     $('copy-camera').hidden = state.camera === undefined;
 }
 
+async function copyCommand() {
+    try {
+        await navigator.clipboard.writeText($('command').textContent);
+    } catch {
+        // Browsers give the clipboard to pages of https and of this device alone.
+        getSelection().selectAllChildren($('command'));
+        if (!document.execCommand('copy')) {
+            say('The browser does not let this page copy: the line is selected.');
+        }
+    }
+}
+
 // The scene.
 
 function setScene(path, focus = '') {
@@ -869,7 +881,7 @@ function listen() {
     $('stop').addEventListener('click', stop);
     $('home').addEventListener('click', goHome);
     $('middle').addEventListener('click', () => focusAt(0.5, 0.5));
-    $('copy').addEventListener('click', () => navigator.clipboard.writeText($('command').textContent));
+    $('copy').addEventListener('click', copyCommand);
     $('copy-camera').addEventListener('click', () => download(new TextEncoder().encode(state.camera), cameraName()));
     $('compare').addEventListener('click', compare);
     for (const [text, end, target] of outputs) {

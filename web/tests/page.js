@@ -395,6 +395,16 @@ const tests = {
         assert.ok((await pixels(page)).equals(rgb), 'the picture that is saved is another');
     },
 
+    async 'the command line is copied without the interface of secure pages too'(page) {
+        await page.evaluate(() => {
+            Object.defineProperty(navigator, 'clipboard', { value: undefined });
+            document.addEventListener('copy', () => { document.body.dataset.copied = String(getSelection()); });
+            document.getElementById('command-box').open = true;
+        });
+        await page.click('#copy');
+        assert.equal(await page.evaluate(() => document.body.dataset.copied), await text(page, 'command'));
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
