@@ -132,9 +132,17 @@ function showMessages(text) {
     }
 }
 
-function say(text, isBad = false) {
+/** The time of the last line for screen readers, in milliseconds. */
+let spoken = 0;
+
+/** Shows a line below the picture. Screen readers get progress every ten seconds, and all else at once. */
+function say(text, isBad = false, isProgress = false) {
     $('status').textContent = text;
     $('status').className = isBad ? 'bad' : '';
+    if (!isProgress || performance.now() - spoken > 10_000) {
+        spoken = performance.now();
+        $('spoken').textContent = text;
+    }
 }
 
 // The picture.
@@ -171,10 +179,10 @@ function described(exposure, samples) {
     return `${samples} of ${exposure.samples} samples, ${error}, ${seconds} s`;
 }
 
-function showState(exposure) {
+function showState(exposure, isProgress = false) {
     const sum = exposure.bands.reduce((n, band) => n + band.done, 0);
     $('progress').value = sum / (exposure.samples * exposure.bands.length);
-    say(`${exposure.isFinished ? '' : '… '}${described(exposure, exposure.done)}`);
+    say(`${exposure.isFinished ? '' : '… '}${described(exposure, exposure.done)}`, false, isProgress);
 }
 
 const on = {
@@ -198,14 +206,14 @@ const on = {
         if (exposure.done >= 1 && !document.body.dataset.first) {
             document.body.dataset.first = Math.round(performance.now() - state.started);
         }
-        showState(exposure);
+        showState(exposure, true);
     },
     joined(result, exposure) {
         if (result.messages) {
             showMessages(`${state.said}${result.messages}`);
         }
         paint(result.pixels, [exposure.width, exposure.height]);
-        showState(exposure);
+        showState(exposure, true);
         enableSaves(true);
     },
     failed(result) {

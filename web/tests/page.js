@@ -405,6 +405,21 @@ const tests = {
         assert.equal(await page.evaluate(() => document.body.dataset.copied), await text(page, 'command'));
     },
 
+    async 'a screen reader is not interrupted by every band'(page) {
+        await page.evaluate(() => {
+            window.spoken = [];
+            const watch = new MutationObserver(() => window.spoken.push(document.getElementById('spoken').textContent));
+            watch.observe(document.getElementById('spoken'), { childList: true });
+        });
+        const start = Date.now();
+        await changed(page, () => page.selectOption('#samples', '64'));
+        const spoken = await page.evaluate(() => window.spoken);
+        assert.ok(spoken.length <= 3 + (Date.now() - start) / 10_000, spoken.join(' | '));
+        assert.match(spoken.at(-1), /^64 of 64 samples/);
+        const live = await page.evaluate(() => [...document.querySelectorAll('[aria-live="polite"], [role="status"]')].map((e) => e.id));
+        assert.deepEqual(live, ['spoken', 'saved']);
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
