@@ -219,7 +219,7 @@ const on = {
     failed(result) {
         const { broken } = result;
         const why = broken ? `error: the program ended: ${broken}\n  = help: another scene can be opened; the program without a browser has more memory and no limit on time\n` : '';
-        showMessages(`${why}${result.messages}`);
+        showMessages(`${why}${result.messages}${result.out}`);
         say(broken ? `This scene ended its worker: ${broken}` : 'This is no picture: see the messages.', true);
         $('progress').value = 0;
         $('stop').disabled = true;

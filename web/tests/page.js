@@ -420,6 +420,11 @@ const tests = {
         assert.deepEqual(live, ['spoken', 'saved']);
     },
 
+    async 'help that is asked for among the options is shown'(page) {
+        assert.equal(await changed(page, () => page.fill('#more', '--help')), 'failed');
+        assert.match(await text(page, 'messages'), /--aperture/);
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
