@@ -297,7 +297,8 @@ export class Crew {
         exposure.isJoining = false;
         // The worker has the joined picture now, also when the picture in work was dropped meanwhile.
         if (result.code === 0) {
-            Object.assign(exposure, { joined: join, holder: hand, report: result.answer, pixels: result.pixels });
+            const { answer: report, pixels } = result;
+            Object.assign(exposure, { joined: join, joinedAt: performance.now(), holder: hand, report, pixels });
         }
         if (isOld()) {
             return false;

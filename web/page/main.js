@@ -802,7 +802,9 @@ async function save(end, target) {
         return bytes ? download(bytes, pictureName(end)) : refused('The picture is not there yet.');
     }
     if (end === 'report.json') {
-        const text = JSON.stringify(state.exposure?.report?.report ?? {}, null, 2);
+        const { report, joinedAt } = state.exposure ?? {};
+        const own = { picture: pictureName('png'), total_seconds: (joinedAt - state.started) / 1000 };
+        const text = JSON.stringify({ ...report?.report, ...own }, null, 2);
         return download(new TextEncoder().encode(text), pictureName(end));
     }
     const isLens = end === 'lens.html';

@@ -309,6 +309,11 @@ const tests = {
             const [file] = await Promise.all([page.waitForEvent('download'), page.click(`[data-end="${end}"]`)]);
             const bytes = readFileSync(await file.path());
             assert.ok(bytes.toString('latin1').trimStart().startsWith(start), `${end} begins with ${bytes.subarray(0, 16)}`);
+            if (end === 'report.json') {
+                const report = JSON.parse(bytes);
+                assert.equal(report.picture, 'desk-lamp.png');
+                assert.ok(report.total_seconds >= report.seconds.read && report.total_seconds < 180);
+            }
         }
     },
 
