@@ -497,6 +497,11 @@ function showFiles(read, count) {
         read.files.forEach((bytes, path) => state.files.set(path, bytes));
     }
     state.notes = read.lines;
+    if (!hasScene && kinds.others.length > 0) {
+        const [path, ...more] = kinds.others;
+        const all = more.length > 0 ? `${path} and ${more.length} more are` : `${path} is`;
+        state.notes.push(`warning: ${all} no scene, lens, camera or picture that is read\n  = help: the open scene can name such a file beside it`);
+    }
     giveFiles();
     if (kinds.lenses.length > 0 && (!hasScene || count <= 3)) {
         listLenses(kinds.lenses);

@@ -99,7 +99,7 @@ export async function contents(found) {
 
 /** Says what each file is for. */
 export function sorted(files) {
-    const kinds = { scenes: [], lenses: [], cameras: [], pictures: [] };
+    const kinds = { scenes: [], lenses: [], cameras: [], pictures: [], others: [] };
     for (const [path, bytes] of files) {
         if (isCamera(bytes)) {
             kinds.cameras.push(path);
@@ -109,6 +109,8 @@ export function sorted(files) {
             kinds.pictures.push(path);
         } else if (isLens(path, bytes)) {
             kinds.lenses.push(path);
+        } else {
+            kinds.others.push(path);
         }
     }
     // A camera alone with nothing else to see is a scene to open.

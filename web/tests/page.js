@@ -430,6 +430,12 @@ const tests = {
         assert.match(await text(page, 'messages'), /--aperture/);
     },
 
+    async 'a file that is not read is named'(page) {
+        await opens(page, 'files', join(scratch([['triangle.usda', '#usda 1.0\n']]), 'triangle.usda'));
+        assert.match(await text(page, 'messages'), /desk-lamp\/triangle\.usda is no scene, lens, camera or picture/);
+        assert.match(await text(page, 'command'), /desk-lamp\.iv/);
+    },
+
     async 'an old picture is compared with the new one'(page) {
         const [file] = await Promise.all([page.waitForEvent('download'), page.click('[data-end="png"]')]);
         const old = join(scratch([]), 'old.png');
