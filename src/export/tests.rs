@@ -1,5 +1,6 @@
 //! Tests of conversions, by what the files say.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use ivcam_inventor::grammar::{class, vrml97_navigation_info};
@@ -301,6 +302,21 @@ fn the_front_of_a_face_is_where_its_normal_points() {
 }
 
 /// Decision 16: a matrix that mirrors exchanges front and back of a face of VRML97.
+#[test]
+fn faces_with_a_repeated_vertex_are_not_written() {
+    let scene = "#VRML V2.0 utf8\nShape { geometry IndexedFaceSet {
+           coord Coordinate { point [ 0 0 0, 1 0 0, 1 1 0 ] }
+           coordIndex [ 0 1 1 -1, 0 0 0 -1, 0 1 2 -1, 0 1 0 2 -1 ] } }";
+    let obj = String::from_utf8(converted(scene, Target::Obj).bytes).expect("text");
+    let faces = obj.lines().filter(|line| line.starts_with("f "));
+    for face in faces.clone() {
+        let corners: HashSet<&str> = face.split(' ').skip(1).collect();
+        assert_eq!(corners.len(), 3, "{face}");
+    }
+    // Of the last face the triangulation may leave one triangle.
+    assert!((1..=2).contains(&faces.count()), "{obj}");
+}
+
 #[test]
 fn a_mirrored_face_keeps_its_front_in_every_graph_of_nodes() {
     let scene = "#Inventor V2.1 ascii\nShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }

@@ -379,7 +379,10 @@ impl Canvas for MeshCanvas {
         let [Some(a), Some(b), Some(c)] = corners.map(|c| self.place(&c)) else {
             return;
         };
-        if !self.admit() {
+        let [p, q, r] = [a, b, c].map(|corner| corner.position);
+        // Nothing is seen of a triangle with two corners in one place, and programs that read faces
+        // with a repeated vertex may fail.
+        if p == q || q == r || r == p || !self.admit() {
             return;
         }
         if let Some(shape) = &mut self.shape {
