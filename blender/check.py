@@ -14,6 +14,7 @@ import sys
 import warnings
 
 import bpy
+import numpy as np
 
 import ivcam
 
@@ -48,7 +49,8 @@ def compare(path):
     triangles = sum(len(one.data.polygons) for one in objects)
     assert all(len(face.vertices) == 3 for one in objects for face in one.data.polygons)
     theirs = (triangles, len(bpy.data.materials), len(bpy.data.images))
-    return (len(mesh.faces), len(mesh.materials), len(mesh.images)), theirs
+    faces = np.unique(np.sort(mesh.faces, axis=1), axis=0)  # Blender has each face once.
+    return (len(faces), len(mesh.materials), len(mesh.images)), theirs
 
 
 def chosen(folder, count):

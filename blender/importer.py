@@ -40,12 +40,16 @@ def import_scene(path, collection, *, tolerance=0.005, cameras=True, lights=True
     materials = [
         _material(i, record, images, i in clear) for i, record in enumerate(mesh.materials)
     ]
-    objects = []
+    objects, problems = [], document.problems
     order = np.argsort(mesh.node, kind="stable")
     numbers, starts = np.unique(mesh.node[order], return_index=True)
     for number, faces in zip(numbers, np.split(order, starts[1:])):
         made = _object(mesh, mesh.paths[number], faces, materials)
         collection.objects.link(made)
+        repeated = len(faces) - len(made.data.polygons)
+        if repeated:
+            text = f"{made.name}: {repeated} triangles that are there twice are left out"
+            problems.append({"message": text, "line": None, "byte": None})
         objects.append(made)
     if cameras:
         for record in document.cameras:
@@ -53,7 +57,7 @@ def import_scene(path, collection, *, tolerance=0.005, cameras=True, lights=True
     if lights:
         for record in document.lights:
             collection.objects.link(_light(record, mesh.offset))
-    return objects, document.problems
+    return objects, problems
 
 
 def _object(scene, path, faces, materials):
@@ -78,6 +82,7 @@ def _object(scene, path, faces, materials):
     color = data.color_attributes.new("Color", "FLOAT_COLOR", "CORNER")
     color.data.foreach_set("color", _linear(scene.colors[used][corners]).ravel())
     data.update(calc_edges=True)
+    data.validate()  # Blender's own rule: no two faces have the same vertices.
     normals = scene.normals[used] @ np.array(UPRIGHT.transposed(), np.float32)
     if np.any(normals):
         data.normals_split_custom_set_from_vertices(normals.tolist())

@@ -35,6 +35,12 @@ DEF plain Transform { children Shape { appearance Appearance {
   material Material { transparency 0.7 } } geometry Box { } } }
 """
 
+REPEATED = """#VRML V2.0 utf8
+Shape { geometry IndexedFaceSet { solid FALSE
+  coord Coordinate { point [0 0 0, 1 0 0, 1 1 0, 0 1 0] }
+  coordIndex [0 1 1 -1, 0 0 0 -1, 0 1 2 -1, 0 1 2 -1, 0 2 3 -1, 2 1 0 -1] } }
+"""
+
 
 @pytest.fixture(scope="module")
 def extension():
@@ -94,6 +100,20 @@ def test_a_texture_and_the_material_are_transparent_together(extension, tmp_path
         "opaque": ("TEX_IMAGE",),
         "plain": ("VERTEX_COLOR",),
     }
+
+
+def test_meshes_keep_the_rules_of_blender(extension, tmp_path):
+    path = tmp_path / "repeated.wrl"
+    path.write_text(REPEATED)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    collection = bpy.data.collections.new("repeated")
+    (made,), problems = extension.importer.import_scene(str(path), collection)
+    faces = sorted(sorted(face.vertices) for face in made.data.polygons)
+    assert len(faces) == 3 and faces[0] != faces[1] != faces[2]
+    assert all(len(set(edge.vertices)) == 2 for edge in made.data.edges)
+    assert not made.data.validate()
+    (problem,) = problems
+    assert "1 triangles that are there twice" in problem["message"]
 
 
 def test_a_problem_of_a_binary_file_has_its_byte(extension):
