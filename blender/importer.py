@@ -136,7 +136,8 @@ def _material(number, record, images, is_clear):
         shader.inputs["Base Color"].default_value = (0, 0, 0, 1)
         shader.inputs["Emission Strength"].default_value = 1.0
     elif any(record["emissive"]):
-        shader.inputs["Emission Color"].default_value = (*record["emissive"], 1)
+        (emissive,) = _linear([(*record["emissive"], 1)])
+        shader.inputs["Emission Color"].default_value = emissive
         shader.inputs["Emission Strength"].default_value = 1.0
     material.use_backface_culling = not record["double_sided"]
     return material
@@ -189,7 +190,7 @@ def _camera(record, offset):
 def _light(record, offset):
     kind = "SUN" if "position" not in record else "SPOT" if "outer_angle" in record else "POINT"
     data = bpy.data.lights.new(record["name"] or record["class"], kind)
-    data.color = record["color"]
+    data.color = _linear([record["color"]])[0]
     data.energy = record["intensity"] * (math.pi if kind == "SUN" else WATTS)
     if kind == "SPOT":
         data.spot_size = min(2 * record["outer_angle"], math.pi)

@@ -41,6 +41,11 @@ Shape { geometry IndexedFaceSet { solid FALSE
   coordIndex [0 1 1 -1, 0 0 0 -1, 0 1 2 -1, 0 1 2 -1, 0 2 3 -1, 2 1 0 -1] } }
 """
 
+GLOW = """#VRML V2.0 utf8
+DirectionalLight { color 0.5 0.04 1 }
+Shape { appearance Appearance { material Material { emissiveColor 0.5 0.04 1 } } geometry Box { } }
+"""
+
 
 @pytest.fixture(scope="module")
 def extension():
@@ -114,6 +119,18 @@ def test_meshes_keep_the_rules_of_blender(extension, tmp_path):
     assert not made.data.validate()
     (problem,) = problems
     assert "1 triangles that are there twice" in problem["message"]
+
+
+def test_emission_and_lights_are_linear(extension, tmp_path):
+    path = tmp_path / "glow.wrl"
+    path.write_text(GLOW)
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    assert bpy.ops.import_scene.ivcam(filepath=str(path)) == {"FINISHED"}
+    (material,), (light,) = bpy.data.materials, bpy.data.lights
+    shader = next(n for n in material.node_tree.nodes if n.type == "BSDF_PRINCIPLED")
+    linear = pytest.approx((0.2140411, 0.0030960, 1.0), abs=1e-6)  # By IEC 61966-2-1.
+    assert tuple(shader.inputs["Emission Color"].default_value)[:3] == linear
+    assert tuple(light.color) == linear
 
 
 def test_a_problem_of_a_binary_file_has_its_byte(extension):
