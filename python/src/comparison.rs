@@ -6,27 +6,56 @@ use ivcam::picture::{Raster, Samples};
 use numpy::{PyArray1, PyArray3, PyArrayMethods, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList};
 use std::path::PathBuf;
 
 use crate::calls::on_pool;
-use crate::errors::OrRaise;
+use crate::errors::{OrRaise, records};
 use crate::values;
 
-/// Reads a picture: a file, or an array of height × width × channels.
-pub(crate) fn raster(py: Python<'_>, picture: &Bound<'_, PyAny>) -> PyResult<Raster> {
-    if let Ok(array) = picture.extract::<PyReadonlyArray3<'_, f32>>() {
-        let samples = Samples::F32(array.to_vec()?);
-        return Ok(shaped(&array, samples));
+/// A picture to compare.
+pub(crate) struct Operand {
+    pub(crate) plate: Plate,
+    /// Its name for messages: that of the file, or of the argument.
+    pub(crate) name: String,
+    /// Whether it is known if its values are linear light or levels: not for an array of floats,
+    /// which count as levels.
+    is_coded: bool,
+}
+
+impl Operand {
+    /// Reads a picture: a file, or an array of height × width × channels, which is called `name`.
+    pub(crate) fn read(py: Python<'_>, name: &str, picture: &Bound<'_, PyAny>) -> PyResult<Self> {
+        let array = if let Ok(array) = picture.extract::<PyReadonlyArray3<'_, f32>>() {
+            shaped(&array, Samples::F32(array.to_vec()?))
+        } else if let Ok(array) = picture.extract::<PyReadonlyArray3<'_, u16>>() {
+            shaped(&array, Samples::U16(array.to_vec()?))
+        } else if let Ok(array) = picture.extract::<PyReadonlyArray3<'_, u8>>() {
+            shaped(&array, Samples::U8(array.to_vec()?))
+        } else {
+            let path: PathBuf = picture.extract().map_err(|_| {
+                PyTypeError::new_err(
+                    "a picture is a file, or an array of height × width × channels",
+                )
+            })?;
+            return Ok(Self {
+                plate: on_pool(py, || Plate::open(&path))?.or_raise(py)?,
+                name: path.display().to_string(),
+                is_coded: true,
+            });
+        };
+        Ok(Self {
+            plate: on_pool(py, || Plate::from_raster(&array))?,
+            name: name.to_owned(),
+            is_coded: !matches!(array.samples, Samples::F32(_)),
+        })
     }
-    if let Ok(array) = picture.extract::<PyReadonlyArray3<'_, u8>>() {
-        let samples = Samples::U8(array.to_vec()?);
-        return Ok(shaped(&array, samples));
+
+    /// Takes the values for linear light if those of another picture are and nothing is known of
+    /// these.
+    fn follow(&mut self, other: &Self) {
+        self.plate.is_light |= !self.is_coded && other.plate.is_light;
     }
-    let path: PathBuf = picture.extract().map_err(|_| {
-        PyTypeError::new_err("a picture is a file, or an array of height × width × channels")
-    })?;
-    on_pool(py, || Raster::open(&path))?.or_raise(py)
 }
 
 fn shaped<T: numpy::Element>(array: &PyReadonlyArray3<'_, T>, samples: Samples) -> Raster {
@@ -58,8 +87,9 @@ fn mask(array: &PyReadonlyArray2<'_, bool>) -> PyResult<Mask> {
     })
 }
 
-/// Compares a new picture with an old one, as `ivcam compare --json` does. Returns that, and with
-/// `pictures` also the old picture on the new one's pixels and the pixels that counted.
+/// Compares a new picture with an old one, as `ivcam compare --json` does. Returns that, with
+/// `pictures` also the old picture on the new one's pixels and the pixels that counted, and the
+/// warnings.
 #[pyfunction]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn compare<'py>(
@@ -71,8 +101,11 @@ pub(crate) fn compare<'py>(
     pixels_per_degree: Option<f64>,
     counts: Option<PyReadonlyArray2<'py, bool>>,
     pictures: bool,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (new, old) = (raster(py, new)?, raster(py, old)?);
+) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyList>)> {
+    let mut new = Operand::read(py, "new", new)?;
+    let mut old = Operand::read(py, "old", old)?;
+    new.follow(&old);
+    old.follow(&new);
     let mut options = Options {
         registration: match registration {
             "align" => Registration::Align,
@@ -89,8 +122,7 @@ pub(crate) fn compare<'py>(
     };
     options.pixels_per_degree = pixels_per_degree.unwrap_or(options.pixels_per_degree);
     let compared = on_pool(py, || {
-        let (new, old) = (Plate::from_raster(&new), Plate::from_raster(&old));
-        let found: Comparison = ivcam::compare::compare(&new, &old, &options)?;
+        let found: Comparison = ivcam::compare::compare(&new.plate, &old.plate, &options)?;
         let json = serde_json::to_value(&found);
         let json = json.map_err(|e| Diagnostic::error(e.to_string()))?;
         Ok((json, found))
@@ -104,5 +136,6 @@ pub(crate) fn compare<'py>(
         let counts = PyArray1::from_vec(py, found.mask.counts).reshape(shape)?;
         record.set_item("mask", counts)?;
     }
-    Ok(record)
+    let warning = Plate::mixed([&new, &old].map(|picture| (&picture.plate, &*picture.name)));
+    Ok((record, records(py, warning.as_deref())?))
 }

@@ -15,6 +15,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
+use crate::comparison::Operand;
 use crate::document::PyDocument;
 use crate::errors::{OrRaise, records};
 use crate::options::{Keywords, OF_PROCESSES, OUTPUTS};
@@ -59,7 +60,7 @@ pub(crate) fn fit<'py>(
         let text = "an environment is read with its scene: fit the file, not a document";
         return Err(PyValueError::new_err(text));
     }
-    let target = comparison::raster(py, picture)?;
+    let target = Operand::read(py, "picture", picture)?;
     let mut sink = Sink::new();
     let start = |era| Plan::of_era(era, path);
     let plan = Plan::from_options(&given, Era::Modern, start, &mut sink).or_raise(py)?;
@@ -73,8 +74,7 @@ pub(crate) fn fit<'py>(
                 Some(scene) => Session::with_document(plan, scene),
                 None => Session::open(plan),
             };
-            let target = Plate::from_raster(&target);
-            search(budget.during(open)?, &target, aperture, &seen)
+            search(budget.during(open)?, &target.plate, aperture, &seen)
         })?
     };
     let mut found = listening(py, work, &budget, || match progress {
@@ -87,6 +87,11 @@ pub(crate) fn fit<'py>(
     .or_raise(py)?;
     let mut warnings = sink.items().to_vec();
     warnings.append(&mut found.warnings);
+    let pair = [
+        (&found.rendering, "the rendering"),
+        (&target.plate, &*target.name),
+    ];
+    warnings.extend(Plate::mixed(pair).map(|warning| *warning));
     warnings.retain(|d| d.severity >= Severity::Warning);
     record(py, &found, &warnings)
 }

@@ -4,6 +4,7 @@ import json
 import math
 import pathlib
 import subprocess
+import warnings
 from typing import Any, Dict, List
 
 import numpy as np
@@ -48,7 +49,9 @@ def test_arrays_are_compared() -> None:
     levels = (a * 255).round().astype(np.uint8)
     assert ivcam.compare(levels, levels)["measures"]["mse"] == 0
     wide = (a * 65535).round().astype(np.uint16)
-    assert ivcam.compare(a, wide, match="none")["measures"]["mse"] < 1e-10
+    for order in "<>":
+        swapped = wide.astype(f"{order}u2")
+        assert ivcam.compare(a, swapped, match="none")["measures"]["mse"] < 1e-10
 
 
 def test_a_mask_chooses_the_pixels_that_count() -> None:
@@ -89,6 +92,27 @@ def test_a_picture_counts_with_the_levels_of_its_file(
     del printed["limits_exceeded"]
     assert mine == ivcam.compare(*files) == printed
     assert ivcam.compare(one, files[0])["measures"]["mse"] == 0
+
+
+@pytest.mark.filterwarnings("ignore:.*filmic:ivcam.IvcamWarning")
+def test_linear_light_is_compared_as_the_program_does(
+    boxes: pathlib.Path, tmp_path: pathlib.Path, command: str
+) -> None:
+    one, other = (ivcam.render(boxes, **OPTIONS, response="filmic", seed=seed) for seed in (1, 2))
+    files = [tmp_path / "one.exr", tmp_path / "other.exr"]
+    one.save(files[0])
+    other.save(files[1])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        mine = ivcam.compare(*files)
+        assert mine == ivcam.compare(one.pixels, files[1]) == ivcam.compare(files[0], other.pixels)
+        levels = ivcam.compare(one.pixels, other.pixels)
+    line = [command, "compare", *map(str, files), "--json"]
+    printed = json.loads(subprocess.run(line, capture_output=True, check=True).stdout)
+    del printed["limits_exceeded"]
+    assert mine == printed and mine["measures"]["flip"] != levels["measures"]["flip"]
+    with pytest.warns(ivcam.IvcamWarning, match="one.exr` has linear light, and `old` levels"):
+        ivcam.compare(files[0], other)
 
 
 def test_an_alignment_finds_the_turn_and_shift_of_a_picture(boxes: pathlib.Path) -> None:

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use clap::{Arg, ArgAction, ArgMatches, Command};
-use ivcam_base::diag::{Diagnostic, Result};
+use ivcam_base::diag::Result;
 use ivcam_base::files::write_whole;
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture};
@@ -207,14 +207,8 @@ fn comparison(
         pixels_per_degree: pixels_per_degree(matches)?,
     };
     let comparison = compare::compare(&new, &old, &options)?;
-    if new.is_light != old.is_light {
-        let [light, levels] = match new.is_light {
-            true => [name("new"), name("old")],
-            false => [name("old"), name("new")],
-        };
-        let message = format!("`{light}` has linear light, and `{levels}` levels of a display");
-        let help = "`ivcam expose LIGHT.exr --response srgb -o LEVELS.png` develops the light";
-        print_diagnostic(&Diagnostic::warning(message).with_help(help));
+    if let Some(warning) = Plate::mixed([(&new, name("new")), (&old, name("old"))]) {
+        print_diagnostic(&warning);
     }
     Ok((comparison, camera))
 }

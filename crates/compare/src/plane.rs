@@ -4,7 +4,7 @@
 
 use std::path::Path;
 
-use ivcam_base::diag::Result;
+use ivcam_base::diag::{Diagnostic, Result};
 use ivcam_base::files::{MAX_PICTURE, read_file};
 use ivcam_optics::picture::{Raster, Samples, exr_text};
 use rayon::prelude::*;
@@ -193,6 +193,16 @@ impl Plate {
             finite: finite.contains(&false).then(|| finite.clone()),
             ..Self::from_planes([plane(0), plane(1), plane(2)])
         }
+    }
+
+    /// Returns the warning that one of two pictures, each with its name, has linear light and the
+    /// other levels of a display; `None` if they have the same.
+    pub fn mixed(pair: [(&Self, &str); 2]) -> Option<Box<Diagnostic>> {
+        let named = |is_light| pair.iter().find(|(plate, _)| plate.is_light == is_light);
+        let ((_, light), (_, levels)) = (named(true)?, named(false)?);
+        let message = format!("`{light}` has linear light, and `{levels}` levels of a display");
+        let help = "`ivcam expose LIGHT.exr --response srgb -o LEVELS.png` develops the light";
+        Some(Diagnostic::warning(message).with_help(help))
     }
 
     /// Combines red, green and blue planes of the same size.

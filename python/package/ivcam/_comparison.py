@@ -152,7 +152,8 @@ def compare(
     Args:
         new, old: files, pictures, or arrays of H × W or H × W × 1 to 4: uint8 or uint16 levels, or
             floats of which 1 is white. A `Picture` counts with its levels, as its PNG file has them; give
-            `picture.pixels` to compare exposures, as EXR files have them.
+            `picture.pixels` to compare exposures, as EXR files have them. An array of floats is linear
+            light for FLIP if the other picture is, as .exr and .hdr files are, and levels otherwise.
         registration: `none` (the sizes are equal), `resize`, or `align` (shift, scale, rotation).
         match: which tone curves are fitted to the old picture: one for the `picture`, one for each
             `channel`, or `none`.
@@ -174,7 +175,11 @@ def compare(
     if pixels_per_degree is not None and not 1 <= pixels_per_degree <= 1000:
         raise ValueError("`pixels_per_degree` is from 1 to 1000")
     pair = (_plate("new", new), _plate("old", old))
-    return _ivcam.compare(*pair, registration, match, pixels_per_degree, _mask(mask), False)
+    found, problems = _ivcam.compare(
+        *pair, registration, match, pixels_per_degree, _mask(mask), False
+    )
+    warn(problems)
+    return found
 
 
 def align(new: AnyPicture, old: AnyPicture) -> Alignment:
@@ -186,7 +191,8 @@ def align(new: AnyPicture, old: AnyPicture) -> Alignment:
         ValueError: a wrong shape, or a value that is not finite.
     """
     pair = (_plate("new", new), _plate("old", old))
-    found = _ivcam.compare(*pair, "align", "none", None, None, True)
+    found, problems = _ivcam.compare(*pair, "align", "none", None, None, True)
+    warn(problems)
     place = dict(found["alignment"])
     place["shift"] = tuple(place["shift"])
     place["photograph"] = place["photograph"] and Frame(**place["photograph"])
@@ -261,11 +267,9 @@ def _plate(name: str, picture: Any) -> Any:
     array = picture[:, :, None] if picture.ndim == 2 else picture
     if array.ndim != 3 or not 1 <= array.shape[2] <= 4 or 0 in array.shape:
         raise ValueError(f"`{name}` has the shape {picture.shape}, and H × W × 1 to 4 is wanted")
-    if array.dtype == np.uint8:
-        return np.ascontiguousarray(array)
-    if array.dtype == np.uint16:
-        array = array / np.float32(65535)
-    elif array.dtype.kind not in "fb":
+    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:
+        return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("="))
+    if array.dtype.kind not in "fb":
         raise ValueError(
             f"`{name}` has {array.dtype} values, and uint8, uint16 or floats are wanted"
         )

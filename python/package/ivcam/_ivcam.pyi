@@ -131,7 +131,7 @@ def compare(
     pixels_per_degree: Optional[float],
     counts: Optional[npt.NDArray[np.bool_]],
     pictures: bool,
-) -> _Record: ...
+) -> Tuple[_Record, List[_Record]]: ...
 def fit(
     scene: Union[str, Document],
     picture: Any,
