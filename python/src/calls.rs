@@ -117,9 +117,27 @@ fn pool(_: Python<'_>) -> PyResult<Arc<ThreadPool>> {
 /// # Errors
 /// Fails if the interpreter is ending, or if the threads cannot be started.
 pub(crate) fn on_pool<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    on_pool_with(py, || (), |()| work())
+}
+
+/// Runs `work` as [`on_pool`] does, with the lock that `hold` takes on this thread. No work on the
+/// pool may take a lock that lasts: a thread there that waits for its part of a loop takes up other
+/// calls, and one of them could wait for the lock that the call below it on the stack holds, behind
+/// a thread that waits to write.
+///
+/// # Errors
+/// Fails if the interpreter is ending, or if the threads cannot be started.
+pub(crate) fn on_pool_with<L: Sync, T: Send>(
+    py: Python<'_>,
+    hold: impl FnOnce() -> L + Send,
+    work: impl FnOnce(&L) -> T + Send,
+) -> PyResult<T> {
     let pool = pool(py)?;
     let call = Call::begin(py, None)?;
-    let done = py.detach(|| pool.install(work));
+    let done = py.detach(|| {
+        let lock = hold();
+        pool.install(|| work(&lock))
+    });
     drop(call);
     Ok(done)
 }

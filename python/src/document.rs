@@ -21,7 +21,7 @@ use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
-use crate::calls::on_pool;
+use crate::calls::{on_pool, on_pool_with, on_this_thread};
 use crate::errors::{OrRaise, records};
 use crate::{triangles, values};
 
@@ -53,16 +53,26 @@ impl PyDocument {
         self.path.clone().unwrap_or_else(|| "scene".into())
     }
 
-    /// Returns the scene as triangles at a time.
+    /// Runs `work` with the document on this process's pool.
+    fn on_pool<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(&ivcam::Document) -> T + Send,
+    ) -> PyResult<T> {
+        on_pool_with(py, || self.read(), |document| work(document))
+    }
+
+    /// Returns a document of this scene as triangles at a time.
     fn model(
         &self,
+        document: &ivcam::Document,
         time: f64,
         tolerance: Option<f64>,
         recenter: bool,
     ) -> ivcam::diag::Result<Model> {
         let options = model_options(&self.search, tolerance, recenter);
         allowance().during(|| {
-            let model = Model::at(&self.read(), time, &options);
+            let model = Model::at(document, time, &options);
             Budget::current().check()?;
             Ok(model)
         })
@@ -170,11 +180,14 @@ impl PyDocument {
     }
 
     fn problems<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyList>> {
-        records(py, self.read().sink.items())
+        // Making objects may run other code of Python, which may wait for the same lock.
+        let problems = self.read().sink.items().to_vec();
+        records(py, &problems)
     }
 
     fn cameras<'py>(&self, py: Python<'py>, time: f64) -> PyResult<Bound<'py, PyList>> {
-        let model = on_pool(py, || self.model(time, None, false))?.or_raise(py)?;
+        let model = self.on_pool(py, |document| self.model(document, time, None, false))?;
+        let model = model.or_raise(py)?;
         let list = PyList::empty(py);
         let mut all = model.cameras.iter();
         all.try_for_each(|camera| list.append(camera_record(py, camera)?))?;
@@ -182,7 +195,8 @@ impl PyDocument {
     }
 
     fn lights<'py>(&self, py: Python<'py>, time: f64) -> PyResult<Bound<'py, PyList>> {
-        let model = on_pool(py, || self.model(time, None, false))?.or_raise(py)?;
+        let model = self.on_pool(py, |document| self.model(document, time, None, false))?;
+        let model = model.or_raise(py)?;
         let list = PyList::empty(py);
         let mut all = model.lights.iter();
         all.try_for_each(|light| list.append(light_record(py, light)?))?;
@@ -196,11 +210,11 @@ impl PyDocument {
         tolerance: f64,
         recenter: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
-        let make = || {
-            let model = self.model(time, Some(tolerance), recenter)?;
+        let make = |document: &ivcam::Document| {
+            let model = self.model(document, time, Some(tolerance), recenter)?;
             Ok((triangles::Arrays::of(&model), model))
         };
-        let (arrays, model) = on_pool(py, make)?.or_raise(py)?;
+        let (arrays, model) = self.on_pool(py, make)?.or_raise(py)?;
         arrays.into_dict(py, &model)
     }
 
@@ -215,8 +229,7 @@ impl PyDocument {
         } else {
             Format::Ascii
         };
-        let (bytes, losses) = on_pool(py, || {
-            let document = self.read();
+        let (bytes, losses) = self.on_pool(py, |document| {
             let document = document.in_inventor(format);
             (document.write(format), document.losses(format))
         })?;
@@ -246,16 +259,15 @@ impl PyDocument {
             }),
             stem: stem.into_owned(),
         };
-        let made = on_pool(py, || {
-            let document = self.read();
+        let made = self.on_pool(py, |document| {
             let conversion = allowance().during(|| {
-                let conversion = convert(&document, target, &options)?;
+                let conversion = convert(document, target, &options)?;
                 Budget::current().check().map(|()| conversion)
             })?;
             let mut files = vec![path.clone()];
             let beside = conversion.beside.iter();
             files.extend(beside.map(|(name, _)| path.with_file_name(name)));
-            self.keep_inputs(&document, &files)?;
+            self.keep_inputs(document, &files)?;
             write_all(&conversion.beside, &path, &conversion.bytes)?;
             Ok((conversion, files))
         })?;
@@ -504,8 +516,12 @@ impl PyNode {
                 false => PyTypeError::new_err(text),
             }
         })?;
-        let mut document = self.inner.write().unwrap_or_else(PoisonError::into_inner);
-        document.set(NodeId(self.id), name, new).or_raise(py)
+        // A call that reads the document for long must not hold up all other threads of Python.
+        let set = || {
+            let mut document = self.inner.write().unwrap_or_else(PoisonError::into_inner);
+            document.set(NodeId(self.id), name, new)
+        };
+        on_this_thread(py, set)?.or_raise(py)
     }
 
     fn __repr__(&self) -> String {

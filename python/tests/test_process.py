@@ -101,6 +101,45 @@ def test_threads_render_one_document_at_once() -> None:
         np.testing.assert_array_equal(pixels, expected)
 
 
+def test_code_that_runs_while_problems_are_read_may_set_a_field(scene: pathlib.Path) -> None:
+    code = """
+        import gc, ivcam
+        wrong = " ".join(f"Sphere {{ wrong{i} 1 }}" for i in range(3000))
+        document = ivcam.open(f"#Inventor V2.1 ascii\\nCube {{ }} {wrong}".encode())
+        cube = document.roots[0]
+        class Cycle:
+            def __init__(self):
+                self.itself = self
+            def __del__(self):
+                cube["width"] = 3
+        gc.set_threshold(10)
+        for _ in range(5):
+            Cycle()
+            assert len(document.problems) == 3000
+    """
+    assert run(code, scene).returncode == 0
+
+
+def test_a_field_is_set_while_threads_share_the_work_of_a_large_mesh(scene: pathlib.Path) -> None:
+    code = """
+        import ivcam, threading
+        points = ", ".join(f"{i} {j} {i * j % 7}" for i in range(200) for j in range(200))
+        faces = ", ".join(f"{i}, {i + 1}, {i + 201}, {i + 200}, -1" for i in range(39799))
+        document = ivcam.open(f"#Inventor V2.1 ascii\\nSphere {{ }} ShapeHints {{ creaseAngle 1 }}"
+            f"Coordinate3 {{ point [ {points} ] }} IndexedFaceSet {{ coordIndex [ {faces} ] }}".encode())
+        def read():
+            for _ in range(3):
+                document.triangles()
+        threads = [threading.Thread(target=read, daemon=True) for _ in range(8)]
+        for thread in threads:
+            thread.start()
+        while any(thread.is_alive() for thread in threads):
+            document.roots[0]["radius"] = 2.0
+    """
+    # A lock that is held on the shared pool stops a few runs of ten for ever.
+    assert run(code, scene).returncode == 0
+
+
 def test_a_field_is_set_while_other_threads_read() -> None:
     document = ivcam.open(SCENE)
     ball = next(document.find("Sphere"))
