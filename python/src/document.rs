@@ -17,7 +17,7 @@ use ivcam::scene::model::{
 use ivcam_base::files::{folder_of, write_whole};
 use ivcam_base::work::{Allowance, Budget, WorkLimit};
 use ivcam_inventor::events::SnapshotOptions;
-use pyo3::exceptions::{PyKeyError, PyTypeError, PyValueError};
+use pyo3::exceptions::{PyKeyError, PyOverflowError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyList};
 
@@ -511,6 +511,10 @@ impl PyNode {
         let old = old.ok_or_else(|| self.no_field(name))?;
         let new = values::like(&old, value).map_err(|error| {
             let text = format!("`{name}` of `{class}` cannot be set to {value}");
+            if error.is_instance_of::<PyOverflowError>(py) {
+                let beyond = "a whole number is beyond the field's 32 bits";
+                return PyValueError::new_err(format!("{text}: {beyond}"));
+            }
             match error.is_instance_of::<PyValueError>(py) {
                 true => PyValueError::new_err(format!("{text}: {}", error.value(py))),
                 false => PyTypeError::new_err(text),

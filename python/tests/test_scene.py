@@ -77,6 +77,13 @@ def test_a_wrong_field_is_refused_with_the_nearest_name(scene: pathlib.Path) -> 
     with pytest.raises(ValueError, match="`radius` of `Sphere` .* beyond the numbers of 32 bits"):
         ball["radius"] = 1e39
     assert ball["radius"] == 1.5
+    for text, name, wrong in [
+        (b"Switch { whichChild 0 Cube { } }", "whichChild", 2**40),
+        (b"IndexedLineSet { coordIndex [ 0, 1 ] }", "coordIndex", np.array([0, -(2**40)])),
+    ]:
+        (node,) = ivcam.open(b"#Inventor V2.1 ascii\n" + text).roots
+        with pytest.raises(ValueError, match=f"`{name}` .* beyond the field's 32 bits"):
+            node[name] = wrong
 
 
 def test_cameras_and_lights_are_in_world_space(scene: pathlib.Path) -> None:
