@@ -38,8 +38,11 @@ fn allowance() -> Allowance {
 #[pyclass(frozen, module = "ivcam._ivcam", name = "Document")]
 pub(crate) struct PyDocument {
     inner: Arc<RwLock<ivcam::Document>>,
-    /// The file that it was read from.
-    pub(crate) path: Option<PathBuf>,
+    /// The file that it was read from, as it was named.
+    path: Option<PathBuf>,
+    /// Its absolute path, which holds after a change of the working directory.
+    pub(crate) file: Option<PathBuf>,
+    /// The absolute paths of more folders of files of the scene.
     search: Vec<PathBuf>,
 }
 
@@ -51,6 +54,13 @@ impl PyDocument {
     /// Returns the scene's file, or a name for messages.
     pub(crate) fn source_path(&self) -> PathBuf {
         self.path.clone().unwrap_or_else(|| "scene".into())
+    }
+
+    /// Adds the folders of the scene to those of a plan.
+    pub(crate) fn add_folders(&self, plan: &mut ivcam::Plan) {
+        let new = |folder: &&PathBuf| !plan.search.contains(folder);
+        let new: Vec<PathBuf> = self.search.iter().filter(new).cloned().collect();
+        plan.search.extend(new);
     }
 
     /// Runs `work` with the document on this process's pool.
@@ -85,6 +95,11 @@ impl PyDocument {
     }
 }
 
+/// Returns the absolute path.
+fn from_root(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
 fn model_options(search: &[PathBuf], tolerance: Option<f64>, recenter: bool) -> ModelOptions {
     let defaults = ModelOptions::default();
     ModelOptions {
@@ -116,8 +131,9 @@ impl PyDocument {
         })?;
         Ok(Self {
             inner: Arc::new(RwLock::new(document.or_raise(py)?)),
+            file: Some(from_root(&path)),
             path: Some(path),
-            search,
+            search: search.iter().map(|folder| from_root(folder)).collect(),
         })
     }
 
@@ -149,7 +165,8 @@ impl PyDocument {
         Ok(Self {
             inner: Arc::new(RwLock::new(document.or_raise(py)?)),
             path: None,
-            search,
+            file: None,
+            search: search.iter().map(|folder| from_root(folder)).collect(),
         })
     }
 
@@ -290,7 +307,7 @@ impl PyDocument {
         files: &[PathBuf],
     ) -> ivcam::diag::Result<()> {
         let mut inputs = document.opened_files();
-        inputs.extend(self.path.clone());
+        inputs.extend(self.file.clone());
         let mut files = files.iter();
         files.try_for_each(|file| keep_inputs("path", file, &inputs))
     }

@@ -63,7 +63,10 @@ pub(crate) fn fit<'py>(
     let target = Operand::read(py, "picture", picture)?;
     let mut sink = Sink::new();
     let start = |era| Plan::of_era(era, path);
-    let plan = Plan::from_options(&given, Era::Modern, start, &mut sink).or_raise(py)?;
+    let mut plan = Plan::from_options(&given, Era::Modern, start, &mut sink).or_raise(py)?;
+    if let Some(document) = document {
+        document.add_folders(&mut plan);
+    }
     let threads = threads(&given).or_raise(py)?;
     let budget = plan.budget();
     let seen: Mutex<Option<(f64, f64)>> = Mutex::new(None);

@@ -291,9 +291,12 @@ pub(crate) fn render(
         |era| Plan::of_era(era, &path),
         &mut sink,
     );
-    let plan = plan.or_raise(py)?;
+    let mut plan = plan.or_raise(py)?;
+    if let Some(document) = document {
+        document.add_folders(&mut plan);
+    }
     let outputs = Outputs::of(&given, layers).or_raise(py)?;
-    let file = document.map_or(Some(&*path), |document| document.path.as_deref());
+    let file = document.map_or(Some(&*path), |document| document.file.as_deref());
     outputs.check(&given, file).or_raise(py)?;
     let budget = plan.budget();
     let seen: Mutex<Option<Progress>> = Mutex::new(None);

@@ -218,6 +218,33 @@ def test_problems_have_their_place_and_help() -> None:
     assert problem["column"] >= 1 and "widht" in problem["message"]
 
 
+def test_a_scene_keeps_its_folders_and_its_file(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("scenes", "textures"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "textures" / "red.ppm").write_bytes(b"P6 1 1 255\n\xff\0\0")
+    text = b"""#Inventor V2.1 ascii
+PerspectiveCamera { position 0 0 5 } DirectionalLight { }
+Texture2 { filename "red.ppm" } Cube { }"""
+    (tmp_path / "scenes" / "red.iv").write_bytes(text)
+    monkeypatch.chdir(tmp_path / "scenes")
+    of_file = ivcam.open("red.iv", search=[tmp_path / "textures"])
+    of_bytes = ivcam.open(text, search=["../textures"])
+    monkeypatch.chdir(tmp_path)
+    for document in (of_file, of_bytes):
+        assert len(document.triangles().images) == 1
+        picture = ivcam.render(document, lens="none", size=(20, 10), samples=1)
+        red, green, _ = picture.pixels[5, 10]
+        assert red > 0 and green == 0 and " --search " in picture.metadata["Command"]
+    for name in ("scenes/red.iv", "textures/red.ppm"):
+        with pytest.raises(ivcam.ArgumentError, match="would overwrite the input"):
+            of_file.convert(name, format="inventor")
+    with pytest.raises(ivcam.ArgumentError, match="would overwrite the input"):
+        ivcam.render(of_file, report="scenes/red.iv")
+    assert (tmp_path / "scenes" / "red.iv").read_bytes() == text
+
+
 def test_dead_files_are_exceptions_by_kind(tmp_path: pathlib.Path) -> None:
     with pytest.raises(ivcam.IvcamError) as missing:
         ivcam.open(tmp_path / "gone.iv")
