@@ -105,7 +105,7 @@ def test_wrong_arrays_are_refused() -> None:
         lens.trace([[0, 0]], [[0, 0, 1]])
     with pytest.raises(ValueError, match="2 origins"):
         lens.trace(np.zeros((2, 3)), np.ones((3, 3)))
-    with pytest.raises(ValueError):
+    with pytest.raises(TypeError, match="real numbers"):
         lens.trace(["a", "b", "c"], [0, 0, 1])
     with pytest.raises(ValueError, match="nm"):
         lens.trace([0, 0, -1], [0, 0, 1], 5)

@@ -49,6 +49,10 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], NAN),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], at_z=NAN),
     lambda: ivcam.Lens("double-gauss").trace([0, 0, 0], [0, 0, 1], out=3),  # type: ignore[arg-type]
+    lambda: ivcam.Lens("double-gauss").trace([["0", "0", "0"]], [0, 0, 1]),
+    lambda: ivcam.Lens("double-gauss").trace([[None, 0, 0]], [0, 0, 1]),  # type: ignore[list-item]
+    lambda: ivcam.Lens("double-gauss").trace([[0, 0, 1j]], [0, 0, 1]),
+    lambda: ivcam.Lens("double-gauss").illumination(["1"]),
     lambda: ivcam.Lens("double-gauss").spot(grid=0),
     lambda: ivcam.Lens("double-gauss").irradiance([1, 2, 3]),
     lambda: ivcam.Lens("double-gauss").irradiance([[NAN, 0]]),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from numbers import Real
 from typing import Any, Dict, Iterable
 
 import numpy as np
@@ -39,6 +40,19 @@ def warn_texts(texts: Iterable[str], level: int = 4) -> None:
         warnings.warn(text.strip(), IvcamWarning, stacklevel=level)
 
 
+def numbers(name: str, value: npt.ArrayLike) -> Array:
+    """Returns real numbers as a C-ordered array of doubles.
+
+    Raises:
+        TypeError: they are texts, complex numbers or other objects.
+    """
+    array = np.asarray(value)
+    kind = array.dtype.kind
+    if kind not in "biufO" or kind == "O" and not all(isinstance(v, Real) for v in array.flat):
+        raise TypeError(f"`{name}` has {array.dtype} values, and real numbers are wanted")
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
 def rows(name: str, value: npt.ArrayLike, width: int) -> Array:
     """Returns numbers as a C-ordered array of N × width doubles; one row may be given alone.
 
@@ -46,7 +60,7 @@ def rows(name: str, value: npt.ArrayLike, width: int) -> Array:
         ValueError: the array has another shape.
         TypeError: it does not hold numbers.
     """
-    array = np.ascontiguousarray(value, dtype=np.float64)
+    array = numbers(name, value)
     if array.ndim == 1 and array.shape == (width,):
         array = array.reshape(1, width)
     if array.ndim != 2 or array.shape[1] != width:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import Array, rows, warn, warn_texts
+from ._common import Array, numbers, rows, warn, warn_texts
 
 PathLike = Union[str, "os.PathLike[str]"]
 Numbers = Union[Sequence[float], npt.NDArray[Any]]
@@ -541,7 +541,7 @@ def _number(value: Optional[float]) -> float:
 
 
 def _list(name: str, value: npt.ArrayLike) -> Array:
-    array = np.ascontiguousarray(value, dtype=np.float64)
+    array = numbers(name, value)
     if array.ndim == 0:
         array = array.reshape(1)
     if array.ndim != 1:
