@@ -245,6 +245,16 @@ Texture2 { filename "red.ppm" } Cube { }"""
     assert (tmp_path / "scenes" / "red.iv").read_bytes() == text
 
 
+def test_a_file_with_the_name_of_standard_input_is_a_file(
+    tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ivcam.NotFoundError):
+        ivcam.open("-")
+    (tmp_path / "-").write_bytes(SCENE)
+    assert len(ivcam.open("-").nodes) == len(ivcam.open(SCENE).nodes)
+
+
 def test_dead_files_are_exceptions_by_kind(tmp_path: pathlib.Path) -> None:
     with pytest.raises(ivcam.IvcamError) as missing:
         ivcam.open(tmp_path / "gone.iv")

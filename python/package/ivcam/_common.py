@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from numbers import Real
-from typing import Any, Dict, Iterable
+from typing import Any, Dict, Iterable, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +13,13 @@ import numpy.typing as npt
 from ._errors import IvcamWarning
 
 Array = npt.NDArray[np.float64]
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+def scene_file(path: PathLike) -> str:
+    """Returns the name of a scene's file. A file `-` is one, and not standard input."""
+    name = os.fspath(path)
+    return os.path.join(os.curdir, name) if name == "-" else name
 
 
 def text_of(problem: Dict[str, Any]) -> str:

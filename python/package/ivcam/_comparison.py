@@ -10,11 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import warn
+from ._common import PathLike, scene_file, warn
 from ._picture import Picture
 from ._scene import Document
 
-PathLike = Union[str, "os.PathLike[str]"]
 AnyPicture = Union[PathLike, Picture, npt.NDArray[Any]]
 
 
@@ -228,7 +227,7 @@ def fit(
         UnsupportedError: `solids` or a `region`.
         NotFoundError, FocusError, LimitError, …: all are `IvcamError`.
     """
-    core = scene._core if isinstance(scene, Document) else os.fspath(scene)
+    core = scene._core if isinstance(scene, Document) else scene_file(scene)
     call = None if progress is None else _adapted(progress)
     found = _ivcam.fit(core, _plate("picture", picture), fit_aperture, options, call)
     camera = dict(found["camera"])

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import Array, numbers, rows, warn, warn_texts
+from ._common import Array, PathLike, numbers, rows, warn, warn_texts
 
-PathLike = Union[str, "os.PathLike[str]"]
 Numbers = Union[Sequence[float], npt.NDArray[Any]]
 Fields = Union[Sequence[Union[float, str]], npt.NDArray[Any]]
 

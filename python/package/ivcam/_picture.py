@@ -9,10 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import warn
+from ._common import PathLike, scene_file, warn
 from ._scene import Document
-
-PathLike = Union[str, "os.PathLike[str]"]
 
 
 class Progress(NamedTuple):
@@ -143,9 +141,9 @@ def render(
 
     Warnings about the scene and the picture are `IvcamWarning`, and `problems` of the result.
     """
+    core = scene._core if isinstance(scene, Document) else scene_file(scene)
     shown = _Bar() if progress is True else None
     call = shown.show if shown else progress if callable(progress) else None
-    core = scene._core if isinstance(scene, Document) else os.fspath(scene)
     look = None if call is None else _adapted(call)
     try:
         picture = Picture(_ivcam.render(core, options, look, layers))

@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import warn, warn_texts
+from ._common import PathLike, scene_file, warn, warn_texts
 from ._ivcam import Node
 
-PathLike = Union[str, "os.PathLike[str]"]
 Record = Dict[str, Any]
 
 
@@ -259,7 +258,7 @@ def open(
     if folder is not None:
         raise TypeError("`folder` is for bytes; a path has its own")
     below = None if contain is None else os.fspath(contain)
-    return Document(_ivcam.Document.open(os.fspath(source), folders, below))
+    return Document(_ivcam.Document.open(scene_file(source), folders, below))
 
 
 def check(
@@ -279,7 +278,7 @@ def check(
     below = None if contain is None else os.fspath(contain)
     if not paths:
         raise TypeError("check() needs a file or a folder")
-    names = [os.fspath(path) for path in paths]
+    names = [scene_file(path) for path in paths]
     records, skipped = _ivcam.check(names, [os.fspath(path) for path in search], below)
     warn(skipped)
     return records
