@@ -85,6 +85,8 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.render(ivcam.open(SCENE), output="a.xyz"),
     lambda: ivcam.render(ivcam.open(SCENE), sampels=2),
     lambda: ivcam.render(3),  # type: ignore[arg-type]
+    lambda: ivcam.render(ivcam.open(SCENE), progress=5),  # type: ignore[arg-type]
+    lambda: ivcam.fit(ivcam.open(SCENE), np.eye(40), progress=5),  # type: ignore[arg-type]
     lambda: ivcam.compare(np.zeros((4, 4, 5)), np.zeros((4, 4, 5))),
     lambda: ivcam.compare(np.zeros((0, 4, 3)), np.zeros((0, 4, 3))),
     lambda: ivcam.compare(np.zeros((4, 4, 3), np.int64), np.zeros((4, 4, 3))),

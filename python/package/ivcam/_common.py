@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import warnings
 from numbers import Real
-from typing import Any, Dict, Iterable, Union
+from typing import Any, Callable, Dict, Iterable, Optional, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -20,6 +20,12 @@ def scene_file(path: PathLike) -> str:
     """Returns the name of a scene's file. A file `-` is one, and not standard input."""
     name = os.fspath(path)
     return os.path.join(os.curdir, name) if name == "-" else name
+
+
+def checked_call(progress: Optional[Callable[..., object]]) -> None:
+    """Raises a TypeError unless `progress` is a function or `None`."""
+    if progress is not None and not callable(progress):
+        raise TypeError(f"`progress` is a function, not {progress!r}")
 
 
 def text_of(problem: Dict[str, Any]) -> str:

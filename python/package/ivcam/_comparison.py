@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import PathLike, scene_file, warn
+from ._common import PathLike, checked_call, scene_file, warn
 from ._picture import Picture
 from ._scene import Document
 
@@ -227,6 +227,7 @@ def fit(
         UnsupportedError: `solids` or a `region`.
         NotFoundError, FocusError, LimitError, …: all are `IvcamError`.
     """
+    checked_call(progress)
     core = scene._core if isinstance(scene, Document) else scene_file(scene)
     call = None if progress is None else _adapted(progress)
     found = _ivcam.fit(core, _plate("picture", picture), fit_aperture, options, call)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _ivcam
-from ._common import PathLike, scene_file, warn
+from ._common import PathLike, checked_call, scene_file, warn
 from ._scene import Document
 
 
@@ -141,6 +141,8 @@ def render(
 
     Warnings about the scene and the picture are `IvcamWarning`, and `problems` of the result.
     """
+    if not isinstance(progress, bool):
+        checked_call(progress)
     core = scene._core if isinstance(scene, Document) else scene_file(scene)
     shown = _Bar() if progress is True else None
     call = shown.show if shown else progress if callable(progress) else None
