@@ -160,6 +160,8 @@ def test_arrays_are_taken_where_lists_are() -> None:
     heights, nm = np.array([0.0, 5.0]), np.array([550.0])
     images = lens.psf(heights, wavelengths=nm, size=16).images
     np.testing.assert_array_equal(images, lens.psf([0, 5], wavelengths=[550], size=16).images)
+    films = [lens.psf([0], size=16, film=film).pitch for film in (43, np.int64(43), np.float32(43))]
+    assert films[0] == films[1] == films[2]
     found = lens.mtf(np.array([10, 20]), heights).tangential
     np.testing.assert_array_equal(found, lens.mtf([10, 20], [0, 5]).tangential)
     changed = lens.prescription()

@@ -526,7 +526,7 @@ def _half_diagonal(film: Union[None, str, float, Sequence[float]]) -> Optional[f
         return None
     if isinstance(film, str):
         sides = [float(side) for side in film.lower().replace("mm", "").split("x")]
-    elif isinstance(film, (int, float)):
+    elif isinstance(film, (int, float, np.number)):
         sides = [float(film)]
     else:
         sides = [float(side) for side in film]
