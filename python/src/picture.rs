@@ -222,7 +222,7 @@ impl PyPicture {
     }
 
     /// Returns the levels as integers, as they are written to files: height × width × 3.
-    fn levels<'py>(&self, py: Python<'py>, depth: u8) -> PyResult<Bound<'py, PyAny>> {
+    fn levels<'py>(&self, py: Python<'py>, depth: i64) -> PyResult<Bound<'py, PyAny>> {
         let picture = self.picture(py)?;
         let (height, width) = (picture.height as usize, picture.width as usize);
         let depth = depth_of(Some(depth), self.depth)?;
@@ -239,7 +239,7 @@ impl PyPicture {
             .into_any())
     }
 
-    fn save(&self, py: Python<'_>, path: PathBuf, depth: Option<u8>) -> PyResult<()> {
+    fn save(&self, py: Python<'_>, path: PathBuf, depth: Option<i64>) -> PyResult<()> {
         let (picture, depth) = (self.picture(py)?, depth_of(depth, self.depth)?);
         on_pool(py, || picture.save(&path, depth))?.or_raise(py)
     }
@@ -254,7 +254,7 @@ impl PyPicture {
     }
 }
 
-fn depth_of(bits: Option<u8>, usual: Depth) -> PyResult<Depth> {
+fn depth_of(bits: Option<i64>, usual: Depth) -> PyResult<Depth> {
     match bits {
         None => Ok(usual),
         Some(8) => Ok(Depth::Eight),

@@ -83,6 +83,7 @@ CASES: List[Callable[[], object]] = [
     lambda: ivcam.render(ivcam.open(SCENE), lens=3),
     lambda: ivcam.render(ivcam.open(SCENE), threads=10**9),
     lambda: ivcam.render(ivcam.open(SCENE), output="a.xyz"),
+    lambda: ivcam.render(ivcam.open(SCENE), size=(2, 2), samples=1, lens="none").levels(300),
     lambda: ivcam.render(ivcam.open(SCENE), sampels=2),
     lambda: ivcam.render(3),  # type: ignore[arg-type]
     lambda: ivcam.render(ivcam.open(SCENE), progress=5),  # type: ignore[arg-type]
