@@ -122,7 +122,7 @@ fn the_words_of_a_plan_for_its_lens_are_options_of_the_lens_alone() {
     let line = "--lens double-gauss --efl 50mm --shading path --lens tessar --aperture f/8";
     let words = of_line(line, Era::Modern).unwrap().to_lens_args();
     let joined = words.map(|words| words.join(" "));
-    assert_eq!(joined.as_deref(), Some("tessar --efl 50mm --aperture f/8"));
+    assert_eq!(joined.as_deref(), Some("tessar --efl 50mm --aperture 8"));
     let pinhole = of_line("--lens none", Era::Modern).unwrap();
     assert_eq!(pinhole.to_lens_args(), None);
 }
