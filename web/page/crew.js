@@ -295,7 +295,7 @@ export class Crew {
         exposure.isJoining = true;
         const result = await hand.does({ job: 'join', parts });
         exposure.isJoining = false;
-        // The worker has the joined picture now, also when the picture in work was dropped meanwhile.
+        // The worker has the joined picture now, also when the picture was dropped meanwhile.
         if (result.code === 0) {
             const { answer: report, pixels } = result;
             Object.assign(exposure, { joined: join, joinedAt: performance.now(), holder: hand, report, pixels });

@@ -135,7 +135,7 @@ function showMessages(text) {
 /** The time of the last line for screen readers, in milliseconds. */
 let spoken = 0;
 
-/** Shows a line below the picture. Screen readers get progress every ten seconds, and all else at once. */
+/** Shows a line below the picture. Screen readers get progress every ten seconds, the rest at once. */
 function say(text, isBad = false, isProgress = false) {
     $('status').textContent = text;
     $('status').className = isBad ? 'bad' : '';
@@ -351,8 +351,9 @@ let begun = 0, shown = 0;
 let earlier = Promise.resolve();
 
 /**
- * Opens what `load` resolves to: `show` shows it, and `isScene` says whether it replaces the scene. Nothing
- * replaces a scene that was chosen later, and what goes beside a scene waits for the openings before it.
+ * Opens what `load` resolves to: `show` shows it, and `isScene` says whether it replaces the
+ * scene. Nothing replaces a scene that was chosen later, and what goes beside a scene waits for the
+ * openings before it.
  * `about` is said meanwhile, and `fail` gets the error of `load`.
  */
 async function opens(about, load, fail) {
@@ -487,7 +488,7 @@ function besideScene({ files, lines }) {
     return { files: new Map([...files].map(([path, bytes]) => [place(path), bytes])), lines };
 }
 
-/** Shows files that were opened: a scene replaces all files, anything else goes beside the scene. */
+/** Shows opened files: a scene replaces all files, anything else goes beside the scene. */
 function showFiles(read, count) {
     const kinds = sorted(read.files);
     const hasScene = kinds.scenes.length > 0;

@@ -1,7 +1,7 @@
 // Keeps the page for use without a network. The build writes the list of files and their version.
 
 const VERSION = 'VERSION';
-// All copies of the page on a server share the browser's storage: each has the cache with its address.
+// The copies of the page on a server share the browser's storage: each has the cache of its address.
 const CACHE = `${VERSION} ${registration.scope}`;
 const FILES = ['FILES'];
 

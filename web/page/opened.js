@@ -13,7 +13,7 @@ const head = (bytes, length = 65_536) => new TextDecoder('latin1').decode(bytes.
 
 const isScene = (path, bytes) => SCENE.test(path) || /^#(Inventor|VRML)/.test(head(bytes, 16));
 
-/** Whether a file is a lens. Of JSON, one that lists surfaces is: others are reports, losses, settings. */
+/** Whether a file is a lens. JSON is if it lists surfaces: other files are reports and losses. */
 const isLens = (path, bytes) => LENS.test(path)
     || /\.json$/i.test(path) && /"(surfaces|surface_group|Surfaces)"\s*:/.test(head(bytes, bytes.length));
 

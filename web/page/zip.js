@@ -60,8 +60,8 @@ function directory(view) {
 }
 
 /**
- * Returns the names and bytes of the files of an archive, and lines about those that are damaged or cannot be
- * read; `archive` is its name.
+ * Returns the names and bytes of the files of an archive, and lines about those that are damaged or
+ * cannot be read; `archive` is its name.
  */
 export async function unzipped(bytes, archive) {
     const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);

@@ -9,8 +9,8 @@ const TYPES = {
 };
 
 /**
- * Serves a folder at `/sub/` and below any other name, with more headers; `changed(path, bytes)` are the bytes
- * that are sent. Resolves to the page's address and a function that ends the server.
+ * Serves a folder at `/sub/` and below any other name, with more headers; `changed(path, bytes)` are
+ * the bytes that are sent. Resolves to the page's address and a function that ends the server.
  */
 exports.serve = (folder, headers = {}, changed = (path, bytes) => bytes) => new Promise((go) => {
     const server = createServer(async (request, response) => {
