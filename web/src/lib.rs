@@ -138,7 +138,9 @@ const BESIDE: [&str; 10] = [
 
 /// Warns of options that do nothing on a page.
 fn warn_of_outputs(words: &[OsString]) {
-    let texts = words.iter().filter_map(|word| word.to_str()?.strip_prefix("--"));
+    let texts = words
+        .iter()
+        .filter_map(|word| word.to_str()?.strip_prefix("--"));
     let names = texts.map(|text| text.split_once('=').map_or(text, |(name, _)| name));
     for name in names.filter(|name| BESIDE.contains(name)) {
         let text = format!("`--{name}` does nothing on this page");
