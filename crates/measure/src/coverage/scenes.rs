@@ -35,7 +35,7 @@ pub(super) enum Source<'a> {
 
 const WIDE: (&str, Option<f64>) = ("wide-angle", None);
 
-pub(super) const CASES: [Case<'static>; 14] = [
+pub(super) const CASES: [Case<'static>; 15] = [
     case("room", Source::Shipped("scenes/livroom/livroom.iv")),
     case("street", Source::Shipped("scenes/street/street.iv")),
     case("fog", Source::Written(fog)),
@@ -65,6 +65,7 @@ pub(super) const CASES: [Case<'static>; 14] = [
         ..case("deep defocus", Source::Written(highlights))
     },
     case("motion blur", Source::Written(motion)),
+    case("open shutter", Source::Written(shutter)),
     case("mostly black", Source::Written(black)),
 ];
 
@@ -343,6 +344,23 @@ fn motion() -> Vec<String> {
         format!("{CAMERA}{LIGHT}{wall}{ball}")
     };
     (0..4).map(at).collect()
+}
+
+/// A block that moves before black above a bar at rest, at sixteen moments: with up to 16 samples
+/// each of them has a single one.
+fn shutter() -> Vec<String> {
+    let bar = shape(
+        "diffuseColor .8 .1 .1",
+        [0., -0.7, 0.],
+        "Cube { width 3 height .1 depth .1 }",
+    );
+    let at = |moment: i32| {
+        let place = [0.04 * f64::from(moment) - 0.3, 0.1, 0.0];
+        let block = "Cube { width .5 height .5 depth .5 }";
+        let block = shape("diffuseColor .9 .9 .9", place, block);
+        format!("{CAMERA}{LIGHT}{bar}{block}")
+    };
+    (0..16).map(at).collect()
 }
 
 /// One small lit ball; the rest of the picture is black.
