@@ -176,7 +176,8 @@ impl Render<'_> {
         let is_part = first > 0 || last < self.stop.samples;
         let mut film = sums.film();
         if stopped.is_none() && !is_part && measured.samples < done {
-            measured = self.measured(&film, region, done, &mut sums.counts);
+            let last = self.measured(&film, region, done, &mut sums.counts);
+            measured = last.unwrap_or(measured);
         }
         // An estimate of fewer samples is that of another picture.
         let is_even = stopped.is_none_or(|stopped| stopped.part == 0.0);
@@ -209,11 +210,12 @@ impl Render<'_> {
             let PicturePlace { first, done, .. } = sums.place;
             if done == sums.place.until && done > first {
                 let is_due = had_ended || done >= sums.place.next_estimate;
-                let is_due = is_due && self.stop.error.is_some();
-                let estimate = is_due.then(|| self.measured_sums(sums));
-                let is_cut_short = matches!(estimate, Some(None));
-                if let Some(Some(estimate)) = estimate {
-                    *measured = estimate;
+                let mut is_cut_short = false;
+                if self.stop.error.is_some() && is_due {
+                    match self.measured_sums(sums) {
+                        Some(estimate) => *measured = estimate,
+                        None => is_cut_short = true,
+                    }
                 }
                 let next = per_sample * self.pass_end(done).saturating_sub(done);
                 if done >= run.last || self.stops(run.watch.elapsed() + next, measured.error) {
@@ -330,31 +332,37 @@ impl Render<'_> {
     fn measured_sums(&self, sums: &mut Sums) -> Option<Measured> {
         let PicturePlace { region, done, .. } = sums.place;
         let mut counts = Counts::default();
-        let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts));
-        if self.shader.scene().is_stopped() {
-            return None;
-        }
+        let measured = sums.with_film(|film| self.measured(film, region, done, &mut counts))?;
         sums.counts.add(&counts);
         sums.place.next_estimate = measured.next;
         Some(measured)
     }
 
-    /// Estimates the error of the film of a region after a number of samples per pixel.
-    fn measured(&self, film: &Film, region: Region, samples: u32, counts: &mut Counts) -> Measured {
+    /// Estimates the error of the film of a region after a number of samples per pixel. The result
+    /// is `None` if the work on the scene was stopped meanwhile.
+    fn measured(
+        &self,
+        film: &Film,
+        region: Region,
+        samples: u32,
+        counts: &mut Counts,
+    ) -> Option<Measured> {
         let (squared_error, more) = self.measure(film, region, true);
-        let squared_error = squared_error.filter(|_| !self.shader.scene().is_stopped());
         counts.add(&more);
+        if self.shader.scene().is_stopped() {
+            return None;
+        }
         let error = squared_error.and_then(|e| e.relative(film.pixels.len(), film.mean()).ok());
         // The error falls with the power 3/4 of the samples at best (over edges in the plane).
         let target = self.stop.error.unwrap_or(0.0);
         let growth = error.map_or(2.0, |e| libm::pow(e.high / target, 4.0 / 3.0));
         let next = f64::from(samples) * growth.clamp(LEAST_GROWTH, 4.0);
-        Measured {
+        Some(Measured {
             squared_error,
             error,
             samples,
             next: next as u32,
-        }
+        })
     }
 
     /// Adds samples to every pixel of a film, which is a region of the picture. After every tile,
