@@ -111,9 +111,10 @@ fn decode_other(
             ),
         );
     };
-    let (mut picture, orientation) = match format == ImageFormat::Jpeg && !jpeg::has_end(bytes) {
-        true => decode_without_end(bytes, ask)?,
-        false => decode_format(bytes, format, ask)?,
+    let (mut picture, orientation) = match format {
+        ImageFormat::Jpeg if !jpeg::has_end(bytes) => decode_without_end(bytes, ask)?,
+        ImageFormat::Tiff => decode_tiff(bytes, ask)?,
+        _ => decode_format(bytes, format, ask)?,
     };
     if orientation_use == OrientationUse::Applied {
         picture.apply_orientation(orientation);
@@ -129,8 +130,8 @@ fn decode_other(
 }
 
 /// The kinds of TIFF that are read.
-const TIFFS_READ: &str = "TIFFs are read as gray or RGB of 8 or 16 bits and as RGB in floating \
-                          point, without a palette: save it so";
+const TIFFS_READ: &str = "TIFFs are read as gray or RGB of 8 or 16 bits, as RGB in floating point, \
+                          and with a palette of 256 colors: save it so";
 
 /// Decodes a file of a known format, and returns the orientation that it states too.
 fn decode_format(
@@ -176,6 +177,26 @@ fn decode_format(
         return Err(error.with_help(TIFFS_READ));
     }
     Ok((picture, orientation))
+}
+
+/// Decodes a TIFF file. Its decoder knows no palettes, so one with a palette is decoded as the
+/// numbers of its colors.
+fn decode_tiff(
+    bytes: &[u8],
+    ask: &mut dyn FnMut(u64) -> Result<()>,
+) -> Result<(DynamicImage, Orientation)> {
+    let Some((gray, palette)) = tiff::without_palette(bytes) else {
+        return decode_format(bytes, ImageFormat::Tiff, ask);
+    };
+    let (picture, orientation) = decode_format(&gray, ImageFormat::Tiff, ask)?;
+    let DynamicImage::ImageLuma8(numbers) = picture else {
+        let error = Diagnostic::unsupported("a TIFF with a palette has more than 8 bits");
+        return Err(error.with_help(TIFFS_READ));
+    };
+    ask(3 * numbers.len() as u64)?;
+    let color = |x, y| image::Rgb(palette[usize::from(numbers.get_pixel(x, y).0[0])]);
+    let picture = image::RgbImage::from_fn(numbers.width(), numbers.height(), color);
+    Ok((DynamicImage::ImageRgb8(picture), orientation))
 }
 
 /// Decodes a JPEG file without an end marker. Its decoder completes what is missing without an
@@ -381,6 +402,65 @@ mod tests {
             for cut in [4, 20, whole.len() / 2] {
                 assert!(Raster::decode(&whole[..cut], "x").is_err(), "{format:?}");
             }
+        }
+    }
+
+    /// Scans of few colors, with levels of 16 bits and, as some programs have written them, of 8.
+    #[test]
+    fn a_tiff_with_a_palette_has_its_colors() {
+        for (scale, is_big_endian) in [(257, false), (1, false), (257, true)] {
+            let two = |n: u16| match is_big_endian {
+                true => n.to_be_bytes(),
+                false => n.to_le_bytes(),
+            };
+            let four = |n: u32| match is_big_endian {
+                true => n.to_be_bytes(),
+                false => n.to_le_bytes(),
+            };
+            let mut bytes = if is_big_endian {
+                b"MM".to_vec()
+            } else {
+                b"II".to_vec()
+            };
+            bytes.extend(two(42));
+            bytes.extend(four(8));
+            let entries = [
+                (0x0100u16, 3),
+                (0x0101, 1),
+                (0x0102, 8),
+                (0x0103, 1),
+                (0x0106, 3),
+                (0x0111, 134),
+                (0x0115, 1),
+                (0x0116, 1),
+                (0x0117, 3),
+            ];
+            bytes.extend(two(entries.len() as u16 + 1));
+            for (tag, value) in entries {
+                bytes.extend([two(tag), two(3)].concat());
+                bytes.extend(four(1));
+                bytes.extend([two(value), two(0)].concat());
+            }
+            bytes.extend([two(0x0140), two(3)].concat());
+            bytes.extend([four(768), four(138), four(0)].concat());
+            // The directory ends here, and the strip and the map follow.
+            bytes.resize(134, 0);
+            bytes.extend([0, 7, 255, 0]);
+            for channel in 0..3u16 {
+                for i in 0..256u16 {
+                    let level = if channel == 1 {
+                        255 - i
+                    } else {
+                        i / (channel + 1)
+                    };
+                    bytes.extend(two(level * scale));
+                }
+            }
+            let raster = Raster::decode(&bytes, "scan.tif").unwrap();
+            let Samples::U8(levels) = &raster.samples else {
+                panic!("{:?}", raster.samples);
+            };
+            assert_eq!(levels, &[0, 255, 0, 7, 248, 2, 255, 0, 85]);
         }
     }
 

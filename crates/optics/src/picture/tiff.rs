@@ -20,6 +20,14 @@ const HEADER: &[u8] = b"MM\0*\0\0\0\x08";
 pub(super) const SAMPLE_FORMAT: u16 = 0x0153;
 pub(super) const FLOATING_POINT: u16 = 3;
 
+/// The tag PhotometricInterpretation, and two of its values (TIFF 6.0, sections 4 and 5).
+const PHOTOMETRIC_INTERPRETATION: u16 = 0x0106;
+const BLACK_IS_ZERO: u16 = 1;
+const PALETTE: u16 = 3;
+
+/// The tag ColorMap: all levels of red, then of green, then of blue, of 16 bits.
+const COLOR_MAP: u16 = 0x0140;
+
 /// Returns whether a file is a BigTIFF, whose addresses have 64 bits.
 pub(super) fn is_big(bytes: &[u8]) -> bool {
     bytes.starts_with(b"II+\0") || bytes.starts_with(b"MM\0+")
@@ -28,37 +36,73 @@ pub(super) fn is_big(bytes: &[u8]) -> bool {
 /// Returns the first value of a tag with 16-bit values in the first directory of a TIFF or BigTIFF
 /// file; `None` if it is not there.
 pub(super) fn first_short(bytes: &[u8], tag: u16) -> Option<u16> {
-    let number = |at: u64, size: u64| {
-        let at = usize::try_from(at).ok()?;
-        let part = bytes.get(at..)?.get(..size as usize)?;
-        let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
-        Some(match bytes[0] {
-            b'I' => part.iter().rev().fold(0, add),
-            _ => part.iter().fold(0, add),
-        })
-    };
+    let (place, _) = find_shorts(bytes, tag)?;
+    Some(number(bytes, place, 2)? as u16)
+}
+
+/// Returns the number at a place of a file in the file's order of bytes; `None` beyond its end.
+fn number(bytes: &[u8], at: u64, size: u64) -> Option<u64> {
+    let at = usize::try_from(at).ok()?;
+    let part = bytes.get(at..)?.get(..size as usize)?;
+    let add = |sum: u64, byte: &u8| sum << 8 | u64::from(*byte);
+    Some(match bytes[0] {
+        b'I' => part.iter().rev().fold(0, add),
+        _ => part.iter().fold(0, add),
+    })
+}
+
+/// Returns the place of the 16-bit values of a tag in the first directory, and their number.
+fn find_shorts(bytes: &[u8], tag: u16) -> Option<(u64, u64)> {
     // The sizes of an address, of the number of entries, and of an entry.
     let (address, count, entry) = match is_big(bytes) {
         true => (8, 8, 20),
         false => (4, 2, 12),
     };
-    let directory = number(address, address)?;
+    let directory = number(bytes, address, address)?;
     let mut at = directory.checked_add(count)?;
-    for _ in 0..number(directory, count)? {
-        if number(at, 2)? == u64::from(tag) {
+    for _ in 0..number(bytes, directory, count)? {
+        if number(bytes, at, 2)? == u64::from(tag) {
             let values = at + 4 + address;
+            let shorts = number(bytes, at + 4, address)?;
             // Values that are no longer than an address take its place.
-            let is_here = number(at + 4, address)?.saturating_mul(2) <= address;
-            let place = if is_here {
-                values
-            } else {
-                number(values, address)?
+            let place = match shorts.saturating_mul(2) <= address {
+                true => values,
+                false => number(bytes, values, address)?,
             };
-            return Some(number(place, 2)? as u16);
+            return Some((place, shorts));
         }
         at += entry;
     }
     None
+}
+
+/// Returns a file with a palette of 256 colors as one of gray levels, which are the numbers of the
+/// colors, and the colors; `None` for any other file.
+pub(super) fn without_palette(bytes: &[u8]) -> Option<(Vec<u8>, Vec<[u8; 3]>)> {
+    if first_short(bytes, PHOTOMETRIC_INTERPRETATION)? != PALETTE {
+        return None;
+    }
+    let (place, count) = find_shorts(bytes, COLOR_MAP)?;
+    if count != 3 * 256 {
+        return None;
+    }
+    let levels = (0..count).map(|i| number(bytes, place + 2 * i, 2));
+    let levels: Vec<u64> = levels.collect::<Option<_>>()?;
+    // Some programs have written levels of 8 bits.
+    let shift = if levels.iter().all(|level| *level < 256) {
+        0
+    } else {
+        8
+    };
+    let color = |i: usize| [0, 256, 512].map(|first| (levels[first + i] >> shift) as u8);
+    let mut gray = bytes.to_vec();
+    let (place, _) = find_shorts(bytes, PHOTOMETRIC_INTERPRETATION)?;
+    let value = gray.get_mut(usize::try_from(place).ok()?..)?.get_mut(..2)?;
+    value.copy_from_slice(&match bytes[0] {
+        b'I' => BLACK_IS_ZERO.to_le_bytes(),
+        _ => BLACK_IS_ZERO.to_be_bytes(),
+    });
+    Some((gray, (0..256).map(color).collect()))
 }
 
 /// An entry of a directory. Its values are in the file's order of bytes.
