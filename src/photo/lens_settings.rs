@@ -28,25 +28,38 @@ pub(super) fn camera(
     pose: &CameraPose,
     sink: &mut Sink,
 ) -> Result<(Camera, LensSettings)> {
-    let is_pinhole = pose.film.is_none() && matches!(plan.optics, Optics::Pinhole);
-    if !is_pinhole {
-        warn_about_pixels(plan, sink);
-    }
     if let Some(plane) = pose.film {
         return Ok(film_behind_solids(plan, plane, pose));
-    }
-    if !is_pinhole && pose.center != DVec2::ZERO {
-        let warning = "the view of the scene's camera is off its axis, and the lens is on it";
-        let help = "`--shift` and `--rise` move the lens against the film";
-        sink.add(*Diagnostic::warning(warning).with_help(help));
-    }
-    if !is_pinhole && let Projection::Orthographic { .. } = pose.projection {
-        sink.add(*parallel_view(pose));
     }
     match &plan.optics {
         Optics::Pinhole => pinhole(plan, pose, sink),
         Optics::Ideal(choice) => ideal(choice, plan, pose),
         Optics::Lens(choice) => through_lens(choice, plan, pose, sink),
+    }
+}
+
+/// Warns if a camera shows the scene otherwise than its node or the plan asks.
+pub(super) fn warn_about_camera(plan: &Plan, pose: &CameraPose, camera: &Camera, sink: &mut Sink) {
+    if let Camera::Pinhole(_) = camera {
+        return;
+    }
+    warn_about_pixels(plan, sink);
+    if let Camera::Film(_) = camera {
+        return;
+    }
+    if pose.center != DVec2::ZERO {
+        let warning = "the view of the scene's camera is off its axis, and the lens is on it";
+        let help = "`--shift` and `--rise` move the lens against the film";
+        sink.add(*Diagnostic::warning(warning).with_help(help));
+    }
+    if let Projection::Orthographic { .. } = pose.projection {
+        sink.add(*parallel_view(pose));
+    }
+    if let (Camera::Lens(camera), Some(choice)) = (camera, plan.lens()) {
+        warn_about_ghosts(plan, &camera.lens, sink);
+        if let Some(warning) = other_field(choice, plan, pose, &camera.lens) {
+            sink.add(*warning);
+        }
     }
 }
 
@@ -146,10 +159,6 @@ fn through_lens(
     // The lens has an account of its own: it is the same for all scenes.
     let budget = Budget::current().renewed();
     let (lens, focus) = budget.during(|| choice.open_focused(distance, sink))?;
-    warn_about_ghosts(plan, &lens, sink);
-    if let Some(warning) = other_field(choice, plan, pose, &lens) {
-        sink.add(*warning);
-    }
     let mut settings = lens_settings(choice, plan, &lens);
     let has_round_stop = lens.prescription().iris == Iris::Round;
     let loses = lens.reflects() || lens.is_obstructed() || !has_round_stop;

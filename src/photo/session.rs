@@ -42,7 +42,7 @@ use super::checkpoint::Label;
 use super::environment_picture::environment_picture;
 use super::flash::flash_of;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
-use super::lens_settings::camera;
+use super::lens_settings::{camera, warn_about_camera};
 use super::light_plan::Surroundings;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
@@ -116,6 +116,8 @@ pub struct Session {
     /// The diagnostics of reading, compiling and the lens. [`Session::notices`] has what else the
     /// program tells its user.
     pub sink: Sink,
+    /// The messages about the lens, as it was opened.
+    lens_messages: Sink,
     /// The plan's memory, from which the film and the scene have taken theirs.
     pub memory: MemoryBudget,
     /// The account of the scene, with the signal that ends its work.
@@ -369,7 +371,11 @@ impl Session {
         let clock = Instant::now();
         let studio = studio_of(&plan, &snapshot);
         let stopped = stopped_down(&plan, &pose, studio.as_ref());
-        let (camera, settings) = camera(stopped.as_ref().unwrap_or(&plan), &pose, &mut sink)?;
+        let choices = stopped.as_ref().unwrap_or(&plan);
+        let mut lens_messages = Sink::new();
+        let (camera, settings) = camera(choices, &pose, &mut lens_messages)?;
+        sink.extend_from(&lens_messages);
+        warn_about_camera(choices, &pose, &camera, &mut sink);
         budget.check()?;
         seconds.pupil = clock.elapsed().as_secs_f64();
 
@@ -423,6 +429,7 @@ impl Session {
             team: None,
             seconds,
             sink,
+            lens_messages,
             memory,
             budget,
             opening: None,
@@ -596,7 +603,11 @@ impl Session {
             self.camera.clone()
         } else {
             let choices = stopped.as_ref().unwrap_or(&plan);
-            let (fresh, settings) = camera(choices, &pose, &mut self.sink)?;
+            let mut lens_messages = Sink::new();
+            let (fresh, settings) = camera(choices, &pose, &mut lens_messages)?;
+            self.sink.extend_from(&lens_messages);
+            warn_about_camera(choices, &pose, &fresh, &mut self.sink);
+            self.lens_messages = lens_messages;
             self.described.extend(settings);
             fresh
         };
@@ -606,6 +617,14 @@ impl Session {
         self.turn_headlight();
         self.state_metered();
         Ok(())
+    }
+
+    /// Returns the messages about the lens and the camera in use.
+    #[cfg(feature = "panels")]
+    pub(crate) fn camera_messages(&self) -> Vec<Diagnostic> {
+        let mut messages = self.lens_messages.clone();
+        warn_about_camera(&self.plan, &self.pose, &self.camera, &mut messages);
+        messages.items().to_vec()
     }
 
     /// Returns the bounding box of the scene as Inventor's `viewAll` sees it, in meters.

@@ -400,6 +400,7 @@ fn view(session: &Session, request: &Request, pointer: &Option<Arc<PointerScene>
         ),
         scene: session.scene.clone(),
         pose,
+        messages: session.camera_messages(),
         pointer: pointer.clone(),
         resolution: request.resolution.unwrap_or(session.plan.resolution),
     }

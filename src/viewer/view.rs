@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
+use ivcam_base::diag::Diagnostic;
 use ivcam_inventor::pose::CameraPose;
 use ivcam_optics::film::Resolution;
 use ivcam_render::bvh::Ray;
@@ -21,6 +22,8 @@ pub struct SceneView {
     pub camera: Camera,
     pub pose: CameraPose,
     pub resolution: Resolution,
+    /// The messages about the lens and the camera.
+    pub messages: Vec<Diagnostic>,
     /// The scene as the pointer searches it, if something in it acts for the pointer.
     pub(crate) pointer: Option<Arc<PointerScene>>,
 }

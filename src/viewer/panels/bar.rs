@@ -138,6 +138,7 @@ pub(super) fn status(ui: &mut Ui, model: &mut WindowModel) {
         if model.closing == Closing::WhenSaved {
             ui.label("then the window closes");
         }
+        super::messages::about_camera(ui, model);
         ui.separator();
         let under = model.hovered.as_ref().and_then(|hovered| hovered.text());
         ui.add(egui::Label::new(under.as_ref().unwrap_or(&model.status)).truncate());

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering;
 use egui::{HoveredFile, Key, PointerButton};
 use egui_kittest::kittest::Queryable;
 
+use ivcam_base::math::Mm;
 use ivcam_optics::film::Metering;
 use ivcam_render::shade::Shading;
 
@@ -13,7 +14,7 @@ use crate::viewer::files::{self, DroppedKind};
 use crate::viewer::model::WindowModel;
 use crate::viewer::recent::RecentScenes;
 
-use super::bench::{Bench, SCENE, Scratch, check_words};
+use super::bench::{Bench, SCENE, Scratch, check_words, lens_of};
 
 #[test]
 fn cameras_and_environments_go_to_files_and_come_back() {
@@ -197,6 +198,25 @@ fn a_message_shows_its_lines_when_it_is_clicked() {
     assert!(bench.harness.query_by_label_contains("flavour 3").is_some());
     bench.click("Clear");
     assert!(bench.model().messages.is_empty());
+}
+
+/// The double Gauss of this scene sees less than half of what its camera sees.
+#[test]
+fn messages_about_the_camera_are_in_the_status_line_as_long_as_they_are_true() {
+    const TITLE: &str = "1 message about lens and camera";
+    let mut bench = Bench::open("warned");
+    assert!(bench.model().messages.is_empty());
+    bench.click(TITLE);
+    let seen = bench
+        .harness
+        .query_by_label_contains("the scene's camera sees");
+    assert!(seen.is_some());
+    bench.click(TITLE);
+    let fitting = 24.0 / (2.0 * 0.3f64.tan());
+    bench.change(|model| model.edit("lens", |s| lens_of(s).efl = Some(Mm(fitting))));
+    let ended = |m: &WindowModel| m.frame.as_ref().is_some_and(|f| f.view.messages.is_empty());
+    bench.until("a picture without messages", ended);
+    assert!(bench.harness.query_by_label(TITLE).is_none());
 }
 
 #[test]
