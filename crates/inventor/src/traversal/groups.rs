@@ -226,8 +226,9 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
     }
 
     /// Walks the child that a `LevelOfDetail` selects by the area of the box around its children in
-    /// pixels, times `Complexity` + ½ as in Coin. `Complexity` 0 selects the coarsest level, 1 the
-    /// finest.
+    /// pixels. As in SGI's library `Complexity` 0 selects the coarsest level and 1 the finest. In
+    /// between the area counts in proportion to it up to ½, and from there approaches the first
+    /// limit.
     pub(super) fn level_of_detail(&mut self, node: NodeRef<'a>) {
         let list = Self::choices(node);
         if self.options.all_levels {
@@ -243,9 +244,14 @@ impl<'a, V: Visitor<'a>> Walk<'a, '_, V> {
         } else {
             match self.visitor.screen_area(node, &self.state) {
                 Some(area) => {
-                    let area = area * (f64::from(complexity) + 0.5);
                     let limits = node.get(level_of_detail::SCREEN_AREA);
-                    let level = limits.iter().position(|&limit| area > f64::from(limit));
+                    let first = limits.first().map_or(area, |&limit| f64::from(limit));
+                    let twice = 2.0 * f64::from(complexity);
+                    let area = match twice <= 1.0 {
+                        true => twice * area,
+                        false => area + (twice - 1.0) * (first - area),
+                    };
+                    let level = limits.iter().position(|&limit| area >= f64::from(limit));
                     let none = if limits.is_empty() { 0 } else { last };
                     level.unwrap_or(none).min(last)
                 }

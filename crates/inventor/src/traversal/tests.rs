@@ -100,7 +100,11 @@ fn a_level_of_detail_is_selected_by_its_screen_area() {
     assert_eq!(at("0.5", Some(101.0)), "Cube 0 0");
     assert_eq!(at("0.5", Some(99.0)), "Sphere 0 0");
     assert_eq!(at("0.5", Some(9.0)), "Cone 0 0");
-    assert_eq!(at("0.8", Some(99.0)), "Cube 0 0");
+    assert_eq!(at("0.5", Some(100.0)), "Cube 0 0");
+    assert_eq!(at("0.25", Some(199.0)), "Sphere 0 0");
+    assert_eq!(at("0.1", Some(101.0)), "Sphere 0 0");
+    assert_eq!(at("0.8", Some(99.0)), "Sphere 0 0");
+    assert_eq!(at("0.75", Some(1.0)), "Sphere 0 0");
     assert_eq!(at("0", Some(1e9)), "Cone 0 0");
     assert_eq!(at("1", Some(0.0)), "Cube 0 0");
     assert_eq!(at("0.5", None), "Cube 0 0");
@@ -114,8 +118,55 @@ fn reset_transform_and_anti_squish_change_only_the_matrix() {
     let squish =
         "Scale { scaleFactor 1 4 1 } AntiSquish { } Translation { translation 1 1 0 } Cube { }";
     assert_eq!(shapes(squish, 0.0), ["Cube 2 2"]);
+    // The principal stretches of a rotated shape are those of the `Scale`.
+    for (sizing, factor) in [("X", 2.0), ("Y", 0.5), ("Z", 3.0)] {
+        let turned = format!(
+            "Scale {{ scaleFactor 2 .5 3 }} Rotation {{ rotation 0 0 1 .6 }} \
+             AntiSquish {{ sizing {sizing} }} Rotation {{ rotation 0 0 1 -.6 }} \
+             Translation {{ translation 1 1 0 }} Cube {{ }}"
+        );
+        assert_eq!(shapes(&turned, 0.0), [format!("Cube {factor} {factor}")]);
+    }
     let around = "SurroundScale { } Translation { translation 1 1 0 } Cube { }";
     assert_eq!(shapes(around, 0.0), ["Cube 1 1"]);
+}
+
+/// Records clip planes.
+struct Planes(Vec<(DVec3, f64)>);
+
+impl<'a> Visitor<'a> for Planes {
+    fn shape(&mut self, _: NodeRef<'a>, state: &State<'a>) {
+        self.0.extend(state.clip_planes.iter());
+    }
+}
+
+/// A plane of Inventor has a normal of any length and a distance along it.
+#[test]
+fn the_length_of_a_clip_planes_normal_does_not_matter() {
+    let planes = |plane: &str| {
+        let scale = "Scale { scaleFactor 2 1 1 }";
+        let text =
+            format!("#Inventor V2.1 ascii\n{scale} ClipPlane {{ plane {plane} }} Cube {{ }}");
+        let document = Document::read_headerless("a", text.into()).expect("reads");
+        let mut planes = Planes(Vec::new());
+        walk(
+            &Snapshot::at(&document, 0.0),
+            &WalkOptions::default(),
+            &mut planes,
+        );
+        planes.0
+    };
+    assert_eq!(planes("0 4 0 .5"), [(DVec3::Y, 0.5)]);
+    assert_eq!(planes("-4 0 0 .5"), [(DVec3::NEG_X, 1.0)]);
+    // Through (-√2, √2)/4 in object space, which is (-2√2, √2)/4 in the world.
+    let (normal, distance) = planes("-1 1 0 .5")[0];
+    let expected = DVec3::new(-0.5, 1.0, 0.0).normalize();
+    let on_plane = DVec3::new(-(0.5f64.sqrt()), 0.5 * 0.5f64.sqrt(), 0.0);
+    assert!((normal - expected).length() < 1e-12, "{normal}");
+    assert!(
+        (distance - expected.dot(on_plane)).abs() < 1e-7,
+        "{distance}"
+    );
 }
 
 #[test]

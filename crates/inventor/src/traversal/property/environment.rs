@@ -55,13 +55,15 @@ pub fn fog97(node: NodeRef<'_>, state: &State<'_>) -> Option<EnvironmentElement>
     })
 }
 
-/// Adds a `ClipPlane` of Inventor that is on.
+/// Adds a `ClipPlane` of Inventor that is on. Its distance is along the normal, whatever the length
+/// of the normal is.
 pub(super) fn clip_plane<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     if node.acting(clip_plane::ON) == Some(false) {
         return;
     }
     if let Some(plane) = node.acting(clip_plane::PLANE) {
-        add_clip_plane(state, plane.normal.as_dvec3(), f64::from(plane.distance));
+        let normal = plane.normal.as_dvec3().normalize_or_zero();
+        add_clip_plane(state, normal, f64::from(plane.distance));
     }
 }
 

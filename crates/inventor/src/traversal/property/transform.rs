@@ -158,21 +158,21 @@ fn meters(unit: i32) -> Option<f64> {
     })
 }
 
-/// Applies an `AntiSquish`, which makes the scale in force the same along every axis.
+/// Applies an `AntiSquish`, which makes the scale in force the same along every axis. `X`, `Y` and
+/// `Z` are the principal stretches near these axes, as in SGI's library and Coin.
 pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let matrix = state.world_from_object;
     let turn = rotation_of(matrix);
     let stretch = DMat4::from_quat(turn.conjugate()) * matrix;
-    let length = |axis: glam::DVec4| axis.truncate().length();
     let principal = principal_stretches(stretch);
     let scale = match node.acting_or_default(anti_squish::SIZING) {
-        anti_squish::SIZING_X => length(stretch.x_axis),
-        anti_squish::SIZING_Y => length(stretch.y_axis),
-        anti_squish::SIZING_Z => length(stretch.z_axis),
-        anti_squish::SIZING_BIGGEST_DIMENSION => principal[0],
-        anti_squish::SIZING_SMALLEST_DIMENSION => principal[2],
+        anti_squish::SIZING_X => principal.x,
+        anti_squish::SIZING_Y => principal.y,
+        anti_squish::SIZING_Z => principal.z,
+        anti_squish::SIZING_BIGGEST_DIMENSION => principal.max_element(),
+        anti_squish::SIZING_SMALLEST_DIMENSION => principal.min_element(),
         anti_squish::SIZING_LONGEST_DIAGONAL => longest_diagonal(stretch),
-        _ => principal.iter().sum::<f64>() / 3.0,
+        _ => principal.element_sum() / 3.0,
     };
     let origin = matrix.transform_point3(DVec3::ZERO);
     state.world_from_object = DMat4::from_translation(origin)
@@ -180,24 +180,28 @@ pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
         * DMat4::from_scale(DVec3::splat(scale));
 }
 
-/// Returns the eigenvalues of a symmetric matrix, the largest first. They are its stretches along
-/// its principal axes, computed by the cosine formula for the cubic (Smith 1961).
-fn principal_stretches(stretch: DMat4) -> [f64; 3] {
-    let m = DMat3::from_mat4(stretch);
-    let mean = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
-    let rest = m - DMat3::from_diagonal(DVec3::splat(mean));
-    let square =
-        rest.x_axis.length_squared() + rest.y_axis.length_squared() + rest.z_axis.length_squared();
-    let spread = (square / 6.0).sqrt();
-    if spread <= 1e-12 * mean.abs() {
-        return [mean; 3];
+/// Returns the eigenvalues of a symmetric matrix, which are its stretches along its principal axes,
+/// by Jacobi's rotations. None of them is larger than 45°, so that each stretch is at the
+/// coordinate axis near its own.
+fn principal_stretches(stretch: DMat4) -> DVec3 {
+    const SWEEPS: usize = 16;
+    let mut m = DMat3::from_mat4(stretch);
+    for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(SWEEPS) {
+        let off = m.col(q)[p];
+        if off == 0.0 {
+            continue;
+        }
+        let cotangent = (m.col(q)[q] - m.col(p)[p]) / (2.0 * off); // of twice the angle
+        let tangent = cotangent.signum() / (cotangent.abs() + cotangent.hypot(1.0));
+        let cosine = tangent.hypot(1.0).recip();
+        let mut turn = DMat3::IDENTITY;
+        turn.col_mut(p)[p] = cosine;
+        turn.col_mut(q)[q] = cosine;
+        turn.col_mut(q)[p] = tangent * cosine;
+        turn.col_mut(p)[q] = -tangent * cosine;
+        m = turn.transpose() * m * turn;
     }
-    let half = (rest.determinant() / (2.0 * spread.powi(3))).clamp(-1.0, 1.0);
-    let angle = libm::acos(half) / 3.0;
-    let third = std::f64::consts::TAU / 3.0;
-    let most = mean + 2.0 * spread * libm::cos(angle);
-    let least = mean + 2.0 * spread * libm::cos(angle + third);
-    [most, 3.0 * mean - most - least, least]
+    DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z)
 }
 
 /// Returns the length of the longest of the four half diagonals (±1, ±1, ±1) after stretching. As
