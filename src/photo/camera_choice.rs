@@ -7,9 +7,9 @@ use glam::{DQuat, DVec2, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::{MAX_TEXT, read_file};
 use ivcam_inventor::events::SnapshotOptions;
-use ivcam_inventor::grammar::camera;
 use ivcam_inventor::grammar::value::Rotation;
-use ivcam_inventor::iv::Document;
+use ivcam_inventor::grammar::{Role, camera};
+use ivcam_inventor::iv::{Document, NodeRef};
 use ivcam_inventor::pose::{CameraPose, Projection, ViewportMapping, quat};
 use ivcam_inventor::traversal::{WalkOptions, first_camera};
 use ivcam_render::scene::{CompileOptions, snapshot};
@@ -147,6 +147,9 @@ fn one_field_per_line(node: &str) -> String {
 fn read(name: &str, bytes: Vec<u8>, sink: &mut Sink) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;
     sink.extend_from(&document.sink);
+    if let Some(note) = further_cameras(&document) {
+        sink.add(*note);
+    }
     let options = CompileOptions::default();
     let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
     first_camera(&snapshot, &WalkOptions::default()).ok_or_else(|| {
@@ -156,6 +159,22 @@ fn read(name: &str, bytes: Vec<u8>, sink: &mut Sink) -> Result<CameraPose> {
             .with_help(format!(
                 "a camera file contains a camera node, such as {example}"
             ))
+    })
+}
+
+/// Returns a note at the second camera of an Inventor file.
+fn further_cameras(document: &Document) -> Option<Box<Diagnostic>> {
+    let nodes = document.ids().map(|id| document.node(id));
+    let is_camera = |node: &NodeRef<'_>| {
+        let class = node.known_class();
+        class.is_some_and(|class| class.role == Role::Camera && !class.is_vrml97())
+    };
+    let camera = nodes.filter(is_camera).nth(1)?;
+    let note = Diagnostic::note("the file has several cameras: the first one is taken");
+    let note = note.with_help("the text of a node can be given in place of the file");
+    Some(match camera.source() {
+        Some(source) => note.at(source, camera.span()),
+        None => note,
     })
 }
 
@@ -289,6 +308,22 @@ mod tests {
         let mut sink = Sink::new();
         choice.pose(&mut sink).unwrap();
         assert!(sink.items()[0].message.contains("`positio`"));
+    }
+
+    #[test]
+    fn a_file_may_begin_with_a_byte_order_mark_and_a_second_camera_is_named() {
+        let node = "\u{feff}PerspectiveCamera { position 1 2 3.5 }";
+        let mut sink = Sink::new();
+        let pose = read("a.dat", node.into(), &mut sink).unwrap();
+        assert_eq!(pose.position, DVec3::new(1.0, 2.0, 3.5));
+        assert!(sink.items().is_empty(), "{:?}", sink.items());
+        let two = format!("{node}\nOrthographicCamera {{ }}");
+        read("a.dat", two.into(), &mut sink).unwrap();
+        let said = sink.items()[0].to_string();
+        assert!(
+            said.contains("a.dat:2:1") && said.contains("several cameras"),
+            "{said}"
+        );
     }
 
     #[test]

@@ -55,6 +55,14 @@ pub(super) fn warn_about_camera(plan: &Plan, pose: &CameraPose, camera: &Camera,
     if let Projection::Orthographic { .. } = pose.projection {
         sink.add(*parallel_view(pose));
     }
+    if plan.focus.is_none() && pose.focal_distance < 0.0 {
+        let text = format!(
+            "the camera's `focalDistance` is {}, so the focus is at infinity",
+            pose.focal_distance
+        );
+        let help = "give `--focus`, or a distance above 0";
+        sink.add(*Diagnostic::warning(text).with_help(help));
+    }
     if let (Camera::Lens(camera), Some(choice)) = (camera, plan.lens()) {
         warn_about_ghosts(plan, &camera.lens, sink);
         if let Some(warning) = other_field(choice, plan, pose, &camera.lens) {

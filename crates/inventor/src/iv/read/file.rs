@@ -6,7 +6,7 @@ use ivcam_base::diag::{Result, Source};
 use ivcam_base::files::FileBytes;
 
 use super::assemble::{Assembler, FileRead};
-use super::header::{self, Encoding, Header};
+use super::header::{self, Encoding, Header, without_mark};
 use super::{ascii, binary, formats, upgrade};
 use crate::iv::document::Document;
 use crate::iv::encoding;
@@ -33,7 +33,10 @@ pub(super) fn read_into(
     };
     let header = match (Header::parse(&bytes, name), otherwise) {
         (Ok(header), _) => header,
-        (Err(_), Some(header)) => header,
+        (Err(_), Some(header)) => Header {
+            length: bytes.len() - without_mark(&bytes).len(),
+            ..header
+        },
         (Err(error), None) => return Err(error),
     };
     if document.sources.is_empty() {
