@@ -290,6 +290,9 @@ fn unicode(word: &std::ffi::OsStr) -> Result<String> {
     })
 }
 
+/// The options of pictures whose value can only be attached, by `=`.
+const ATTACHED: [&str; 1] = ["--denoise"];
+
 /// Returns the words of a command after its name, without some options and their values.
 fn without_options(words: &[OsString], options: &[&str]) -> Vec<OsString> {
     let mut rest = Vec::new();
@@ -308,7 +311,9 @@ fn without_options(words: &[OsString], options: &[&str]) -> Vec<OsString> {
                 .get(..2)
                 .is_some_and(|short| text != short && options.contains(&short));
         if options.contains(&text) {
-            words.next();
+            if !ATTACHED.contains(&text) {
+                words.next();
+            }
         } else if !options.contains(&name) && !is_attached {
             rest.push(word.clone());
         }
@@ -326,6 +331,8 @@ mod tests {
         let words: Vec<OsString> = words.split(' ').map(OsString::from).collect();
         let rest = without_options(&words, &["--frames", "--folder", "--length", "-r"]);
         assert_eq!(rest, ["a.iv", "-o", "--", "--frames"]);
+        let words = ["render", "a.iv", "--denoise", "-o", "a.exr", "--denoise=b"].map(Into::into);
+        assert_eq!(without_options(&words, &["--denoise", "-o"]), ["a.iv"]);
     }
 
     fn place() -> FarmFolder {

@@ -81,6 +81,9 @@ impl DividedPicture {
         }
         if plan.diffraction || arguments.len() == parts {
             task.extend([say("--sample-range"), ShellWord::Argument]);
+            if let Some(region) = plan.region {
+                task.extend([say("--region"), say(&region.to_string())]);
+            }
         } else {
             arguments = rows(&plan, parts);
             let all = format!("0..{}", plan.stop.samples);
@@ -193,6 +196,11 @@ mod tests {
         let picture = DividedPicture::of_command(&words(line), 3).unwrap();
         assert_eq!(picture.arguments, ["0..64", "64..128"]);
         assert_eq!(picture.task.len(), 3, "without `--region`");
+        let line = "render a.iv --size 30x50 --samples 256 -o a.exr --region 2,3,20,40";
+        let picture = DividedPicture::of_command(&words(line), 3).unwrap();
+        assert_eq!(picture.arguments, ["0..64", "64..128", "128..256"]);
+        let region = picture.task.last().unwrap();
+        assert!(matches!(region, ShellWord::Text(text) if text == "2,3,20,40"));
         for (more, text) in [
             ("", "does not name the picture's file"),
             ("-o a.exr --time 3s", "can't be divided"),
