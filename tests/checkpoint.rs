@@ -236,6 +236,14 @@ fn parts_that_overlap_or_leave_gaps_are_not_merged() {
         &gap,
         "the samples 64 to 127 are missing between `b.ckpt` and `c.ckpt`",
     );
+    // A beginning is a picture that is unfinished.
+    scratch.must_merge("b.ckpt -o beginning.exr");
+    assert!(scratch.has("beginning.exr", "ivcam:unfinished"));
+    scratch.must_merge("a.ckpt c.ckpt -o whole.exr");
+    assert!(!scratch.has("whole.exr", "ivcam:unfinished"));
+    part("t", "--target-error 90%");
+    scratch.must_merge("t.ckpt -o met.exr");
+    assert!(!scratch.has("met.exr", "ivcam:unfinished"));
     part("g", "--sample-range 0..64 --ghosts on --lens double-gauss");
     must_fail(
         &scratch.ivcam("merge g.ckpt -o x.exr"),

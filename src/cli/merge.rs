@@ -7,6 +7,7 @@ use clap::{Arg, ArgAction, ArgMatches, Command, value_parser};
 use ivcam_base::diag::{Diagnostic, Result, counted};
 use ivcam_optics::film::Response;
 use ivcam_optics::picture::{Depth, Picture, PictureFormat};
+use ivcam_render::render::Stopped;
 
 use super::outputs::{picture_format, save_picture};
 use super::{text, value};
@@ -50,8 +51,8 @@ pub(crate) fn run(m: &ArgMatches, command: &str) -> Result<i32> {
     };
     let mut whole = merge(&paths)?;
     let place = &whole.sums.place;
-    let made = match whole.sums.stopped() {
-        Some(stopped) => stopped.describe(planned(&whole)),
+    let made = match unfinished(&whole) {
+        Some(text) => text,
         None => format!("{} samples per pixel", place.done - place.first),
     };
     let parts = counted(paths.len(), "part");
@@ -64,11 +65,15 @@ pub(crate) fn run(m: &ArgMatches, command: &str) -> Result<i32> {
     Ok(0)
 }
 
-/// Returns the number of samples per pixel that the render of a checkpoint was to make.
-fn planned(whole: &Checkpoint) -> u32 {
+/// Describes what samples a picture has, if its render was to make more.
+fn unfinished(whole: &Checkpoint) -> Option<String> {
+    let place = &whole.sums.place;
     let planned = whole.label.described.get("samples");
     let planned = planned.and_then(|samples| samples.parse().ok());
-    planned.unwrap_or(whole.sums.place.until)
+    let is_short = place.first == 0 && planned.is_some_and(|planned| place.done < planned);
+    let stopped = whole.sums.stopped();
+    let stopped = stopped.or_else(|| is_short.then(|| Stopped::between_passes(place.done)));
+    Some(stopped?.describe(planned.unwrap_or(place.until)))
 }
 
 /// Writes the picture of a checkpoint.
@@ -94,8 +99,8 @@ fn write_picture(
     let mut provenance = provenance(command);
     let mut say = |key: &str, value: String| provenance.insert(key.to_owned(), value);
     say("ivcam:error", "unknown: not measured".into());
-    if let Some(stopped) = whole.sums.stopped() {
-        say(UNFINISHED, stopped.describe(planned(&whole)));
+    if let Some(text) = unfinished(&whole) {
+        say(UNFINISHED, text);
     }
     let samples = place.done.to_string();
     for (key, value) in &label.described {
