@@ -292,7 +292,7 @@ fn a_signal_leaves_the_picture_so_far_and_the_same_command_continues() {
         "render room.iv --size 64x40 --samples 192 --checkpoint a.ckpt --every 0.05s -o a.exr";
     let checkpoint = scratch.0.join("a.ckpt");
     let time = || checkpoint.metadata().and_then(|m| m.modified()).ok();
-    for (signal, code) in [("-INT", 130), ("-TERM", 143)] {
+    for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_ivcam"));
         command.current_dir(&scratch.0).args(words.split(' '));
         let before = time();

@@ -16,7 +16,7 @@ use ivcam_optics::film::Exposed;
 use ivcam_render::render::units::{border_after, border_before, is_border, pieces};
 use ivcam_render::render::{PicturePlace, Stopped, Sums};
 #[cfg(not(target_family = "wasm"))]
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 #[cfg(not(target_family = "wasm"))]
 use signal_hook::flag;
 
@@ -233,8 +233,8 @@ fn range(word: &str) -> Option<Range<u32>> {
     Some(start.parse().ok()?..end.parse().ok()?)
 }
 
-/// Returns a variable that the first SIGINT or SIGTERM sets to its number; it also ends the work of
-/// the scene. A second one ends the program at once. A signal that the program was started to
+/// Returns a variable that the first SIGINT, SIGTERM or SIGHUP, which comes when a terminal closes,
+/// sets to its number; it also ends the work of the scene. A second one ends the program at once. A signal that the program was started to
 /// ignore, as behind `nohup` or `trap ''`, stays ignored.
 #[cfg(not(target_family = "wasm"))]
 fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
@@ -242,7 +242,7 @@ fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
     let came = Arc::new(AtomicBool::new(false));
     let ignored = ignored_signals();
     let is_heard = |signal: &i32| ignored >> (signal - 1) & 1 == 0;
-    for signal in [SIGINT, SIGTERM].into_iter().filter(is_heard) {
+    for signal in [SIGINT, SIGTERM, SIGHUP].into_iter().filter(is_heard) {
         // The order matters: the first signal finds the flag unset, and then sets it.
         let registered = flag::register_conditional_shutdown(signal, 128 + signal, came.clone())
             .and_then(|_| flag::register(signal, came.clone()))

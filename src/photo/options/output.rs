@@ -34,7 +34,7 @@ pub(super) static OPTIONS: [Opt; 15] = [
     Opt::new(
         "checkpoint",
         Takes::One("FILE"),
-        "keeps the state of the render in this file, also after SIGINT and SIGTERM, and continues from it if it exists",
+        "keeps the state of the render in this file, also after SIGINT, SIGTERM and SIGHUP, and continues from it if it exists",
     ),
     Opt::new(
         "every",
