@@ -882,6 +882,19 @@ fn animations_of_gltf_move_nodes_at_a_time() {
 }
 
 #[test]
+fn a_child_that_is_listed_twice_is_there_once() {
+    let (json, chunk) = triangle();
+    let json = json.replace(
+        r#""nodes": [ { "name""#,
+        r#""nodes": [ { "children": [ 1, 1 ] }, { "name""#,
+    );
+    let document = read(glb(&json, &chunk));
+    assert!(messages(&document)[0].contains("a node is a child of several nodes"));
+    let top = nodes(&document, "Transform")[0];
+    assert_eq!(top.get_nodes(vrml97_transform::CHILDREN).len(), 1);
+}
+
+#[test]
 fn damaged_gltf_loses_only_what_is_damaged() {
     let (json, chunk) = triangle();
     for (from, to, says) in [

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Mat4, Quat, Vec3};
+use indexmap::IndexSet;
 use ivcam_base::diag::{Result, Span, excerpt};
 
 use super::buffers::Buffers;
@@ -270,8 +271,11 @@ impl GltfReader<'_, '_, '_> {
             }
         }
         let is_own = |child: &&usize| self.parents.get(child).is_some_and(|p| *p == Some(index));
-        let own = node.children.iter().filter(is_own);
-        let own: Vec<NodeId> = own.filter_map(|&child| self.transforms[child]).collect();
+        let own: IndexSet<&usize> = node.children.iter().filter(is_own).collect();
+        let own: Vec<NodeId> = own
+            .into_iter()
+            .filter_map(|&child| self.transforms[child])
+            .collect();
         children.extend(own);
         if let Some(id) = self.transforms[index].filter(|_| !children.is_empty()) {
             self.builder
