@@ -52,6 +52,11 @@ pub struct InstanceCounts {
     pub primitives: u64,
 }
 
+/// Adds 1 to a sum, which a part that is drawn very often may have brought to its end.
+fn add_one(sum: &mut u64) {
+    *sum = sum.saturating_add(1);
+}
+
 impl Census {
     /// Adds what a part keeps, which counts once however often the part is drawn.
     pub(super) fn add_kept(&mut self, part: &Self) {
@@ -91,17 +96,17 @@ impl Census {
 
     /// Counts a node of a class.
     pub(crate) fn see(&mut self, class: &'static str) {
-        *self.seen.entry(class).or_default() += 1;
+        add_one(self.seen.entry(class).or_default());
     }
 
     /// Counts a drawn shape of a class.
     pub(crate) fn draw(&mut self, class: &'static str) {
-        *self.drawn.entry(class).or_default() += 1;
+        add_one(self.drawn.entry(class).or_default());
     }
 
     /// Counts an ignored node of a class, with the reason.
     pub(crate) fn ignore(&mut self, class: &'static str, why: &'static str) {
-        self.ignored.entry(class).or_insert((0, why)).0 += 1;
+        add_one(&mut self.ignored.entry(class).or_insert((0, why)).0);
     }
 
     /// Returns what was left out, one text for each kind: `3 textures (not read by this shading)`,
