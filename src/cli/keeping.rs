@@ -234,8 +234,8 @@ fn range(word: &str) -> Option<Range<u32>> {
 }
 
 /// Returns a variable that the first SIGINT, SIGTERM or SIGHUP, which comes when a terminal closes,
-/// sets to its number; it also ends the work of the scene. A second one ends the program at once. A signal that the program was started to
-/// ignore, as behind `nohup` or `trap ''`, stays ignored.
+/// sets to its number; it also ends the work of the scene. A second one ends the program at once. A
+/// signal that the program was started to ignore, as behind `nohup` or `trap ''`, stays ignored.
 #[cfg(not(target_family = "wasm"))]
 fn watch_signals(stop: &StopSignal) -> Result<Arc<AtomicUsize>> {
     let number = Arc::new(AtomicUsize::new(0));

@@ -94,8 +94,8 @@ fn without_repeats(points: &[Vec3]) -> Vec<[usize; 3]> {
     out
 }
 
-/// Returns whether a polygon has each corner more than [`REPEATS`] times on average. The time to cut
-/// it would grow with the cube of its corners, and its area is that of a fan.
+/// Returns whether a polygon has each corner more than [`REPEATS`] times on average. The time to
+/// cut it would grow with the cube of its corners, and its area is that of a fan.
 fn is_wound_often(points: &[Vec3]) -> bool {
     let distinct = || {
         let bits = points.iter().map(|p| p.to_array().map(f32::to_bits));
