@@ -444,7 +444,8 @@ impl CameraFit {
         [k1 + self.distortion_change(values), k2]
     }
 
-    /// Returns the camera pose of parameters.
+    /// Returns the camera pose of parameters. Its focal distance is finite, as in a file: with the
+    /// focus at infinity it is the start's.
     fn pose_at(&self, values: &[f64]) -> CameraPose {
         let shift = DVec3::new(values[0], values[1], values[2]);
         let turn = DVec3::new(values[3], values[4], values[5]);
@@ -452,7 +453,9 @@ impl CameraFit {
         pose.position += self.pose.orientation * shift;
         pose.orientation = (self.pose.orientation * turned(turn)).normalize();
         let (efl, focus) = self.optics(values);
-        pose.focal_distance = focus;
+        if focus.is_finite() {
+            pose.focal_distance = focus;
+        }
         pose.projection = Projection::Perspective {
             height_angle: 2.0 * libm::atan(0.5 * self.plan.film.height / efl),
         };
@@ -656,7 +659,12 @@ impl CameraFit {
                 let aperture = self.f_number(values).or(lens.f_number);
                 let aperture = aperture.map(|n| format!(" --aperture {n:.3}"));
                 let aperture = aperture.unwrap_or_default();
-                format!("--lens {} --efl {efl:.4}mm{aperture}", lens.name)
+                let focus = if focus.is_infinite() {
+                    " --focus inf"
+                } else {
+                    ""
+                };
+                format!("--lens {} --efl {efl:.4}mm{aperture}{focus}", lens.name)
             }
         };
         let p = pose.position;
@@ -664,8 +672,8 @@ impl CameraFit {
             "#Inventor V2.1 ascii\n# Fitted by `ivcam compare --fit`; render with {lens}\n\
              PerspectiveCamera {{\n  position {:.6} {:.6} {:.6}\n  \
              orientation {:.8} {:.8} {:.8} {:.8}\n  nearDistance {}\n  farDistance {}\n  \
-             heightAngle {height_angle:.8}\n  focalDistance {focus:.6}\n}}\n",
-            p.x, p.y, p.z, axis.x, axis.y, axis.z, angle, pose.near, pose.far
+             heightAngle {height_angle:.8}\n  focalDistance {:.6}\n}}\n",
+            p.x, p.y, p.z, axis.x, axis.y, axis.z, angle, pose.near, pose.far, pose.focal_distance
         )
     }
 
@@ -841,6 +849,22 @@ fn turned(vector: DVec3) -> DQuat {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::folder::Folder;
+    use crate::photo::{CameraNode, Era};
+
+    #[test]
+    fn the_file_of_a_lens_focused_at_infinity_reads_back_and_states_the_focus() {
+        let folder = Folder::new("fit-infinity");
+        let scene = "#Inventor V2.1 ascii\nPerspectiveCamera { focalDistance 2 } Cube { }\n";
+        let mut plan = Plan::of_era(Era::Modern, folder.file("cube.iv", scene));
+        plan.focus = Some(Meters(f64::INFINITY));
+        let session = Session::open(plan).expect("the scene is whole");
+        let fit = CameraFit::of(&session).expect("the lens has a focal length");
+        let text = fit.camera_text(&vec![0.0; fit.count()]);
+        assert!(text.contains("mm --focus inf\n"), "{text}");
+        let node = CameraNode::read(&text).expect("the file has a camera");
+        assert_eq!(node.pose().focal_distance, 2.0, "{text}");
+    }
 
     #[test]
     fn a_turn_is_written_as_its_axis_and_angle() {
