@@ -1385,6 +1385,14 @@ fn the_camera_in_use_is_written_and_makes_the_same_picture() {
         "{}",
         read("new.dat")
     );
+    let far = format!("--focus inf -o DIR/a.ppm DIR/cube.iv {small}");
+    let said = stderr(&must_run(
+        &scratch,
+        &format!("render --write-camera DIR/far.dat {far}"),
+    ));
+    assert!(said.contains("give `--focus inf` again"), "{said}");
+    assert!(read("far.dat").contains("render with --focus inf"));
+    assert!(!read("far.dat").contains("focalDistance inf"));
     for (line, part) in [
         ("-camwrite DIR/c.dat DIR/cube.iv", "-batch"),
         ("--aov DIR/c.exr DIR/cube.iv", "-batch"),

@@ -391,6 +391,9 @@ fn make(
     if let Some(path) = &outputs.camera {
         let text = session.camera_file()?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
+        if let Some(warning) = session.focus_beyond_camera_file() {
+            session.sink.add(*warning);
+        }
     }
     let exposure = session.expose(&|progress| {
         *seen.lock().unwrap_or_else(PoisonError::into_inner) = Some(progress);

@@ -473,6 +473,8 @@ fn finish(
     if let Some(path) = &options.camera {
         let text = session.camera_file()?;
         write_whole(path, |file| file.write_all(text.as_bytes()))?;
+        let warning = session.focus_beyond_camera_file();
+        warning.iter().for_each(|warning| print_diagnostic(warning));
     }
     print_notices(session, options.quiet);
     if !options.quiet {

@@ -104,17 +104,28 @@ impl CameraNode {
 }
 
 /// Returns a camera file, one field per line, with the pose and the distance in focus as the
-/// camera's own. At infinity the pose's own distance remains, since a file holds no infinity.
+/// camera's own. At infinity the pose's own distance remains, since a file holds no infinity; the
+/// file then states the option that focuses there.
 pub(crate) fn camera_file(pose: &CameraPose, distance: f64) -> String {
     let mut pose = pose.clone();
+    let option = match is_beyond_a_file(&pose, distance) {
+        true => "; render with --focus inf",
+        false => "",
+    };
     if distance.is_finite() {
         pose.focal_distance = distance;
     }
     let node = CameraNode::from_pose(&pose);
     format!(
-        "#Inventor V2.1 ascii\n# Written by ivcam.\n{}\n",
+        "#Inventor V2.1 ascii\n# Written by ivcam{option}.\n{}\n",
         one_field_per_line(node.text())
     )
+}
+
+/// Returns whether a file with this pose is not focused at this distance: at infinity, unless the
+/// pose itself is, by a distance that is not positive.
+pub(super) fn is_beyond_a_file(pose: &CameraPose, distance: f64) -> bool {
+    distance.is_infinite() && pose.focal_distance > 0.0
 }
 
 /// Formats a node with one field per line.

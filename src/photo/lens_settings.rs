@@ -322,7 +322,7 @@ fn movement_settings(plan: &Plan) -> impl Iterator<Item = (String, String)> {
 }
 
 /// Formats a distance in meters, rounded to hundredths of a millimeter.
-fn in_meters(distance: Meters) -> String {
+pub(super) fn in_meters(distance: Meters) -> String {
     format!("{} m", (distance.0 * 1e5).round() / 1e5)
 }
 

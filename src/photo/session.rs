@@ -8,6 +8,7 @@ use glam::DVec3;
 use indexmap::IndexMap;
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::files::Inputs;
+use ivcam_base::math::Meters;
 use ivcam_base::math::lanes::is_portable;
 use ivcam_base::memory::MemoryBudget;
 use ivcam_base::work::{Budget, StopCause};
@@ -37,12 +38,12 @@ use ivcam_render::scene::{
 use ivcam_render::shade::{EnvironmentLight, PathOptions, ShadeOptions, Shader, Shading};
 use ivcam_render::team::Team;
 
-use super::camera_choice::camera_file;
+use super::camera_choice::{camera_file, is_beyond_a_file};
 use super::checkpoint::Label;
 use super::environment_picture::environment_picture;
 use super::flash::flash_of;
 use super::headlight::{HeadlightCause, HeadlightSources, HeadlightState, headlight_in_world};
-use super::lens_settings::{camera, warn_about_camera};
+use super::lens_settings::{camera, in_meters, warn_about_camera};
 use super::light_plan::Surroundings;
 use super::memory::{film_bytes, memory_beside_film};
 use super::overview::Overview;
@@ -640,6 +641,7 @@ impl Session {
     }
 
     /// Returns the camera in use as a file for `--camera`, with the distance in focus.
+    /// [`Self::focus_beyond_camera_file`] warns if that is infinite.
     ///
     /// # Errors
     /// Fails if the camera is a film behind solid glass, which a camera file has no node for.
@@ -653,6 +655,21 @@ impl Session {
         let focus = self.plan.focus.unwrap_or_else(|| own_focus(&self.pose));
         let pose = self.pose.clone().fitted(self.plan.resolution.aspect());
         Ok(camera_file(&pose, focus.0))
+    }
+
+    /// Returns the warning that [`Self::camera_file`] does not hold the lens's focus at infinity.
+    pub fn focus_beyond_camera_file(&self) -> Option<Box<Diagnostic>> {
+        let focus = self
+            .plan
+            .focus
+            .filter(|_| self.plan.optics != Optics::Pinhole)?;
+        is_beyond_a_file(&self.pose, focus.0).then(|| {
+            let own = in_meters(Meters(self.pose.focal_distance));
+            let text = format!(
+                "a camera file can't hold the focus at infinity; this one is focused at {own}"
+            );
+            Diagnostic::warning(text).with_help("give `--focus inf` again, with `--camera`")
+        })
     }
 
     /// Returns whether the headlight is a flash beside the lens: in model `i`, if the scene has no
