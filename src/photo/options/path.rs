@@ -56,7 +56,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "light-size",
         Takes::One("LENGTH"),
-        "for --shading path: the diameter of point and spot lights, such as 5cm; their shadows are soft [0]",
+        "for --shading path: the diameter of point and spot lights, such as 5cm; a bare number is meters; their shadows are soft [0]",
     )
     .needs(OptionNeeds::Path)
     .plan(
@@ -67,7 +67,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
             };
             set(
                 &mut plan.light.light_size,
-                words.parsed("light-size", "a length, such as 5cm", size)?,
+                words.parsed("light-size", "a length, such as 5cm or 0.05", size)?,
             );
             Ok(())
         },
