@@ -19,8 +19,32 @@ pub struct Allowance {
 impl Allowance {
     /// Does some work on a new account with this allowance, on this thread.
     pub fn during<T>(&self, work: impl FnOnce() -> T) -> T {
-        let budget = Budget::new(self.memory, self.work);
+        let budget = Budget::within(self.memory, self.work, self.time);
         let _timer = self.time.map(|time| budget.stop().after(time));
         budget.during(work)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_that_is_late_says_how_long_it_might_take() {
+        let allowance = Allowance {
+            memory: 100,
+            work: WorkLimit(10),
+            time: Some(Duration::from_millis(1)),
+        };
+        let error = allowance.during(|| {
+            loop {
+                match Budget::current().renewed().check() {
+                    Ok(()) => std::thread::yield_now(),
+                    Err(error) => break error,
+                }
+            }
+        });
+        let expected = "the scene takes longer than 0.001 s, the limit of `--time`";
+        assert_eq!(error.message, expected);
     }
 }

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
 
 use super::limit::WorkLimit;
 use super::stop::{StopCause, StopSignal};
@@ -38,21 +39,29 @@ struct Account {
     used_bytes: AtomicU64,
     steps: WorkLimit,
     used_steps: AtomicU64,
+    /// The time after which the signal is set, for the message that it was.
+    time: Option<Duration>,
     stop: StopSignal,
 }
 
 impl Budget {
     /// Creates an account of a number of bytes and of steps.
     pub fn new(bytes: u64, steps: WorkLimit) -> Self {
-        Self::with_signal(bytes, steps, StopSignal::default())
+        Self::within(bytes, steps, None)
     }
 
-    fn with_signal(bytes: u64, steps: WorkLimit, stop: StopSignal) -> Self {
+    /// Creates an account whose signal is set after a time. The caller sets it.
+    pub(super) fn within(bytes: u64, steps: WorkLimit, time: Option<Duration>) -> Self {
+        Self::with_signal(bytes, steps, time, StopSignal::default())
+    }
+
+    fn with_signal(bytes: u64, steps: WorkLimit, time: Option<Duration>, stop: StopSignal) -> Self {
         Self(Arc::new(Account {
             bytes,
             used_bytes: AtomicU64::new(0),
             steps,
             used_steps: AtomicU64::new(0),
+            time,
             stop,
         }))
     }
@@ -92,7 +101,7 @@ impl Budget {
 
     /// Returns a new account with the limits of this one and another signal.
     pub fn stopped_by(&self, stop: &StopSignal) -> Self {
-        Self::with_signal(self.0.bytes, self.0.steps, stop.clone())
+        Self::with_signal(self.0.bytes, self.0.steps, self.0.time, stop.clone())
     }
 
     /// The signal that ends the work.
@@ -167,7 +176,11 @@ impl Budget {
                 (text, Some("`--memory SIZE` raises the limit"))
             }
             Cut::Stopped(StopCause::Time) => {
-                let text = "the scene takes longer than `--time` allows".to_owned();
+                let limit = match self.0.time {
+                    Some(time) => format!("{} s, the limit of `--time`", time.as_secs_f64()),
+                    None => "`--time` allows".to_owned(),
+                };
+                let text = format!("the scene takes longer than {limit}");
                 (text, Some("give `--time` a longer time"))
             }
             Cut::Stopped(StopCause::Canceled) => ("the work was canceled".to_owned(), None),
