@@ -1,6 +1,7 @@
 //! Mistakes that can be read, and change what a node means: wrong connections, wrong children, and
 //! sizes that are out of their range. They are reported here because no later step meets them.
 
+use glam::Vec3;
 use ivcam_base::diag::{Span, excerpt, nearest};
 
 use super::assemble::Assembler;
@@ -238,6 +239,16 @@ impl Assembler<'_> {
             Value::Float(number) => [f64::from(*number); 2],
             Value::Double(number) => [*number; 2],
             Value::Vec3(vector) => [vector.min_element(), vector.max_element()].map(f64::from),
+            Value::Floats(numbers) => [
+                numbers.iter().copied().reduce(f32::min)?,
+                numbers.iter().copied().reduce(f32::max)?,
+            ]
+            .map(f64::from),
+            Value::Vec3s(vectors) => [
+                vectors.iter().copied().reduce(Vec3::min)?.min_element(),
+                vectors.iter().copied().reduce(Vec3::max)?.max_element(),
+            ]
+            .map(f64::from),
             _ => return None,
         };
         let is_below = low < least || low == least && range.starts_with('(');
