@@ -431,7 +431,15 @@ impl<'x> Translator<'x> {
         };
         let usual = match is_instance {
             true => self.proto_named(&own).and_then(|fields| fields.container),
-            false => Some(container(tag, class)),
+            false => Some(match self.open.last() {
+                // A shape that is not known, such as one of 2D, is not a child.
+                Some(OpenElement::Node(Some(around)))
+                    if class.is_none() && around.name == "Shape" =>
+                {
+                    "geometry"
+                }
+                _ => container(tag, class),
+            }),
         };
         let usual = usual.unwrap_or("children");
         let field = attributes
