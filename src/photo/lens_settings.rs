@@ -92,7 +92,7 @@ fn parallel_view(pose: &CameraPose) -> Box<Diagnostic> {
     Diagnostic::warning(warning).with_help(help)
 }
 
-/// Returns a note if the scene asks for a frame around the view, which is not drawn.
+/// Returns a warning if the scene asks for a frame around the view, which is not drawn.
 fn missing_frame(plan: &Plan, pose: &CameraPose) -> Option<Box<Diagnostic>> {
     let frame = match pose.viewport_mapping {
         ViewportMapping::CropViewportFillFrame => "FILL",
@@ -106,7 +106,7 @@ fn missing_frame(plan: &Plan, pose: &CameraPose) -> Option<Box<Diagnostic>> {
             "the frame of `CROP_VIEWPORT_{frame}_FRAME` is left out: beside the view nothing is drawn"
         );
         let help = "a picture of the shape that the camera's `aspectRatio` states has no frame";
-        Diagnostic::note(text).with_help(help)
+        Diagnostic::warning(text).with_help(help)
     })
 }
 
@@ -118,8 +118,8 @@ fn pinhole(plan: &Plan, pose: &CameraPose, sink: &mut Sink) -> Result<(Camera, L
         );
     }
     let pinhole = Pinhole::new(pose, plan.resolution.aspect()).distorted(plan.distortion);
-    if let Some(note) = missing_frame(plan, pose) {
-        sink.add(*note);
+    if let Some(warning) = missing_frame(plan, pose) {
+        sink.add(*warning);
     }
     let mut settings = to_map([("lens", "none (pinhole)".into())]);
     let is_distorted = plan.distortion != [0.0; 2];
