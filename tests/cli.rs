@@ -2212,7 +2212,7 @@ fn a_folder_of_lenses_is_surveyed_as_text_json_csv_and_a_page() {
         String::from_utf8(output.stdout).unwrap()
     };
     let text = run("");
-    assert!(text.contains("2 lenses, 1 files not read"), "{text}");
+    assert!(text.contains("2 lenses, 1 file not read"), "{text}");
     assert!(
         text.contains("NOGLASS99") && !text.contains("notes"),
         "{text}"

@@ -131,10 +131,14 @@ impl LensSurvey {
             };
         }
         let lost = self.rows.iter().filter(|row| row.lens.is_err()).count();
+        let read = match self.rows.len() - lost {
+            1 => "1 lens".to_owned(),
+            n => format!("{n} lenses"),
+        };
         let _ = writeln!(
             text,
-            "{} lenses, {lost} files not read; lengths in mm; --json, --csv FILE and --sheet FILE.html have more",
-            self.rows.len() - lost
+            "{read}, {} not read; lengths in mm; --json, --csv FILE and --sheet FILE.html have more",
+            counted(lost, "file")
         );
         if self.others > 0 {
             let (files, endings) = (counted(self.others, "file"), SHARED.join(", ."));
