@@ -3,6 +3,7 @@
 //! A test of one file is in that file; a test of one scene or one scene file is a file under
 //! `tests/golden` or `tests/iv`; a test of the program as a process is in `tests/cli.rs`.
 
+mod book;
 mod cameras;
 pub(crate) mod common;
 mod defaults;
