@@ -423,7 +423,7 @@ fn takes_block(steps: &RaySteps<'_>, block: &Block) -> bool {
 }
 
 /// Whether a point is cut away by a clip plane of its surface.
-fn is_clipped(surface: &Surface, at: Vec3) -> bool {
+pub(super) fn is_clipped(surface: &Surface, at: Vec3) -> bool {
     let mut planes = surface.clip.iter();
     planes.any(|(normal, distance)| normal.dot(at) < *distance)
 }

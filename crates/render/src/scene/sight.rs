@@ -2,12 +2,14 @@
 //! that comes straight from a luminous shape.
 //!
 //! A face that its shape culls is there only for what sees its front, be it the camera or another
-//! point. Shapes below an `Annotation` are in front of everything for the camera only.
+//! point. But the back of glass that bends light is there for every point, because light leaves a
+//! body through it. Shapes below an `Annotation` are in front of everything for the camera only.
 
 use std::ops::ControlFlow;
 
 use glam::Vec3;
 
+use super::hit::is_clipped;
 use super::point::Point;
 use super::render_scene::RenderScene;
 use crate::bvh::{Hit, Ray};
@@ -34,14 +36,24 @@ impl RenderScene {
     pub(crate) fn hit_seen(&self, ray: &Ray) -> Option<Hit> {
         match self.special {
             false => self.hit_any_side(ray),
-            true => self.nearest(ray, |hit| self.is_visible(ray, hit)),
+            true => self.nearest(ray, |hit| self.is_seen(ray, hit)),
+        }
+    }
+
+    /// Whether a point of the scene sees a hit: it is visible, or on a back face of glass and not
+    /// clipped.
+    pub(crate) fn is_seen(&self, ray: &Ray, hit: &Hit) -> bool {
+        let surface = self.surface(hit);
+        match surface.culls && surface.bends_light() {
+            true => !is_clipped(surface, ray.at(hit.t)),
+            false => self.is_visible(ray, hit),
         }
     }
 
     /// Whether what stops light on its way to a lamp is what a point sees, so that
     /// [`RenderScene::transmittance`] is [`RenderScene::clear_share`].
     pub(crate) fn sees_what_casts_shadows(&self) -> bool {
-        let plain = |s: &super::Surface| s.casts_shadow && (s.refraction == 1.0 || s.is_opaque());
+        let plain = |s: &super::Surface| s.casts_shadow && !s.bends_light();
         !self.special && self.surfaces.iter().all(plain)
     }
 

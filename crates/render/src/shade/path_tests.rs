@@ -357,6 +357,35 @@ fn clear_glass_and_mirrors_vanish_in_an_even_light() {
     }
 }
 
+/// A slab of the index 1.5 lets the share (1 − R)/(1 + R) through, where R is 0.04. Its shape may
+/// cull back faces, which are those where light leaves a body.
+#[test]
+fn light_leaves_glass_through_back_faces_that_its_shape_culls() {
+    let solid = "ShapeHints { vertexOrdering COUNTERCLOCKWISE shapeType SOLID }";
+    let behind = |hints: &str, shape: &str| {
+        compile(&format!(
+            "Separator {{ Material {{ diffuseColor 0 0 0 emissiveColor 3 0 0 }}
+               Translation {{ translation -2 0 -6 }} Cube {{ width 4 height 9 depth .1 }} }}
+             {hints} Material {{ fields [ SFFloat refractionIndex ] diffuseColor 0 0 0
+               transparency 1 refractionIndex 1.5 }} {shape}"
+        ))
+    };
+    let seen = |scene: &RenderScene, x: f32| {
+        let ray = Ray::new(Vec3::new(x, 0.1, 6.0), Vec3::NEG_Z);
+        mean(scene, &ShadeOptions::default(), &ray, 10_000)
+    };
+    for hints in ["", solid] {
+        let slab = behind(hints, "Cube { width 9 height 9 depth .5 }");
+        expect(hints, seen(&slab, -1.0), 3.0 * 0.96 / 1.04);
+    }
+    for shape in ["Sphere { radius 1 }", "Cube { width 1 }"] {
+        let [plain, culled] = ["", solid].map(|hints| behind(hints, shape));
+        for x in [-0.7, -0.3, 0.2, 0.6] {
+            assert_eq!(seen(&plain, x), seen(&culled, x), "{shape} {x}");
+        }
+    }
+}
+
 #[test]
 fn a_headlight_lights_what_the_camera_sees_without_shadows() {
     let scene = compile(FLOOR);

@@ -370,6 +370,11 @@ impl Surface {
         self.transparency.iter().all(|t| *t == 0.0) && !self.textures().any(TextureUse::has_alpha)
     }
 
+    /// Whether the surface is the boundary of glass, which turns the light that it lets through.
+    pub(crate) fn bends_light(&self) -> bool {
+        self.refraction != 1.0 && !self.is_opaque()
+    }
+
     /// The material indices of a triangle's corners.
     pub(crate) fn materials_of(&self, triangle: usize) -> [u32; 3] {
         self.materials.get(triangle).copied().unwrap_or([0; 3])

@@ -231,7 +231,7 @@ impl PathTracer<'_> {
             _ => {
                 let mut hit = lamp.hit;
                 hit.t = distance;
-                if !self.scene.is_visible(&ray, &hit) {
+                if !self.scene.is_seen(&ray, &hit) {
                     return None;
                 }
                 let there = self.scene.point(&ray, &hit);
