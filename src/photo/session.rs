@@ -1321,7 +1321,7 @@ pub(super) fn options(
         culled_faces_cast_shadows: plan.unseen_shadows,
         colors: match plan.shading {
             Shading::Path => plan.light.colors,
-            _ => ColorCoding::Linear,
+            _ => ColorCoding::Levels,
         },
         background: plan.background.map(|choice| match choice {
             Override::Always(color) => (color, true),

@@ -17,7 +17,7 @@ pub(super) static OPTIONS: [Opt; 10] = [
     Opt::new(
         "colors",
         Takes::One("display|linear"),
-        "for --shading path: the file's colors are levels of a display, decoded by sRGB, or amounts of light; with display the response is srgb unless given [display]",
+        "for --shading path: the file's colors are levels of a display, decoded by sRGB, or amounts of light, as those of glTF and PhysicalMaterial are in any case; with display the response is srgb unless given [display]",
     )
     .needs(OptionNeeds::Path)
     .plan(

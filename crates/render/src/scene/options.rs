@@ -83,14 +83,29 @@ pub enum Instancing {
 }
 
 /// What the numbers of a file's colors mean.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum ColorCoding {
-    /// Amounts of light.
+    /// Numbers that are computed with as they are, as OpenGL does. What a file states as light
+    /// becomes levels of a display.
     #[default]
+    Levels,
+    /// Amounts of light.
     Linear,
-    /// Levels of a display, by the sRGB curve. Intensities of lights are amounts of light.
+    /// Levels of a display, which are decoded by the sRGB curve. Intensities of lights are amounts
+    /// of light.
     Display,
+}
+
+impl ColorCoding {
+    /// The coding of an element's colors. `is_linear` says that the file states them as light, as
+    /// glTF and X3D's `PhysicalMaterial` do; the traversal has encoded these for a display.
+    pub(in crate::scene) fn for_element(self, is_linear: bool) -> Self {
+        match self {
+            Self::Linear if is_linear => Self::Display,
+            other => other,
+        }
+    }
 }
 
 /// The options of compiling and surveying a scene.
@@ -121,7 +136,7 @@ pub struct CompileOptions {
     /// light passes what it does not see. The 1999 program: yes (a guess).
     pub culled_faces_cast_shadows: bool,
     /// What the numbers of colors mean: those of materials, lights, fog, textures and backgrounds.
-    /// Default: amounts of light.
+    /// Default: levels, as for all models but `path`.
     pub colors: ColorCoding,
     /// What is added to light and surround the scene. Default: nothing.
     pub studio: Option<Studio>,
@@ -155,7 +170,7 @@ impl Default for CompileOptions {
             instancing: Instancing::WhereItPays,
             background: None,
             culled_faces_cast_shadows: false,
-            colors: ColorCoding::Linear,
+            colors: ColorCoding::default(),
             studio: None,
             ignore_draw_style: false,
             texture_filter: None,

@@ -1,14 +1,16 @@
 //! Tests of model `i` on scenes whose light is known.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use ivcam_base::math::lanes::{LANES, Vec3Lanes, of_lane};
-use ivcam_inventor::iv::Document;
+use ivcam_inventor::iv::{Document, Limits, NoFiles, linear_of_display};
 use ivcam_inventor::snapshot::Snapshot;
 use ivcam_optics::sampling::PathPoints;
 
 use super::{EnvironmentLight, Flash, PathOptions, ShadeOptions, Shader, Shading, Work};
 use crate::bvh::{PacketHits, Ray, RayPacket};
-use crate::scene::{CompileOptions, Light, RenderScene};
+use crate::scene::{ColorCoding, CompileOptions, Light, RenderScene};
 
 fn compile(text: &str) -> RenderScene {
     let text = format!("#Inventor V2.1 ascii\nEnvironment {{ ambientIntensity 0 }}\n{text}");
@@ -383,6 +385,110 @@ fn light_leaves_glass_through_back_faces_that_its_shape_culls() {
         for x in [-0.7, -0.3, 0.2, 0.6] {
             assert_eq!(seen(&plain, x), seen(&culled, x), "{shape} {x}");
         }
+    }
+}
+
+/// Two squares in the light of 5 lux, the left of the color .8 .5 .2 and the right with a texture
+/// of the levels 128, 64 and 255.
+const LIT_SQUARES: &str = r#"{
+    "asset": { "version": "2.0" },
+    "extensionsUsed": [ "KHR_lights_punctual", "KHR_materials_specular" ],
+    "extensions": { "KHR_lights_punctual": { "lights": [
+        { "type": "directional", "intensity": 5, "color": [1, 0.5, 0.25] } ] } },
+    "scene": 0, "scenes": [ { "nodes": [0, 1, 2] } ],
+    "nodes": [ { "mesh": 0, "translation": [-2, 0, 0] }, { "mesh": 1, "translation": [2, 0, 0] },
+        { "extensions": { "KHR_lights_punctual": { "light": 0 } } } ],
+    "meshes": [
+        { "primitives": [ { "attributes": { "POSITION": 0, "TEXCOORD_0": 1 },
+            "indices": 2, "material": 0 } ] },
+        { "primitives": [ { "attributes": { "POSITION": 0, "TEXCOORD_0": 1 },
+            "indices": 2, "material": 1 } ] } ],
+    "materials": [
+        { "pbrMetallicRoughness": { "baseColorFactor": [0.8, 0.5, 0.2, 1], "metallicFactor": 0 },
+            "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } },
+        { "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 }, "metallicFactor": 0 },
+            "extensions": { "KHR_materials_specular": { "specularFactor": 0 } } } ],
+    "textures": [ { "source": 0 } ], "images": [ { "uri": "PICTURE" } ],
+    "accessors": [
+        { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+            "min": [-1, -1, 0], "max": [1, 1, 0] },
+        { "bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2" },
+        { "bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR" } ],
+    "bufferViews": [ { "buffer": 0, "byteLength": 48 },
+        { "buffer": 0, "byteOffset": 48, "byteLength": 32 },
+        { "buffer": 0, "byteOffset": 80, "byteLength": 12 } ],
+    "buffers": [ { "byteLength": 92, "uri": "data:application/octet-stream;base64,AACAvwAAgL8AAAAAAACAPwAAgL8AAAAAAACAPwAAgD8AAAAAAACAvwAAgD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAgD8AAIA/AAAAAAAAgD8AAAEAAgAAAAIAAwA=" } ] }"#;
+
+/// A picture of one pixel with the levels 128, 64 and 255.
+const PICTURE: &str = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGNocPgPAAMDAcD+h1vkAAAAAElFTkSuQmCC";
+const LEVELS: Vec3 = Vec3::new(128.0 / 255.0, 64.0 / 255.0, 1.0);
+
+/// Compiles a scene of any format with a meaning of its colors.
+fn compile_with(colors: ColorCoding, text: &str) -> RenderScene {
+    let text = text.replace("PICTURE", PICTURE).into_bytes();
+    let document = Document::read("a", text, Arc::new(NoFiles), &Limits::default()).unwrap();
+    let options = CompileOptions {
+        colors,
+        ..CompileOptions::default()
+    };
+    RenderScene::compile(&Snapshot::at(&document, 0.0), &options).unwrap()
+}
+
+/// The direct light of a point of a scene that is seen along −z.
+fn direct_light(scene: &RenderScene, x: f32) -> Vec3 {
+    let shader = Shader::new(scene, Shading::Path, at_depth(1));
+    let ray = Ray::new(Vec3::new(x, 0.1, 5.0), Vec3::NEG_Z);
+    shader.radiance(&ray, &mut Work::default())
+}
+
+#[track_caller]
+fn assert_near(found: Vec3, expected: Vec3) {
+    let off = (found - expected).abs().max_element();
+    assert!(off < 1e-5, "{found}, not {expected}");
+}
+
+/// An albedo ρ sends back ρE/π of the illuminance E.
+#[test]
+fn what_a_file_states_as_light_is_light_whatever_its_colors_mean() {
+    let decoded = LEVELS.map(linear_of_display);
+    let light = Vec3::new(5.0, 2.5, 1.25) / std::f32::consts::PI;
+    for colors in [ColorCoding::Linear, ColorCoding::Display] {
+        let scene = compile_with(colors, LIT_SQUARES);
+        let plain = Vec3::new(0.8, 0.5, 0.2);
+        assert_near(direct_light(&scene, -2.0), plain * light);
+        assert_near(direct_light(&scene, 2.0), decoded * light);
+    }
+    let own = "#Inventor V2.1 ascii\nEnvironment { ambientIntensity 0 } Material { diffuseColor .5 .5 .5 }
+        DirectionalLight { } Cube { }";
+    let seen = |colors| direct_light(&compile_with(colors, own), 0.0);
+    assert_near(seen(ColorCoding::Linear), Vec3::splat(0.5));
+    assert_near(seen(ColorCoding::Display), Vec3::splat(0.214_041));
+}
+
+/// A texture without a material has the file's colors, and that of a material of light has levels.
+#[test]
+fn one_picture_may_have_both_meanings_of_its_colors() {
+    let scene = "#X3D V4.0 utf8\nPROFILE Full\n\
+        Transform { translation -2 0 0 children Shape {
+          appearance Appearance { texture DEF T ImageTexture { url \"PICTURE\" } } geometry Box { } } }
+        Transform { translation 2 0 0 children Shape { appearance Appearance {
+          material UnlitMaterial { emissiveTexture USE T } } geometry Box { } } }
+        Shape { appearance Appearance { material PhysicalMaterial { emissiveColor .5 .25 1 } }
+          geometry LineSet { vertexCount 2 coord Coordinate { point [ 0 9 0, 1 9 0 ] } } }";
+    let decoded = LEVELS.map(linear_of_display);
+    for (colors, own) in [
+        (ColorCoding::Levels, LEVELS),
+        (ColorCoding::Linear, LEVELS),
+        (ColorCoding::Display, decoded),
+    ] {
+        let scene = compile_with(colors, scene);
+        assert_near(direct_light(&scene, -2.0), own);
+        let (unlit, line) = match colors {
+            ColorCoding::Levels => (LEVELS, Vec3::new(0.735_357, 0.537_099, 1.0)),
+            _ => (decoded, Vec3::new(0.5, 0.25, 1.0)),
+        };
+        assert_near(direct_light(&scene, 2.0), unlit);
+        assert_near(scene.surfaces()[2].diffuse[0], line);
     }
 }
 

@@ -65,20 +65,20 @@ pub fn missing(snapshot: &Snapshot<'_>, options: &CompileOptions) -> Vec<Missing
             _ => continue,
         };
         // Pictures are not kept.
-        let mut files = TextureFiles::new(&options.texture_folders, options.colors);
+        let mut files = TextureFiles::new(&options.texture_folders);
         let mut memory = MemoryBudget::new(options.memory);
         for fields in pictures {
             let names = fields.iter().flat_map(|field| field.names(node));
             if class.id == class::TEXTURE3 {
                 missing.extend(names.filter_map(|name| {
-                    let error = files.file(node, name, &mut memory).err()?;
+                    let error = files.file(node, name, options.colors, &mut memory).err()?;
                     let error = match node.source() {
                         Some(source) => error.at(source, node.span()),
                         None => error,
                     };
                     Some(picture(node, name, error))
                 }));
-            } else if let Err(error) = files.of_fields(node, fields, &mut memory) {
+            } else if let Err(error) = files.of_fields(node, fields, options.colors, &mut memory) {
                 let name = names.into_iter().next().unwrap_or_default();
                 missing.push(picture(node, name, error));
             }

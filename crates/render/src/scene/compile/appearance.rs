@@ -15,16 +15,16 @@ use crate::scene::looks::{
     CornerNormals, FurtherTexture, Light, LightTree, Mapping, MaterialColors, PhysicalSurface,
     Repeat, Surface, Texture, TextureFiles, TextureUse, usual_filter,
 };
-use crate::scene::options::TextureFilter;
+use crate::scene::options::{ColorCoding, TextureFilter};
 
 /// The lights and textures that shapes share.
 #[derive(Debug, Default)]
 pub(super) struct Shared {
     /// The sets of lights.
     pub lights: LightTree,
-    /// The textures that were decoded, by node and the bits of the opacity below which they are
-    /// transparent; `None` if that failed.
-    pub decoded: HashMap<(NodeId, u32), Option<Arc<Texture>>>,
+    /// The textures that were decoded, by node, the bits of the opacity below which they are
+    /// transparent, and the meaning of their colors; `None` if that failed.
+    pub decoded: HashMap<(NodeId, u32, ColorCoding), Option<Arc<Texture>>>,
     /// The textures by file.
     pub files: TextureFiles,
 }
@@ -34,9 +34,10 @@ impl SceneBuilder {
     pub(super) fn surface(&mut self, node: NodeRef<'_>, state: &State<'_>) -> Surface {
         let state = &state.with_factors(self.factors(node, state));
         let m = &state.material;
-        let colors = self.options.colors;
+        let of_file = self.options.colors;
+        let colors = of_file.for_element(m.is_linear);
         let mut environment = state.environment;
-        environment.fog_color = colors.light(environment.fog_color);
+        environment.fog_color = of_file.light(environment.fog_color);
         let far = self
             .options
             .camera
@@ -46,7 +47,8 @@ impl SceneBuilder {
             environment.visibility = camera.far as f32; // as SGI's reference page of `Environment`
         }
         let texture = state.texture.and_then(|element| {
-            self.texture_use(element, state.texture_matrix, state.texture_coordinates)
+            let coordinates = state.texture_coordinates;
+            self.texture_use(element, colors, state.texture_matrix, coordinates)
         });
         let further_textures = self.further_textures(state);
         let mut material = MaterialColors::of(state);
@@ -60,7 +62,7 @@ impl SceneBuilder {
             }
         };
         let origin = self.scene.origin;
-        let compile = |light: &LightElement| Light::new(light, origin, colors);
+        let compile = |light: &LightElement| Light::new(light, origin, of_file);
         let before = self.shared.lights.bytes();
         let lights = self.shared.lights.set(&state.lights, compile);
         self.memory.count(self.shared.lights.bytes() - before);
@@ -110,10 +112,12 @@ impl SceneBuilder {
 
     /// Returns the textures of the units after the first.
     fn further_textures(&mut self, state: &State<'_>) -> Vec<FurtherTexture> {
+        let colors = self.options.colors.for_element(state.material.is_linear);
         let units = state.further_textures.iter();
         units
             .filter_map(|unit| {
-                let texture = self.texture_use(unit.texture?, unit.matrix, unit.coordinates)?;
+                let texture =
+                    self.texture_use(unit.texture?, colors, unit.matrix, unit.coordinates)?;
                 Some(FurtherTexture {
                     unit: unit.unit,
                     texture,
@@ -123,10 +127,12 @@ impl SceneBuilder {
             .collect()
     }
 
-    /// Returns a texture of a shape, which is decoded at its first use.
+    /// Returns a texture of a shape with a meaning of its colors, which is decoded at its first
+    /// use.
     fn texture_use(
         &mut self,
         element: TextureElement<'_>,
+        colors: ColorCoding,
         matrix: Mat4,
         coordinates: TextureCoordinates<'_>,
     ) -> Option<TextureUse> {
@@ -141,10 +147,10 @@ impl SceneBuilder {
             AlphaMode::Mask(_) => AlphaMode::Blend, // the surface compares the product of all opacities
             other => other,
         };
-        let texture = self.decoded(element.node, alpha)?;
+        let texture = self.decoded(element.node, alpha, colors)?;
         Some(TextureUse {
             model: element.model,
-            blend_color: self.options.colors.light(element.blend_color),
+            blend_color: colors.light(element.blend_color),
             repeat: Repeat {
                 s: element.repeat_s,
                 t: element.repeat_t,
@@ -158,13 +164,18 @@ impl SceneBuilder {
     }
 
     /// Returns the texture of a node, which is decoded at its first use, with one meaning of its
-    /// opacity.
-    fn decoded(&mut self, node: NodeRef<'_>, alpha: AlphaMode) -> Option<Arc<Texture>> {
-        let key = (node.id, alpha.least_opacity().to_bits());
+    /// opacity and of its colors.
+    fn decoded(
+        &mut self,
+        node: NodeRef<'_>,
+        alpha: AlphaMode,
+        colors: ColorCoding,
+    ) -> Option<Arc<Texture>> {
+        let key = (node.id, alpha.least_opacity().to_bits(), colors);
         if let Some(known) = self.shared.decoded.get(&key) {
             return known.clone();
         }
-        let read = self.shared.files.of_node(node, &mut self.memory);
+        let read = (self.shared.files).of_node(node, colors, &mut self.memory);
         let decoded = read.unwrap_or_else(|diagnostic| {
             self.reports.add(*diagnostic);
             None
@@ -188,7 +199,8 @@ impl SceneBuilder {
         if !self.options.needs.textures {
             return None;
         }
-        let texture = self.decoded(node.document.node(id), AlphaMode::Opaque)?;
+        let colors = self.options.colors.for_element(state.material.is_linear);
+        let texture = self.decoded(node.document.node(id), AlphaMode::Opaque, colors)?;
         Some(texture.metallic_roughness())
     }
 

@@ -111,7 +111,7 @@ impl SceneBuilder {
             },
             owners: Owners::default(),
             shared: Shared {
-                files: TextureFiles::new(&options.texture_folders, options.colors),
+                files: TextureFiles::new(&options.texture_folders),
                 ..Shared::default()
             },
             memory: MemoryBudget::new(options.memory),

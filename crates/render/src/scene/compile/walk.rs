@@ -246,9 +246,9 @@ impl<'a> Visitor<'a> for Compiler<'a> {
             let builder = &mut self.builder;
             let files = (&mut builder.shared.files, &mut builder.memory);
             let files = builder.options.needs.textures.then_some(files);
-            let (background, diagnostics) = Background::of(node, state, files);
-            let colors = self.builder.options.colors;
-            self.builder.scene.background = background.into_light(colors);
+            let colors = builder.options.colors;
+            let (background, diagnostics) = Background::of(node, state, colors, files);
+            self.builder.scene.background = background;
             diagnostics
                 .into_iter()
                 .for_each(|d| self.builder.reports.add(*d));

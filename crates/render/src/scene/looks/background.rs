@@ -42,11 +42,12 @@ const SIDES: [[Vec3; 3]; 6] = [
 ];
 
 impl Background {
-    /// Returns the background of a node, and the diagnostics of its pictures. Pictures are searched
-    /// as those of textures; if `files` is `None` no picture is read.
+    /// Returns the background of a node in light, and the diagnostics of its pictures. Pictures are
+    /// searched as those of textures; if `files` is `None` no picture is read.
     pub(crate) fn of(
         node: NodeRef<'_>,
         state: &State<'_>,
+        colors: ColorCoding,
         mut files: Option<(&mut TextureFiles, &mut MemoryBudget)>,
     ) -> (Self, Vec<Box<Diagnostic>>) {
         let band = |colors: Field<[Vec3]>, angles: Field<[f32]>| -> Vec<(f32, Vec3)> {
@@ -67,14 +68,14 @@ impl Background {
         for (side, field) in PANORAMA.into_iter().enumerate() {
             let decoded = files
                 .as_mut()
-                .map(|(files, memory)| files.of_fields(node, &[field], memory));
+                .map(|(files, memory)| files.of_fields(node, &[field], colors, memory));
             match decoded {
                 Some(Ok(picture)) => background.pictures[side] = picture,
                 Some(Err(diagnostic)) => diagnostics.push(diagnostic),
                 None => {}
             }
         }
-        (background, diagnostics)
+        (background.into_light(colors), diagnostics)
     }
 
     /// Returns a background of one color.
@@ -204,6 +205,7 @@ mod tests {
         let (all, diagnostics) = Background::of(
             node,
             &State::new(Language::Vrml97),
+            ColorCoding::Levels,
             Some((
                 &mut TextureFiles::default(),
                 &mut MemoryBudget::of_machine(),

@@ -11,7 +11,7 @@ impl ColorCoding {
     /// Returns the light of a level. Above 1 the curve goes on as a power.
     pub fn light_of(self, level: f32) -> f32 {
         match self {
-            Self::Linear => level,
+            Self::Levels | Self::Linear => level,
             Self::Display => linear_of_display(level),
         }
     }

@@ -59,9 +59,9 @@ impl Light {
     /// Converts a light to a scene with an origin. A light of glTF is encoded where light is
     /// computed with the levels of a screen.
     pub(crate) fn new(element: &LightElement, origin: DVec3, colors: ColorCoding) -> Self {
-        let own = colors.light(element.color);
+        let own = colors.for_element(element.linear).light(element.color);
         let color = own * element.intensity;
-        let is_encoded = element.linear && colors == ColorCoding::Linear;
+        let is_encoded = element.linear && colors == ColorCoding::Levels;
         Self {
             encoded: if is_encoded { element.intensity } else { 0.0 },
             kind: element.kind,

@@ -273,7 +273,7 @@ mod tests {
     }
 
     fn compile(light: &LightElement) -> Light {
-        Light::new(light, DVec3::ZERO, ColorCoding::Linear)
+        Light::new(light, DVec3::ZERO, ColorCoding::Levels)
     }
 
     /// Makes random lists, each from an earlier one and some lights more, and compares the sets

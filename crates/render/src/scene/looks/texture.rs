@@ -229,7 +229,7 @@ impl Texture {
         let (low, high) = (y0 * self.width, y1 * self.width);
         let places = [low + x0, low + x1, high + x0, high + x1];
         let [a, b, c, d] = match self.colors {
-            ColorCoding::Linear => self.four(places, color),
+            ColorCoding::Levels | ColorCoding::Linear => self.four(places, color),
             ColorCoding::Display => {
                 let lights = lights();
                 self.four(places, |texel| light(lights, texel))

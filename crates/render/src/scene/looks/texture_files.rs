@@ -69,29 +69,26 @@ pub(crate) const PICTURES: [FileField; 3] = [
 pub(crate) struct TextureFiles {
     /// The folders besides the scene's own that are searched.
     folders: Vec<PathBuf>,
-    /// What the colors of textures mean.
-    colors: ColorCoding,
-    /// The textures by the name of their file.
-    read: HashMap<String, Arc<Texture>>,
-    /// The textures by the file that names them, and the name there.
-    named: HashMap<(String, String), Arc<Texture>>,
+    /// The textures by the name of their file and the meaning of their colors.
+    read: HashMap<(String, ColorCoding), Arc<Texture>>,
+    /// The textures by the file that names them, the name there, and the meaning of their colors.
+    named: HashMap<(String, String, ColorCoding), Arc<Texture>>,
     /// Notices about textures that were shrunk.
     pub notices: Vec<Box<Diagnostic>>,
 }
 
 impl TextureFiles {
     /// Creates an empty store for files beside the scene and in some folders.
-    pub(crate) fn new(folders: &[PathBuf], colors: ColorCoding) -> Self {
+    pub(crate) fn new(folders: &[PathBuf]) -> Self {
         Self {
             folders: folders.to_vec(),
-            colors,
             ..Self::default()
         }
     }
 
     /// Returns the texture of a node: its file, or the image in the node. Returns `None` if it has
-    /// neither. Its memory is taken from a budget; a texture that would take more than half of what
-    /// remains is shrunk.
+    /// neither. `colors` is what its colors mean. Its memory is taken from a budget; a texture that
+    /// would take more than half of what remains is shrunk.
     ///
     /// # Errors
     /// Returns a diagnostic if the file cannot be found or read, or does not fit. It names the file
@@ -99,9 +96,10 @@ impl TextureFiles {
     pub(crate) fn of_node(
         &mut self,
         node: NodeRef<'_>,
+        colors: ColorCoding,
         memory: &mut MemoryBudget,
     ) -> Result<Option<Arc<Texture>>> {
-        self.of_fields(node, &PICTURES, memory)
+        self.of_fields(node, &PICTURES, colors, memory)
     }
 
     /// Returns the texture of a node, like [`TextureFiles::of_node`], whose file is named by one of
@@ -113,15 +111,16 @@ impl TextureFiles {
         &mut self,
         node: NodeRef<'_>,
         fields: &[FileField],
+        colors: ColorCoding,
         memory: &mut MemoryBudget,
     ) -> Result<Option<Arc<Texture>>> {
         if node.known_class().is_some_and(|c| c.is_a("Texture3")) {
-            return self.deep(node, memory);
+            return self.deep(node, colors, memory);
         }
         let names = fields.iter().flat_map(|field| field.names(node));
         let mut diagnostic = None;
         for name in names {
-            match self.file(node, name, memory) {
+            match self.file(node, name, colors, memory) {
                 Ok(texture) => return Ok(Some(texture)),
                 Err(error) => diagnostic = diagnostic.or(Some(error)),
             }
@@ -132,7 +131,7 @@ impl TextureFiles {
         {
             let texture = Texture::from_image(image);
             return texture
-                .map(|t| self.fitted(t, "in the scene", memory))
+                .map(|t| self.fitted(t.with_colors(colors), "in the scene", memory))
                 .transpose();
         }
         match diagnostic {
@@ -148,6 +147,7 @@ impl TextureFiles {
     fn deep(
         &mut self,
         node: NodeRef<'_>,
+        colors: ColorCoding,
         memory: &mut MemoryBudget,
     ) -> Result<Option<Arc<Texture>>> {
         let mut slices = Vec::new();
@@ -174,7 +174,8 @@ impl TextureFiles {
         }
         let mut first = slices.remove(0);
         first.deeper = slices;
-        self.fitted(first, "of a `Texture3`", memory).map(Some)
+        self.fitted(first.with_colors(colors), "of a `Texture3`", memory)
+            .map(Some)
     }
 
     /// Returns the texture of a file next to the scene or in one of the folders.
@@ -185,22 +186,24 @@ impl TextureFiles {
         &mut self,
         node: NodeRef<'_>,
         name: &str,
+        colors: ColorCoding,
         memory: &mut MemoryBudget,
     ) -> Result<Arc<Texture>> {
         let source = node.source().map(|s| s.name.clone()).unwrap_or_default();
-        let key = (source, name.to_owned());
+        let key = (source, name.to_owned(), colors);
         if let Some(texture) = self.named.get(&key) {
             return Ok(texture.clone());
         }
         let (name, bytes) = self.bytes(node, name)?;
-        let texture = match self.read.get(&name) {
+        let read = (name, colors);
+        let texture = match self.read.get(&read) {
             Some(texture) => texture.clone(),
             None => {
-                let texture = decoded(&bytes, &name, *memory)?;
-                self.fitted(texture, &format!("`{name}`"), memory)?
+                let texture = decoded(&bytes, &read.0, *memory)?.with_colors(colors);
+                self.fitted(texture, &format!("`{}`", read.0), memory)?
             }
         };
-        self.read.insert(name, texture.clone());
+        self.read.insert(read, texture.clone());
         // A URI with the bytes of a picture is as long as the picture.
         if key.1.len() < 4096 {
             self.named.insert(key, texture.clone());
@@ -218,12 +221,11 @@ impl TextureFiles {
     /// until it does not, so that something is left for those after it.
     fn fitted(
         &mut self,
-        texture: Texture,
+        mut texture: Texture,
         name: &str,
         memory: &mut MemoryBudget,
     ) -> Result<Arc<Texture>> {
         let (width, height) = (texture.width, texture.height);
-        let mut texture = texture.with_colors(self.colors);
         while texture.bytes() > memory.remaining() / 2 && texture.width.max(texture.height) > 1 {
             texture = texture.halved();
         }
@@ -282,9 +284,9 @@ mod tests {
                     Texture2 { filename \"a.png\" } Texture2 { filename \"./a.png\" }";
         std::fs::write(folder.join("scene.iv"), text).unwrap();
         let document = Document::open(folder.join("scene.iv")).unwrap();
-        let mut files = TextureFiles::new(&[], ColorCoding::Linear);
+        let mut files = TextureFiles::new(&[]);
         let mut memory = MemoryBudget::new(budget);
-        let read = |node| files.of_node(node, &mut memory);
+        let read = |node| files.of_node(node, ColorCoding::Levels, &mut memory);
         let textures = document.roots().map(read).collect();
         std::fs::remove_dir_all(&folder).unwrap();
         let notices = files.notices.iter().map(|d| d.message.clone()).collect();

@@ -15,8 +15,7 @@ use super::feature::Feature;
 use super::image::Image;
 use super::material::{Material, Physical, Texture};
 use crate::scene::looks::{self, MaterialColors, TextureFiles};
-use crate::scene::options::CompileOptions;
-use crate::scene::options::TextureFilter;
+use crate::scene::options::{ColorCoding, CompileOptions, TextureFilter};
 
 /// The source of texture coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +25,9 @@ pub(super) enum TextureMapping {
     /// Linear functions of the position (x, y, z, 1) in object space.
     Linear { s: Vec4, t: Vec4 },
 }
+
+/// What the colors of a model's pictures mean: those of the file.
+const COLORS: ColorCoding = ColorCoding::Levels;
 
 /// A decoded texture with the number of its picture.
 type DecodedImage = (Arc<looks::Texture>, usize);
@@ -49,7 +51,7 @@ impl Images {
         Self {
             list: Vec::new(),
             decoded: HashMap::new(),
-            files: TextureFiles::new(&options.texture_folders, options.colors),
+            files: TextureFiles::new(&options.texture_folders),
             memory: MemoryBudget::new(options.memory),
         }
     }
@@ -63,7 +65,8 @@ impl Images {
         let key = (element.node.id, element.alpha.least_opacity().to_bits());
         if !self.decoded.contains_key(&key) {
             let mut read = || -> Result<Option<(Arc<looks::Texture>, usize)>> {
-                let Some(texture) = self.files.of_node(element.node, &mut self.memory)? else {
+                let read = (self.files).of_node(element.node, COLORS, &mut self.memory)?;
+                let Some(texture) = read else {
                     return Ok(None);
                 };
                 let bytes = 4 * texture.width as u64 * texture.height as u64;
@@ -96,7 +99,8 @@ impl Images {
         report: &mut dyn FnMut(Box<Diagnostic>),
     ) -> Option<[f32; 2]> {
         let id = state.material.physical?.factors?;
-        let read = self.files.of_node(node.document.node(id), &mut self.memory);
+        let node = node.document.node(id);
+        let read = self.files.of_node(node, COLORS, &mut self.memory);
         let texture = read.unwrap_or_else(|diagnostic| {
             report(diagnostic);
             None

@@ -430,7 +430,7 @@ impl<'a> Visitor<'a> for ModelBuilder<'a> {
         if !drawn.parts.iter().all(|(_, m)| m.unlit) {
             self.shapes += 1;
             let compile =
-                |light: &LightElement| looks::Light::new(light, DVec3::ZERO, ColorCoding::Linear);
+                |light: &LightElement| looks::Light::new(light, DVec3::ZERO, ColorCoding::Levels);
             let set = self.lights.set(&state.lights, compile) as usize;
             self.lit.resize(self.lit.len().max(set + 1), 0);
             self.lit[set] += 1;

@@ -11,7 +11,7 @@ use ivcam_inventor::grammar::{
     vrml97_indexed_face_set as faces97, vrml97_indexed_line_set, vrml97_normal,
     vrml97_nurbs_surface,
 };
-use ivcam_inventor::iv::NodeRef;
+use ivcam_inventor::iv::{NodeRef, linear_of_display};
 use ivcam_inventor::traversal::state::{
     Binding, Coordinates, Diffuse, Language, List, ShapeHints, State, TextureCoordinates,
     VertexOrdering,
@@ -71,8 +71,12 @@ pub(super) fn prepare<'a>(class: ClassId, state: &mut State<'a>, node: NodeRef<'
         };
     } else if is_line && !state.base_color {
         // Lines are not lit and have the emissive color (6.24).
-        state.material.diffuse = Diffuse::Colors(List::One(state.material.emissive));
-        state.material.is_linear = false;
+        let emissive = state.material.emissive;
+        let own = match state.material.is_linear {
+            true => emissive.map(linear_of_display),
+            false => emissive,
+        };
+        state.material.diffuse = Diffuse::Colors(List::One(own));
     }
     if is_line {
         state.base_color = true;
