@@ -399,6 +399,20 @@ fn the_colors_of_vertices_of_a_metal_come_back_from_gltf() {
 }
 
 #[test]
+fn the_strength_of_a_physical_material_comes_back_from_gltf() {
+    let scene = "<X3D profile='Full' version='4.0'><Scene><Shape><Appearance><PhysicalMaterial>\
+        <SpecularMaterialExtension containerField='extensions' specularStrength='.5' \
+        specularColor='1 .5 .25'/></PhysicalMaterial></Appearance><TriangleSet>\
+        <Coordinate point='0 0 0 1 0 0 0 1 0'/></TriangleSet></Shape></Scene></X3D>";
+    let written = String::from_utf8(converted(scene, Target::Gltf).bytes).expect("text");
+    let model = Model::at(&document(&written), 0.0, &ModelOptions::default());
+    let own = model.materials[0].physical.expect("a physical material");
+    assert_eq!(own.grazing, 0.5);
+    let off = own.dielectric - 0.02 * glam::Vec3::new(1.0, 0.5, 0.25);
+    assert!(off.length() < 1e-8, "{}", own.dielectric);
+}
+
+#[test]
 fn a_metal_is_a_metal_in_usd() {
     let scene = metal("baseColor='.9 .6 .2'", "");
     let usd = String::from_utf8(converted(&scene, Target::Usda).bytes).expect("text");

@@ -221,13 +221,20 @@ fn position_of<T: PartialEq>(list: &mut Vec<T>, entry: T) -> Index {
 /// The specular color and factor of `KHR_materials_specular`, unless they are those without it.
 fn specular(material: &model::Material) -> Option<Value> {
     let reflectance = reflectance(material);
-    if reflectance == [F0; 3] {
+    let strength = material.physical.map_or(1.0, |own| own.grazing);
+    if reflectance == [F0; 3] && strength == 1.0 {
         return None;
     }
-    if reflectance == [0.0; 3] {
+    if reflectance == [0.0; 3] || strength == 0.0 {
         return Some(json!({ "specularFactor": 0.0 }));
     }
-    Some(json!({ "specularColorFactor": reflectance.map(|f| f / F0) }))
+    let mut specular = json!({
+        "specularColorFactor": reflectance.map(|f| f / (F0 * strength)),
+    });
+    if strength != 1.0 {
+        specular["specularFactor"] = json!(strength);
+    }
+    Some(specular)
 }
 
 /// Returns a texture's matrix as the extension `KHR_texture_transform`, and the matrix that remains

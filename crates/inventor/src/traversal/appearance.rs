@@ -181,16 +181,9 @@ fn material_element(node: NodeRef<'_>) -> MaterialElement<'static> {
 /// Returns a physical material, with Phong's values of its highlight.
 fn physical_element(node: NodeRef<'_>) -> MaterialElement<'static> {
     let base = node.get(physical_material::BASE_COLOR);
-    let unit = |value: f32| {
-        if value.is_finite() {
-            value.clamp(0.0, 1.0)
-        } else {
-            1.0
-        }
-    };
     let metallic = unit(node.get(physical_material::METALLIC));
     let roughness = unit(node.get(physical_material::ROUGHNESS));
-    let dielectric = dielectric(node);
+    let (dielectric, grazing) = dielectric(node);
     let emissive = match node.get_node(physical_material::EMISSIVE_TEXTURE) {
         // The factor of a texture that is not drawn says nothing.
         Some(_) => Vec3::ZERO,
@@ -206,6 +199,7 @@ fn physical_element(node: NodeRef<'_>) -> MaterialElement<'static> {
             metallic,
             roughness,
             dielectric,
+            grazing,
             factors: factors.map(|texture| texture.id),
         }),
         is_linear: true,
@@ -214,10 +208,18 @@ fn physical_element(node: NodeRef<'_>) -> MaterialElement<'static> {
     element.with_factors(1.0, 1.0)
 }
 
-/// Returns the reflectance at normal incidence of the part of a physical material that is no metal:
-/// 0.04 without the extensions for it.
-fn dielectric(node: NodeRef<'_>) -> Vec3 {
-    let (mut reflectance, mut color) = (0.04, Vec3::ONE);
+/// Limits a number to 0 … 1. Numbers that are not finite become 1.
+fn unit(value: f32) -> f32 {
+    match value.is_finite() {
+        true => value.clamp(0.0, 1.0),
+        false => 1.0,
+    }
+}
+
+/// Returns the reflectance at normal incidence of the part of a physical material that is no metal,
+/// and the largest at grazing angles: 0.04 and 1 without the extensions for it.
+fn dielectric(node: NodeRef<'_>) -> (Vec3, f32) {
+    let (mut reflectance, mut strength, mut color) = (0.04, 1.0, Vec3::ONE);
     for &id in node.get_nodes(physical_material::EXTENSIONS) {
         let extension = node.document.node(id);
         match extension.class_id() {
@@ -227,18 +229,20 @@ fn dielectric(node: NodeRef<'_>) -> Vec3 {
                 reflectance = root * root;
             }
             Some(class::SPECULAR_MATERIAL_EXTENSION) => {
-                let strength = extension.get(specular_material_extension::SPECULAR_STRENGTH);
-                color = strength * extension.get(specular_material_extension::SPECULAR_COLOR);
+                strength = extension.get(specular_material_extension::SPECULAR_STRENGTH);
+                color = extension.get(specular_material_extension::SPECULAR_COLOR);
             }
             _ => {}
         }
     }
-    let all = (reflectance * color).clamp(Vec3::ZERO, Vec3::ONE);
-    if all.is_finite() {
-        all
-    } else {
-        Vec3::splat(0.04)
-    }
+    // As `KHR_materials_specular`: the strength dims what is at most 1.
+    let whole = (reflectance * color).clamp(Vec3::ZERO, Vec3::ONE);
+    let all = (strength * whole).clamp(Vec3::ZERO, Vec3::ONE);
+    let all = match all.is_finite() {
+        true => all,
+        false => Vec3::splat(0.04),
+    };
+    (all, unit(strength))
 }
 
 /// Returns the matrix of a VRML97 `TextureTransform`: −c · S · R · c · t, applied to a column

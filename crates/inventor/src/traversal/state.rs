@@ -74,6 +74,8 @@ pub struct PhysicalElement {
     pub roughness: f32,
     /// The reflectance at normal incidence of the part that is no metal.
     pub dielectric: Vec3,
+    /// The largest reflectance of that part at grazing angles, from 0 to 1: `specularStrength`.
+    pub grazing: f32,
     /// The texture with factors of both numbers: the roughness in green, the metal in blue.
     pub factors: Option<NodeId>,
 }

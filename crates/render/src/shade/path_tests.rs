@@ -492,6 +492,44 @@ fn one_picture_may_have_both_meanings_of_its_colors() {
     }
 }
 
+/// `KHR_materials_specular` with the strength s: F₀ = .04 s at normal incidence, and s at grazing
+/// angles.
+#[test]
+fn the_strength_of_a_physical_material_limits_grazing_reflection() {
+    for strength in [1.0f32, 0.5, 0.1] {
+        let scene = compile_with(
+            ColorCoding::Linear,
+            &format!(
+                "#X3D V4.0 utf8\nPROFILE Full\n\
+                 Shape {{ appearance Appearance {{ material UnlitMaterial {{ }} }}
+                   geometry Sphere {{ radius 9 solid FALSE }} }}
+                 Shape {{ appearance Appearance {{ material PhysicalMaterial {{
+                   baseColor 0 0 0 metallic 0 roughness 0
+                   extensions SpecularMaterialExtension {{ specularStrength {strength} }} }} }}
+                   geometry Box {{ size 4 4 .2 }} }}"
+            ),
+        );
+        for degrees in [60.0f32, 85.0] {
+            let (sin, cos) = (
+                libm::sinf(degrees.to_radians()),
+                libm::cosf(degrees.to_radians()),
+            );
+            let ray = Ray::new(
+                Vec3::new(2.0 * sin, 0.3, 0.1 + 2.0 * cos),
+                Vec3::new(-sin, 0.0, -cos),
+            );
+            let normal = 0.04 * strength;
+            let expected = normal + (strength - normal) * (1.0 - cos).powi(5);
+            let found = mean(&scene, &at_depth(1), &ray, 50_000);
+            expect(
+                &format!("{strength} at {degrees}"),
+                found,
+                f64::from(expected),
+            );
+        }
+    }
+}
+
 #[test]
 fn a_headlight_lights_what_the_camera_sees_without_shadows() {
     let scene = compile(FLOOR);

@@ -156,6 +156,8 @@ pub(crate) struct PhysicalSurface {
     pub(crate) alpha: f32,
     /// The reflectance at normal incidence of the part that is no metal.
     pub(crate) dielectric: Vec3,
+    /// The largest reflectance of that part at grazing angles, from 0 to 1.
+    pub(crate) grazing: f32,
 }
 
 impl PhysicalSurface {
@@ -165,6 +167,7 @@ impl PhysicalSurface {
             metallic: own.metallic,
             alpha: own.roughness * own.roughness,
             dielectric: own.dielectric,
+            grazing: own.grazing,
         })
     }
 
@@ -174,6 +177,11 @@ impl PhysicalSurface {
         let base = (diffuse / PhysicalElement::diffuse_share(self.metallic)).min(Vec3::ONE);
         let specular = self.dielectric.lerp(base, self.metallic);
         (base * (1.0 - self.metallic), specular)
+    }
+
+    /// The largest reflectance of the microfacets at grazing angles, which is 1 for a metal.
+    pub(crate) fn most_reflected(self) -> f32 {
+        1.0 - (1.0 - self.grazing) * (1.0 - self.metallic)
     }
 }
 

@@ -43,6 +43,8 @@ pub struct Physical {
     pub roughness: f32,
     /// The reflectance at normal incidence of the part that is no metal, in linear light.
     pub dielectric: Vec3,
+    /// The largest reflectance of that part at grazing angles, from 0 to 1.
+    pub grazing: f32,
 }
 
 /// The texture of a material.
@@ -114,7 +116,7 @@ impl Material {
         key.extend([self.shininess, self.transparency].map(f32::to_bits));
         key.extend([self.unlit, self.double_sided].map(u32::from));
         if let Some(own) = self.physical {
-            key.extend([own.metallic, own.roughness].map(f32::to_bits));
+            key.extend([own.metallic, own.roughness, own.grazing].map(f32::to_bits));
             key.extend(own.dielectric.to_array().map(f32::to_bits));
         }
         if let Some(texture) = &self.texture {

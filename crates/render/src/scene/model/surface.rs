@@ -187,6 +187,7 @@ impl ModelSurface {
                 metallic: own.metallic,
                 roughness: own.roughness,
                 dielectric: own.dielectric,
+                grazing: own.grazing,
             }),
             unlit: state.is_unlit(),
             double_sided: !state.hints.culls(),

@@ -12,8 +12,9 @@
 //! where E₁ is E of a layer that absorbs nothing and Fₘ = F̄²Ē₁/(1−F̄(1−Ē₁)). The matte part
 //! (Kelemen and Szirmay-Kalos, "A microfacet based coupled specular-matte BRDF model", 2001) gets
 //! exactly the light that the layer lets through, so f is reciprocal and its albedo is at most 1.
-//! Fresnel's factor is Schlick's, from F₀ to 1 at grazing angles; a layer with F₀ below 2% fades
-//! away (Lagarde and de Rousiers, "Moving Frostbite to physically based rendering", 2014, 3.1.3).
+//! Fresnel's factor is Schlick's, from F₀ to F₉₀ at grazing angles. F₉₀ is 1, or less where a
+//! physical material says so; a layer with F₀ below 2% fades away (Lagarde and de Rousiers, "Moving
+//! Frostbite to physically based rendering", 2014, 3.1.3).
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -31,6 +32,8 @@ pub(super) struct Reflectance {
     pub(super) diffuse: Vec3,
     /// The microfacets' reflectance at normal incidence, F₀.
     pub(super) specular: Vec3,
+    /// The largest reflectance of the microfacets at grazing angles, at least F₀.
+    pub(super) grazing: f32,
     /// The microfacets' slopes.
     pub(super) facets: Microfacets,
 }
@@ -85,7 +88,7 @@ impl Bsdf {
     /// The scattering seen from `wo`, which is above the surface.
     pub(super) fn new(own: Reflectance, wo: Vec3, is_mirror: bool) -> Self {
         let wo = Vec3::new(wo.x, wo.y, wo.z.max(1e-4));
-        let f90 = (50.0 * own.specular.max_element()).min(1.0);
+        let f90 = (50.0 * own.specular.max_element()).min(own.grazing);
         if !(f90 > 0.0) {
             return Self {
                 own,
@@ -257,6 +260,7 @@ mod tests {
             Reflectance {
                 diffuse,
                 specular,
+                grazing: 1.0,
                 facets: Microfacets::of_exponent(128.0 * self.next()),
             }
         }
@@ -326,6 +330,7 @@ mod tests {
                 let own = Reflectance {
                     diffuse,
                     specular,
+                    grazing: 1.0,
                     facets: Microfacets::of_exponent(n),
                 };
                 let wo = Vec3::new((1.0 - cosine * cosine).sqrt(), 0.0, cosine);

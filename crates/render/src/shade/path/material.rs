@@ -69,6 +69,7 @@ impl ScatteringMaterial {
             reflectance: Some(Reflectance {
                 diffuse,
                 specular,
+                grazing: 1.0,
                 facets: match is_mirror {
                     true => Microfacets { alpha: 0.0 },
                     false => Microfacets::of_exponent(surface.exponent()),
@@ -88,6 +89,7 @@ fn physical_reflectance(physical: PhysicalSurface, color: Vec3) -> Reflectance {
     Reflectance {
         diffuse: sound(diffuse),
         specular: sound(specular),
+        grazing: physical.most_reflected(),
         facets: Microfacets {
             alpha: physical.alpha,
         },
@@ -122,6 +124,7 @@ mod tests {
             metallic: 0.0,
             alpha: 0.25,
             dielectric: Vec3::splat(0.04),
+            grazing: 1.0,
         };
         let own = physical_reflectance(white, Vec3::ONE);
         assert_eq!([own.diffuse, own.specular], [Vec3::ONE, Vec3::splat(0.04)]);
