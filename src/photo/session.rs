@@ -408,6 +408,7 @@ impl Session {
         budget.check()?;
         seconds.compile += clock.elapsed().as_secs_f64();
 
+        let surroundings = surroundings(&plan, &mut sink)?;
         let mut described = plan.describe();
         described.insert("camera".into(), pose.source.clone());
         described.extend(settings);
@@ -418,7 +419,7 @@ impl Session {
             follows_scene,
             headlight_sources,
             environment_headlight: environment.headlight,
-            surroundings: surroundings(&plan)?,
+            surroundings,
             metered: 1.0,
             studio,
             plan,
@@ -1279,10 +1280,13 @@ pub(crate) fn check_region(plan: &Plan) -> Result<()> {
 }
 
 /// Returns the light of the plan's surroundings, of which it reads the picture, and their sun.
-fn surroundings(plan: &Plan) -> Result<Option<(Arc<EnvironmentLight>, Option<Light>)>> {
+fn surroundings(
+    plan: &Plan,
+    sink: &mut Sink,
+) -> Result<Option<(Arc<EnvironmentLight>, Option<Light>)>> {
     Ok(match &plan.light.surroundings {
         Some(Surroundings::Picture(path)) => {
-            Some((Arc::new(environment_picture(path, plan)?), None))
+            Some((Arc::new(environment_picture(path, plan, sink)?), None))
         }
         Some(Surroundings::Sky(sky)) => sky.light().map(|(light, sun)| (light.into(), Some(sun))),
         Some(Surroundings::Background) | None => None,

@@ -4,11 +4,13 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
+use indexmap::IndexMap;
 use ivcam_base::diag::Severity;
 use ivcam_base::math::{Meters, mm};
 use ivcam_base::memory::MemoryLimit;
 use ivcam_inventor::pose::Projection;
 use ivcam_optics::film::{Region, Resolution};
+use ivcam_optics::picture::ChannelImage;
 use ivcam_render::camera::Camera;
 use ivcam_render::render::{Exposure, Stop, crew};
 use ivcam_render::scene::Unneeded;
@@ -251,6 +253,51 @@ fn a_scene_with_nothing_to_see_needs_no_rays() {
     write("#VRML V2.0 utf8\n");
     plan.background = Some(Override::Always(Vec3::ZERO));
     assert_eq!(mean(&plan), 0.0);
+}
+
+/// The broken pixels are in the middle of what the camera sees, and elsewhere it is gray.
+#[test]
+fn a_picture_of_light_that_is_broken_or_no_panorama_is_named() {
+    let folder = Folder::new("broken-light");
+    let mut plan = plan(&folder);
+    std::fs::write(&plan.scene, "#VRML V2.0 utf8\n").expect("written");
+    plan.shading = Shading::Path;
+    let mut taken = |width: u32, height: u32, broken: &[[f64; 3]]| {
+        let mut picture = ChannelImage {
+            width,
+            height,
+            channels: IndexMap::new(),
+            provenance: IndexMap::new(),
+        };
+        let first = (width * height / 2 + width / 2) as usize;
+        picture.add(["R", "G", "B"], |pixel| {
+            let number = pixel.checked_sub(first);
+            let broken = number.and_then(|number| broken.get(number));
+            broken.copied().unwrap_or([0.5; 3])
+        });
+        let path = folder.path("light.exr");
+        picture.save(&path).expect("written");
+        plan.light.surroundings = Some(Surroundings::Picture(path.into()));
+        let session = Session::open(plan.clone()).expect("the scene is whole");
+        let messages = session.sink.items().iter().map(|d| d.message.clone());
+        let messages: Vec<String> = messages.filter(|m| m.contains("light.exr")).collect();
+        (session.expose(&|_| ()).film.mean(), messages)
+    };
+    let (whole, messages) = taken(64, 32, &[]);
+    assert!(whole > 0.1 && messages.is_empty(), "{whole} {messages:?}");
+    let broken = [[f64::INFINITY, 1.0, 1.0], [f64::NAN; 3], [-3.0, 0.5, 0.5]];
+    let (dark, messages) = taken(64, 32, &broken);
+    assert!(dark < whole && dark > 0.1, "{dark} {whole}");
+    assert!(
+        messages.len() == 1 && messages[0].contains("3 pixels"),
+        "{messages:?}"
+    );
+    let (_, messages) = taken(32, 32, &[]);
+    assert!(
+        messages.len() == 1 && messages[0].contains("32x32"),
+        "{messages:?}"
+    );
+    assert!(taken(33, 16, &[]).1.is_empty());
 }
 
 #[test]
