@@ -196,6 +196,22 @@ fn a_wrong_field_costs_only_itself() {
 }
 
 #[test]
+fn a_field_that_files_declare_is_named_with_its_declaration() {
+    let text = "#Inventor V2.1 ascii\nMaterial { refractionIndex 1.5 }";
+    let document = read(text);
+    let message = document.sink.items()[0].render(false);
+    let remedy = "fields [ SFFloat refractionIndex ] refractionIndex ";
+    assert!(message.contains(remedy), "{message}");
+    let declared = read(&text.replace("refractionIndex ", remedy));
+    assert_eq!(messages(&declared), [""; 0]);
+    // A `Material` of VRML97 has no index of refraction.
+    let text = "#VRML V2.0 utf8\nShape { appearance Appearance { material
+        Material { refractionIndex 1.5 } } geometry Box { } }";
+    let message = read(text).sink.items()[0].render(false);
+    assert!(!message.contains(remedy), "{message}");
+}
+
+#[test]
 fn a_suggested_class_can_be_used() {
     let document = read("#Inventor V2.1 ascii\nProfile { index 0 }");
     let message = document.sink.items()[0].render(false);

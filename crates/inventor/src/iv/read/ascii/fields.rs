@@ -14,6 +14,9 @@ use crate::iv::read::syntax_error::{Problem, SyntaxError};
 use crate::iv::read::tokens::{def_name, past_token, skip, string, word};
 use crate::iv::read::values;
 
+/// The field of `Material` that is no field of the standards, which files declare.
+const REFRACTION: &str = "refractionIndex";
+
 impl<'s> AsciiReader<'_, '_, 's> {
     /// Reads one item of a node's body: a field, a child, or a declaration.
     pub(super) fn item(&mut self, node: NodeId) -> Result<()> {
@@ -109,7 +112,12 @@ impl<'s> AsciiReader<'_, '_, 's> {
         let hint = self.asm.may_hint();
         let fields = self.asm.field_names(node);
         let near = nearest(name, fields.iter().copied().filter(|_| hint));
+        let header = &self.asm.header;
+        let is_inventors = !(header.is_vrml97() || header.is_x3d());
         let help = match near {
+            _ if is_inventors && class == "Material" && name == REFRACTION => format!(
+                "declare the field: `Material {{ fields [ SFFloat {REFRACTION} ] {REFRACTION} 1.5 }}`"
+            ),
             Some(near) => format!("did you mean `{near}`?"),
             None if fields.is_empty() => format!("a `{class}` has no fields"),
             None if fields.len() > 100 => format!("a `{class}` has {} fields", fields.len()),
