@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use glam::{DQuat, DVec3};
 use ivcam_base::diag::{Diagnostic, Result, Sink};
 use ivcam_base::math::{Meters, Mm};
-use ivcam_compare::fit::{Fit, FitStep, Fitted, Half, Renderer, out_of_time};
+use ivcam_compare::fit::{BlurParameter, Fit, FitStep, Fitted, Half, Renderer, out_of_time};
 use ivcam_compare::{CHANCE_LIMIT, Mask, PhotographFrame, Plane, Plate, best, probability};
 use ivcam_inventor::pose::{CameraPose, Projection, axis_angle};
 use ivcam_optics::film::Resolution;
@@ -21,10 +21,10 @@ use crate::photo::{IdealChoice, Optics, Plan, Session};
 
 /// The start of a camera fit.
 ///
-/// The parameters are shift and rotation in the start's own frame, then the logarithms of the image
-/// distance of a thin lens, of the focus distance and of the f-number. With the image distance
-/// held, focus changes only the blur; otherwise a longer focal length and a nearer focus would
-/// enlarge the picture alike.
+/// The parameters are shift and rotation in the start's own frame, then the logarithm of the image
+/// distance of a thin lens, the relative change of the focus in diopters, and the logarithm of the
+/// f-number. With the image distance held, focus changes only the blur; otherwise a longer focal
+/// length and a nearer focus would enlarge the picture alike.
 #[derive(Clone)]
 pub(crate) struct CameraFit {
     plan: Plan,
@@ -53,9 +53,9 @@ pub(crate) struct FoundCamera {
     pub rendering: Plate,
 }
 
-/// The camera that a fit found. Each error is a standard error, and infinite (`null` in JSON) if
-/// the picture does not determine the value. If the fit ended early it includes what was left to
-/// go.
+/// The camera that a fit found. Each error is a standard error, with a focus and an f-number that
+/// the picture does not determine anywhere in their intervals. It is infinite (`null` in JSON) if
+/// it is not known. If the fit ended early it includes what was left to go.
 #[derive(Clone, Debug, Serialize)]
 pub struct FittedCamera {
     /// The position in meters.
@@ -72,8 +72,15 @@ pub struct FittedCamera {
     pub start_efl: f64,
     /// The focus distance in meters.
     pub focus: f64,
-    /// The error of `focus`; `None` if the focus was not fitted.
+    /// The error of `focus`, infinite if `focus_range` reaches infinity; `None` if the focus was
+    /// not fitted.
     pub focus_error: Option<f64>,
+    /// The nearest and the farthest focus within one standard error, in meters; `None` if the focus
+    /// was not fitted or its error is not known. The farthest may be infinite (`null` in JSON).
+    pub focus_range: Option<[f64; 2]>,
+    /// What the picture does not determine, of `focus` and `f_number`: their errors are mostly
+    /// those of the intervals in which they were searched.
+    pub undetermined: Vec<&'static str>,
     /// The focus distance of the start in meters.
     pub start_focus: f64,
     /// The f-number; `None` if it was not fitted.
@@ -158,6 +165,17 @@ pub(crate) fn check_plan(plan: &Plan) -> Result<()> {
 
 /// The step of the logarithm of the f-number: a sixth of a blur disc.
 const APERTURE_STEP: f64 = 0.15;
+/// The interval of the relative change of the focus in diopters: from nearly infinity to a quarter
+/// of the start's distance.
+const FOCUS_RANGE: [f64; 2] = [-0.999, 3.0];
+/// The interval of the logarithm of the f-number over the start's: a twentieth to twenty times.
+const APERTURE_RANGE: [f64; 2] = [-3.0, 3.0];
+/// The share of the standard error of a uniform distribution over its interval above which a value
+/// is not determined. The picture then has less information about it than the interval.
+const UNDETERMINED: f64 = 0.7;
+/// The ratio of a focus or an f-number to the lower end of the interval of its standard error from
+/// which on this interval is printed.
+const ROUGH: f64 = 1.25;
 /// The factors of the focal length from which a fit is tried, with the distance in proportion.
 const FACTORS: [f64; 5] = [1.0, 0.6, 0.77, 1.3, 1.7];
 
@@ -362,7 +380,7 @@ impl CameraFit {
     /// Sets the f-number among the parameters, if it is fitted, as far as the lens opens.
     pub(super) fn set_f_number(&self, values: &mut [f64], f_number: f64) {
         if let (Some(index), Some(opening)) = (self.aperture_index(), self.opening) {
-            values[index] = libm::log(f_number * opening / self.efl).max(0.0);
+            values[index] = libm::log(f_number * opening / self.efl).clamp(0.0, APERTURE_RANGE[1]);
         }
     }
 
@@ -400,7 +418,7 @@ impl CameraFit {
             .opening
             .map_or(1.0, |opening| pixel * 1e3 * far / (self.efl * opening));
         let mut steps = vec![shift, shift, 2.0 * shift, turn, turn, roll, roll];
-        steps.extend(self.has_focus().then_some(blur.clamp(0.02, 0.25)));
+        steps.extend(self.has_focus().then_some(blur.clamp(0.02, 0.5)));
         steps.extend(self.fits_aperture.then_some(APERTURE_STEP));
         if self.is_distorted() {
             let film = self.plan.film;
@@ -423,9 +441,22 @@ impl CameraFit {
         let Some(focus) = self.focus_parameter(values) else {
             return (self.efl * libm::exp(values[6]), self.focus);
         };
-        let focus = self.focus * libm::exp(*focus);
+        let focus = self.focus / (1.0 + focus);
         let film = libm::exp(values[6]) * image_distance(self.efl, self.focus);
         (1.0 / (1.0 / film + 1e-3 / focus), focus)
+    }
+
+    /// Returns the nearest and the farthest focus in meters within one standard error, if that is
+    /// known.
+    fn focus_range(&self, values: &[f64], fitted: &Fitted) -> Option<[f64; 2]> {
+        let change = self.focus_parameter(values)?;
+        let error = Some(fitted.error(Self::FOCUS)).filter(|error| error.is_finite())?;
+        let [low, high] = FOCUS_RANGE;
+        let far = match change - error {
+            least if least > low => self.focus / (1.0 + least),
+            _ => f64::INFINITY,
+        };
+        Some([self.focus / (1.0 + (change + error).min(high)), far])
     }
 
     /// Returns the derivatives of the logarithm of the focal length by the parameters.
@@ -433,7 +464,7 @@ impl CameraFit {
         let (efl, focus) = self.optics(values);
         let near = 1e-3 * efl / focus;
         match self.focus_parameter(values) {
-            Some(_) => vec![(6, 1.0 - near), (Self::FOCUS, near)],
+            Some(change) => vec![(6, 1.0 - near), (Self::FOCUS, -near / (1.0 + change))],
             None => vec![(6, 1.0)],
         }
     }
@@ -605,9 +636,12 @@ impl CameraFit {
     }
 
     /// Returns the parameters that change only blur.
-    fn blur(&self) -> Vec<usize> {
-        let focus = self.has_focus().then_some(Self::FOCUS);
-        focus.into_iter().chain(self.aperture_index()).collect()
+    fn blur(&self) -> Vec<BlurParameter> {
+        let focus = self.has_focus().then_some((Self::FOCUS, FOCUS_RANGE));
+        let aperture = self.aperture_index().map(|index| (index, APERTURE_RANGE));
+        let all = focus.into_iter().chain(aperture);
+        all.map(|(index, range)| BlurParameter { index, range })
+            .collect()
     }
 
     /// Returns parameters with the focal length times a factor and the camera farther from what it
@@ -618,7 +652,7 @@ impl CameraFit {
         moved[2] += (factor - 1.0) * self.subject_distance();
         moved[6] += libm::log(factor);
         if self.has_focus() {
-            moved[Self::FOCUS] += libm::log(factor);
+            moved[Self::FOCUS] = (1.0 + moved[Self::FOCUS]) / factor - 1.0;
         }
         moved
     }
@@ -682,6 +716,11 @@ impl CameraFit {
         let v = &fitted.values;
         let error = |i: usize| fitted.error(i);
         let length = |a: f64, b: f64, c: f64| (a * a + b * b + c * c).sqrt();
+        let focus_range = self.focus_range(v, fitted);
+        let undetermined = self.blur().into_iter().filter(|blur| {
+            let error = error(blur.index);
+            error.is_finite() && error > UNDETERMINED * blur.variance_about(v[blur.index]).sqrt()
+        });
         let (efl, focus) = self.optics(v);
         let pose = self.pose_at(v);
         let height_angle = match pose.projection {
@@ -696,7 +735,19 @@ impl CameraFit {
             efl_error: efl * fitted.error_of(&self.focal_length_gradient(v)),
             start_efl: self.efl,
             focus,
-            focus_error: self.has_focus().then(|| focus * error(Self::FOCUS)),
+            focus_error: self.has_focus().then(|| match focus_range {
+                Some([_, far]) if far.is_finite() => {
+                    focus * error(Self::FOCUS) / (1.0 + v[Self::FOCUS])
+                }
+                _ => f64::INFINITY,
+            }),
+            focus_range,
+            undetermined: undetermined
+                .map(|blur| match blur.index == Self::FOCUS && self.has_focus() {
+                    true => "focus",
+                    false => "f_number",
+                })
+                .collect(),
             start_focus: self.focus,
             f_number: self.f_number(v),
             f_number_error: self
@@ -743,16 +794,27 @@ impl FittedCamera {
             self.start_efl
         )?;
         if let Some(error) = self.focus_error {
+            let bracket = match self.focus_range {
+                Some([near, _]) if error.is_finite() && self.focus < ROUGH * near => {
+                    in_brackets(error, 3)
+                }
+                Some([near, far]) if far.is_finite() => format!(" ({near:.2} m to {far:.2} m)"),
+                Some([near, _]) => format!(" ({near:.2} m to infinity)"),
+                None => String::new(),
+            };
             writeln!(
                 out,
-                "focus      {:.3} m{}, was {:.3} m",
-                self.focus,
-                in_brackets(error, 3),
-                self.start_focus
+                "focus      {:.3} m{bracket}, was {:.3} m",
+                self.focus, self.start_focus
             )?;
         }
         if let (Some(n), Some(error)) = (self.f_number, self.f_number_error) {
-            writeln!(out, "aperture   f/{n:.2}{}", in_brackets(error, 2))?;
+            let e = error / n; // of the logarithm
+            let bracket = match e.is_finite() && e > libm::log(ROUGH) {
+                true => format!(" (f/{:.2} to f/{:.2})", n * libm::exp(-e), n * libm::exp(e)),
+                false => in_brackets(error, 2),
+            };
+            writeln!(out, "aperture   f/{n:.2}{bracket}")?;
         }
         if let (Some([k1, k2]), Some(error)) = (self.distortion, self.distortion_error) {
             writeln!(out, "distortion {k1:.5}{}, {k2}", in_brackets(error, 5))?;
@@ -765,19 +827,29 @@ impl FittedCamera {
                 out,
                 "ended      by `--time`; this is the best camera so far{}",
                 match self.moved_error.is_finite() {
-                    true => ", and the errors include what was left to go",
+                    true => ", and the known errors include what was left to go",
                     false => "",
                 }
             )?;
         }
-        if !self.moved_error.is_finite() {
+        for name in &self.undetermined {
+            let name = name.replace('_', "-");
+            writeln!(
+                out,
+                "open       the {name}: the blur of this picture hardly depends on it, so it may be \
+                 elsewhere within its error; the other errors include that"
+            )?;
+        }
+        let unknown = self.unknown_errors();
+        if !unknown.is_empty() {
             let why = match self.ended_early {
                 true => "the time was too short to find them",
                 false => {
                     "the noise of the renderings hides what the picture determines; more `--samples` may help"
                 }
             };
-            writeln!(out, "errors     are not known: {why}")?;
+            let names = unknown.join(", ");
+            writeln!(out, "errors     are not known of {names}: {why}")?;
         }
         writeln!(
             out,
@@ -785,6 +857,25 @@ impl FittedCamera {
             probability(self.chance)
         )?;
         writeln!(out, "renders    {}", self.renders)
+    }
+
+    /// Returns the names of the numbers that were fitted and whose errors are not known.
+    fn unknown_errors(&self) -> Vec<&'static str> {
+        let errors = [
+            ("position", Some(self.moved_error)),
+            ("rotation", Some(self.turned_error)),
+            ("focal length", Some(self.efl_error)),
+            (
+                "focus",
+                self.focus_error.filter(|_| self.focus_range.is_none()),
+            ),
+            ("f-number", self.f_number_error),
+            ("distortion", self.distortion_error),
+        ];
+        let unknown = errors
+            .into_iter()
+            .filter(|(_, e)| e.is_some_and(f64::is_infinite));
+        unknown.map(|(name, _)| name).collect()
     }
 }
 
@@ -874,43 +965,93 @@ mod tests {
         assert_eq!(axis_angle(DQuat::IDENTITY).1, 0.0);
     }
 
+    /// Returns a fitted camera whose errors are not known.
+    fn unknown() -> FittedCamera {
+        FittedCamera {
+            position: [0.0; 3],
+            orientation: [0.0, 0.0, 0.0, 1.0],
+            height_angle: 0.6,
+            efl: 50.0,
+            efl_error: f64::INFINITY,
+            start_efl: 50.0,
+            focus: 1.0,
+            focus_error: None,
+            focus_range: None,
+            undetermined: Vec::new(),
+            start_focus: 1.0,
+            f_number: None,
+            f_number_error: None,
+            distortion: None,
+            distortion_error: None,
+            moved: 0.0,
+            moved_error: f64::INFINITY,
+            turned: 0.0,
+            turned_error: f64::INFINITY,
+            residual: f64::NAN,
+            chance: 1e-9,
+            renders: 7,
+            ended_early: false,
+            file: String::new(),
+        }
+    }
+
+    fn said(found: &FittedCamera) -> String {
+        let mut out = Vec::new();
+        found.report(&mut out).unwrap();
+        String::from_utf8(out).unwrap()
+    }
+
     #[test]
     fn errors_that_a_fit_had_no_time_for_are_not_blamed_on_noise() {
-        let said = |ended_early: bool| {
-            let found = FittedCamera {
-                position: [0.0; 3],
-                orientation: [0.0, 0.0, 0.0, 1.0],
-                height_angle: 0.6,
-                efl: 50.0,
-                efl_error: f64::INFINITY,
-                start_efl: 50.0,
-                focus: 1.0,
-                focus_error: None,
-                start_focus: 1.0,
-                f_number: None,
-                f_number_error: None,
-                distortion: None,
-                distortion_error: None,
-                moved: 0.0,
-                moved_error: f64::INFINITY,
-                turned: 0.0,
-                turned_error: f64::INFINITY,
-                residual: f64::NAN,
-                chance: 1e-9,
-                renders: 7,
-                ended_early,
-                file: String::new(),
-            };
-            let mut out = Vec::new();
-            found.report(&mut out).unwrap();
-            String::from_utf8(out).unwrap()
-        };
-        assert!(said(false).contains("noise"));
-        let late = said(true);
+        let mut found = unknown();
+        assert!(said(&found).contains("noise"));
+        found.ended_early = true;
+        let late = said(&found);
         assert!(late.contains("the time was too short"), "{late}");
         assert!(
             !late.contains("noise") && !late.contains("include"),
             "{late}"
         );
+    }
+
+    #[test]
+    fn a_fit_names_each_number_whose_error_is_not_known() {
+        let found = FittedCamera {
+            moved_error: 0.004,
+            turned_error: 0.001,
+            focus_error: Some(f64::INFINITY),
+            ..unknown()
+        };
+        let said = said(&found);
+        assert!(said.contains("not known of focal length, focus:"), "{said}");
+        assert!(!said.contains("not known of position"), "{said}");
+    }
+
+    #[test]
+    fn a_focus_that_the_picture_does_not_determine_is_said_with_its_interval() {
+        let found = FittedCamera {
+            moved_error: 0.004,
+            turned_error: 0.001,
+            efl_error: 0.2,
+            focus: 0.97,
+            focus_error: Some(f64::INFINITY),
+            focus_range: Some([0.62, f64::INFINITY]),
+            undetermined: vec!["focus"],
+            ..unknown()
+        };
+        let rough = said(&found);
+        assert!(
+            rough.contains("focus      0.970 m (0.62 m to infinity)"),
+            "{rough}"
+        );
+        assert!(rough.contains("open       the focus:"), "{rough}");
+        assert!(!rough.contains("not known"), "{rough}");
+        let sharp = said(&FittedCamera {
+            focus_error: Some(0.05),
+            focus_range: Some([0.92, 1.02]),
+            undetermined: Vec::new(),
+            ..found
+        });
+        assert!(sharp.contains("focus      0.970 m (± 0.050)"), "{sharp}");
     }
 }

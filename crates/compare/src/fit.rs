@@ -52,6 +52,9 @@ const MARGIN: usize = 2;
 /// weight from the pixel's own residual would depend on its noise, and noisy pixels would count
 /// less.
 const NEIGHBORS: f64 = 3.0;
+/// The part by which the scatter of gradients is enlarged along each, so that it has an inverse if
+/// there are fewer blocks than parameters.
+const FEW_BLOCKS: f64 = 1e-6;
 /// The step sizes of two nuisance parameters at full size. The first is the logarithm of a gain on
 /// the rendering, because tones were matched at another blur; a gain on the target would be biased
 /// by its grain. The second is the variance, in square pixels, of the blur of a scan or a JPEG
@@ -67,7 +70,10 @@ const LAST_STEPS: usize = 2;
 const SMALL_STEP: f64 = 0.2;
 /// The standard errors above which a step is not taken if the cost has not fallen along it.
 const LARGE_STEP: f64 = 4.0;
-/// The number of steps to either side in the search for the blur parameter.
+/// The interval of the second nuisance parameter in square pixels: from the sharpest picture that
+/// can be matched to a scan that is blurred by two pixels.
+const SOFTNESS: [f64; 2] = [-0.21, 4.0];
+/// The number of steps to either side in the search for a parameter of blur.
 const SEARCH: i32 = 6;
 
 /// The number of iterations that most sizes need, for the expected amount of work.
@@ -99,13 +105,36 @@ pub struct Fit<'a> {
     pub sizes: Vec<(usize, usize)>,
     /// For each parameter, a change that moves the largest rendering by about half a pixel.
     pub steps: Vec<f64>,
-    /// The parameters that change only blur, which small pictures and local contrast do not
-    /// determine.
-    pub blur: Vec<usize>,
+    /// The parameters that change only blur.
+    pub blur: Vec<BlurParameter>,
     /// The pixels of the largest rendering that count; `None` is all.
     pub mask: Option<&'a Mask>,
     /// Returns whether the fit has to end with its best values so far. Once it does, renders fail.
     pub has_to_end: &'a dyn Fn() -> bool,
+}
+
+/// A parameter that changes only blur. Small pictures and local contrast do not determine it, and a
+/// picture in which everything is about equally sharp does not either.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlurParameter {
+    /// The index among the parameters.
+    pub index: usize,
+    /// The least and the largest value. The fit does not leave the interval. A value that the
+    /// picture does not determine is taken to be anywhere in it with the same probability.
+    pub range: [f64; 2],
+}
+
+impl BlurParameter {
+    /// Returns the mean squared distance between `value` and the truth, if only the interval is
+    /// known.
+    pub fn variance_about(&self, value: f64) -> f64 {
+        let [low, high] = self.range;
+        (high - low).powi(2) / 12.0 + (value - 0.5 * (low + high)).powi(2)
+    }
+
+    fn contains(&self, value: f64) -> bool {
+        (self.range[0]..=self.range[1]).contains(&value)
+    }
 }
 
 /// The result of a fit.
@@ -114,9 +143,10 @@ pub struct Fitted {
     /// The parameters.
     pub values: Vec<f64>,
     /// The covariance of the values, row by row, from the residuals, which are taken to be
-    /// independent between blocks of 12 pixels. It is infinite for values that the picture does not
-    /// determine. It includes the square of the step that is left to go. If the fit ended early it
-    /// is that of the last complete iteration.
+    /// independent between blocks of 12 pixels, and from the intervals of the parameters that
+    /// change only blur. It is infinite if the others are not determined. It includes the square of
+    /// the step that is left to go. If the fit ended early it is that of the last complete
+    /// iteration.
     pub covariance: Vec<f64>,
     /// The robust mean square of the residuals at the largest size.
     pub cost: f64,
@@ -237,6 +267,13 @@ struct FitLevel<'f, 'r> {
 /// finished.
 type StepReport<'r> = dyn FnMut(&[f64], f64, usize, bool) + 'r;
 
+/// The errors of the free parameters, and the step to their most probable values.
+struct Estimate {
+    /// The covariance, row by row.
+    covariance: Vec<Vec<f64>>,
+    step: Vec<f64>,
+}
+
 /// The normal equations over the free parameters, row by row.
 struct System {
     /// The matrix from the mean of both renderings. Noise makes it too large, and keeps it positive
@@ -326,8 +363,18 @@ impl Fit<'_> {
         render: &'f mut Renderer<'r>,
     ) -> FitLevel<'f, 'r> {
         let mut level = FitLevel::new(self, size, Measure::Contrast, render);
-        level.free.retain(|i| !self.blur.contains(i));
+        level.free.retain(|i| self.blur(*i).is_none());
         level
+    }
+
+    /// Returns what is known of a parameter that changes only blur; `None` for others.
+    fn blur(&self, index: usize) -> Option<BlurParameter> {
+        let softness = BlurParameter {
+            index: self.steps.len() + 1,
+            range: SOFTNESS,
+        };
+        let mut all = self.blur.iter().copied().chain([softness]);
+        all.find(|blur| blur.index == index)
     }
 
     /// Refines the parameters, and calls `report` after every step that improves them. If the fit
@@ -372,7 +419,7 @@ impl Fit<'_> {
             };
             let mut level = FitLevel::new(self, size, measure, render);
             if measure == Measure::Contrast {
-                level.free.retain(|i| !self.blur.contains(i));
+                level.free.retain(|i| self.blur(*i).is_none());
             }
             level.directions = std::mem::take(&mut directions);
             let done = level.fit_from(&mut fitted.values, &mut report_step);
@@ -433,7 +480,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         if self.measure == Measure::Detail && !self.fit.blur.is_empty() {
             self.match_tones(values)?;
             for blur in &self.fit.blur {
-                self.search(values, *blur);
+                self.search(values, blur.index);
             }
         }
         self.refine(values, report)
@@ -452,6 +499,10 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     }
 
     fn draw(&mut self, values: &[f64], half: Half) -> Result<Plane> {
+        let mut blur = self.fit.blur.iter();
+        if blur.any(|blur| !blur.contains(values[blur.index])) {
+            return Err(Diagnostic::error("a parameter is outside of its interval"));
+        }
         self.renders += 1;
         let parameters = &values[..self.fit.steps.len()];
         Ok((self.render)(parameters, self.size, half)?.luma())
@@ -577,11 +628,11 @@ impl<'f, 'r> FitLevel<'f, 'r> {
             if (self.fit.has_to_end)() {
                 break; // Some derivatives may not have been rendered.
             }
-            so_far = self.about_next_step(self.covariance(&system, &off, &weights), &system);
+            so_far = self.covariance(self.estimate(values, &system, &off, &weights));
             let before = off.cost(&weights);
             let mut better = None;
             while better.is_none() && damping < 1e5 {
-                let Some(step) = solve(&system.matrix, &system.right, damping) else {
+                let Some(step) = self.step_within(values, &system, damping) else {
                     break;
                 };
                 let next = self.moved(values, &step);
@@ -622,25 +673,50 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         loop {
             let weights = self.weights(off);
             let system = self.linearized(values, off, &weights);
-            let step = solve(&system.unbiased, &system.right, 0.0);
-            let covariance = self.covariance(&system, off, &weights);
-            let all = self.fit.steps.len();
+            let estimate = self.estimate(values, &system, off, &weights);
             // The largest part of the step, in standard errors.
-            let parts = step
-                .iter()
-                .flatten()
-                .zip(&self.free)
-                .filter(|(_, i)| **i < all);
-            let errors = parts.map(|(s, i)| s.abs() / covariance[*i * (all + 1)].sqrt());
-            let is_taken = (SMALL_STEP..LARGE_STEP).contains(&errors.fold(0.0, f64::max));
-            let step = step.filter(|_| left > 0 && is_taken);
-            let next = step.map(|step| self.moved(values, &step));
+            let all = self.fit.steps.len();
+            let largest = estimate.iter().flat_map(|Estimate { covariance, step }| {
+                let parts = step.iter().enumerate();
+                let parts = parts.filter(|(k, _)| self.free[*k] < all);
+                parts.map(|(k, s)| s.abs() / covariance[k][k].sqrt())
+            });
+            let largest = largest.fold(0.0, f64::max);
+            let is_taken = left > 0 && (SMALL_STEP..LARGE_STEP).contains(&largest);
+            let step = estimate.as_ref().filter(|_| is_taken);
+            let next = step.map(|estimate| self.moved(values, &estimate.step));
             let next_off = next.as_ref().and_then(|next| self.residuals(next).ok());
             let (Some(next), Some(next_off)) = (next, next_off) else {
-                return (weights, self.about_next_step(covariance, &system));
+                return (weights, self.covariance(estimate));
             };
             (*values, *off) = (next, next_off);
             left -= 1;
+        }
+    }
+
+    /// Returns the step to the least cost by the biased equations, within the intervals: a value
+    /// that would leave its own is held at the end. None if the equations are singular.
+    fn step_within(&self, values: &[f64], system: &System, damping: f64) -> Option<Vec<f64>> {
+        let n = self.free.len();
+        let (mut matrix, mut right) = (system.matrix.clone(), system.right.clone());
+        loop {
+            let step = solve(&matrix, &right, damping)?;
+            let beyond = self.free.iter().enumerate().find_map(|(k, i)| {
+                let next = values[*i] + step[k];
+                let [low, high] = self.fit.blur(*i)?.range;
+                let end = next.clamp(low, high);
+                // Not one that is held, up to rounding.
+                ((next - end).abs() > 1e-9 * (high - low)).then_some((k, end - values[*i]))
+            });
+            let Some((held, by)) = beyond else {
+                return Some(step);
+            };
+            for k in 0..n {
+                right[k] -= by * matrix[held.max(k) * n + held.min(k)];
+                matrix[held.max(k) * n + held.min(k)] = 0.0;
+            }
+            matrix[held * (n + 1)] = 1.0;
+            right[held] = (1.0 + damping) * by;
         }
     }
 
@@ -696,7 +772,7 @@ impl<'f, 'r> FitLevel<'f, 'r> {
     /// focal length do, errors of differences along each would hide what remains.
     fn set_directions(&mut self, system: &System) {
         let n = self.free.len();
-        let is_sharp = |i: &&usize| **i < self.fit.steps.len() && !self.fit.blur.contains(i);
+        let is_sharp = |i: &&usize| **i < self.fit.steps.len() && self.fit.blur(**i).is_none();
         let count = self.free.iter().take_while(is_sharp).count();
         let in_steps = |matrix: &[f64]| -> Vec<f64> {
             let step = |i: usize| self.step(self.free[i]);
@@ -752,62 +828,101 @@ impl<'f, 'r> FitLevel<'f, 'r> {
         }
     }
 
-    /// Returns a covariance with what is left to go, about the next step.
-    fn about_next_step(&self, mut covariance: Vec<f64>, system: &System) -> Vec<f64> {
+    /// Returns the covariance of all parameters about the next step, which includes what is left to
+    /// go; infinite without an estimate.
+    fn covariance(&self, estimate: Option<Estimate>) -> Vec<f64> {
         let all = self.fit.steps.len();
-        let step = solve(&system.unbiased, &system.right, 0.0);
-        let step = step.or_else(|| solve(&system.matrix, &system.right, 0.0));
-        let step = step.unwrap_or_else(|| vec![f64::INFINITY; self.free.len()]);
-        let reported = || self.free.iter().zip(&step).filter(|(a, _)| **a < all);
-        for (a, x) in reported() {
-            for (b, y) in reported() {
-                covariance[a * all + b] += x * y;
-            }
-        }
-        covariance
-    }
-
-    /// Returns the sandwich estimate H⁻¹ S H⁻¹, where S sums the squared gradients of blocks. It
-    /// includes everything that is correlated within a block: blur, the grain of a JPEG, or a wrong
-    /// model.
-    fn covariance(&self, system: &System, off: &Residuals, weights: &[f64]) -> Vec<f64> {
-        let all: Vec<usize> = (0..self.free.len()).collect();
-        // Where the picture does not determine its blur, the rest has errors nevertheless.
-        let is_blur = |i: usize| self.fit.blur.contains(&i) || i > self.fit.steps.len();
-        let sharp = || all.iter().copied().filter(|k| !is_blur(self.free[*k]));
-        let (kept, inverse) = match system.inverse(&all) {
-            Some(inverse) => (all.clone(), Some(inverse)),
-            None => (
-                sharp().collect(),
-                system.inverse(&sharp().collect::<Vec<_>>()),
-            ),
+        let mut out = vec![f64::INFINITY; all * all];
+        let Some(Estimate { covariance, step }) = estimate else {
+            return out;
         };
-        let count = self.fit.steps.len();
-        let mut out = vec![f64::INFINITY; count * count];
-        let Some(inverse) = inverse else { return out };
-        // The change of each parameter by each block.
-        let pulls = self.pulls(system, off, weights);
-        let shifts: Vec<Vec<f64>> = pulls
-            .iter()
-            .map(|pull| {
-                let kept_pull = || kept.iter().map(|k| pull[*k]);
-                let shift = |row: &Vec<f64>| row.iter().zip(kept_pull()).map(|(a, b)| a * b).sum();
-                inverse.iter().map(shift).collect()
-            })
-            .collect();
-        let blocks = shifts.len() as f64;
-        let few = blocks / (blocks - kept.len() as f64).max(1.0);
-        let reported = || {
-            let parameters = kept.iter().map(|k| self.free[*k]).enumerate();
-            parameters.filter(|(_, a)| *a < count)
-        };
+        let reported = || self.free.iter().enumerate().filter(|(_, a)| **a < all);
         for (i, a) in reported() {
             for (j, b) in reported() {
-                let sum: f64 = shifts.iter().map(|s| s[i] * s[j]).sum();
-                out[a * count + b] = few * sum;
+                out[a * all + b] = covariance[i][j] + step[i] * step[j];
             }
         }
         out
+    }
+
+    /// Returns the errors of the free parameters, with those of blur free within what is known of
+    /// them. None if the picture does not determine the others.
+    ///
+    /// The sandwich estimate of the covariance is H⁻¹ S H⁻¹, where S sums the squared gradients of
+    /// blocks. It includes everything that is correlated within a block: the grain of a JPEG, or a
+    /// wrong model. Where the picture does not determine its blur, H is singular, and noise makes
+    /// its least eigenvalue negative as often as not. The information H S⁻¹ H is finite for any H,
+    /// so the inverse of the variances that the intervals allow is added to it.
+    fn estimate(
+        &self,
+        values: &[f64],
+        system: &System,
+        off: &Residuals,
+        weights: &[f64],
+    ) -> Option<Estimate> {
+        let n = self.free.len();
+        // In units in which the biased matrix has a diagonal of 1.
+        let unit = |k: usize| match system.matrix[k * (n + 1)] {
+            square if square > 0.0 => square.sqrt(),
+            _ => 1.0,
+        };
+        let units: Vec<f64> = (0..n).map(unit).collect();
+        let entries = |entry: &dyn Fn(usize, usize) -> f64| -> Vec<f64> {
+            (0..n * n).map(|k| entry(k / n, k % n)).collect()
+        };
+        let hessian =
+            entries(&|i, j| system.unbiased[i.max(j) * n + i.min(j)] / (units[i] * units[j]));
+        let is_blur = |k: &usize| self.fit.blur(self.free[*k]).is_some();
+        let sharp: Vec<usize> = (0..n).filter(|k| !is_blur(k)).collect();
+        let row = |i: &usize| {
+            sharp
+                .iter()
+                .map(|j| hessian[*i * n + *j])
+                .collect::<Vec<_>>()
+        };
+        let rows = sharp.iter().flat_map(row);
+        solve(&rows.collect::<Vec<_>>(), &vec![0.0; sharp.len()], 0.0)?;
+        let pulls = self.pulls(system, off, weights);
+        let blocks = pulls.len() as f64;
+        let few = blocks / (blocks - n as f64).max(1.0);
+        let mut scatter = entries(&|i, j| {
+            let sum: f64 = pulls.iter().map(|pull| pull[i] * pull[j]).sum();
+            few * sum / (units[i] * units[j])
+        });
+        // The variance of a residual, so that the scatter is about 1 too.
+        let variance = (0..n).map(|k| scatter[k * (n + 1)]).sum::<f64>() / n as f64;
+        let variance = variance.max(f64::MIN_POSITIVE);
+        scatter.iter_mut().for_each(|s| *s /= variance);
+        let column = |j: usize| (0..n).map(|i| hessian[i * n + j]).collect::<Vec<_>>();
+        let weighted: Option<Vec<Vec<f64>>> = (0..n)
+            .map(|j| solve(&scatter, &column(j), FEW_BLOCKS))
+            .collect();
+        let weighted = weighted?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let information = entries(&|i, j| {
+            let known = self.fit.blur(self.free[i]).filter(|_| i == j);
+            let known = known.map_or(0.0, |blur| {
+                variance / (blur.variance_about(values[self.free[i]]) * units[i] * units[i])
+            });
+            dot(&column(i), &weighted[j]) + known
+        });
+        let right: Vec<f64> = system
+            .right
+            .iter()
+            .zip(&units)
+            .map(|(r, u)| r / u)
+            .collect();
+        let right: Vec<f64> = weighted.iter().map(|column| dot(column, &right)).collect();
+        let covariance = (0..n).map(|i| {
+            let one: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+            let row = solve(&information, &one, 0.0)?.into_iter().zip(&units);
+            Some(row.map(|(c, u)| variance * c / (u * units[i])).collect())
+        });
+        let step = solve(&information, &right, 0.0)?;
+        Some(Estimate {
+            covariance: covariance.collect::<Option<_>>()?,
+            step: step.iter().zip(&units).map(|(s, u)| s / u).collect(),
+        })
     }
 
     /// Returns the gradients of the cost by the free parameters, of each block that counts.
@@ -892,27 +1007,6 @@ impl System {
             unbiased,
             columns,
         }
-    }
-
-    /// Returns the inverse of the unbiased matrix's rows and columns `kept`; none if it is
-    /// singular.
-    fn inverse(&self, kept: &[usize]) -> Option<Vec<Vec<f64>>> {
-        let n = self.columns.len();
-        let rows = kept.iter();
-        let part: Vec<f64> = rows
-            .flat_map(|i| kept.iter().map(|j| self.unbiased[i.max(j) * n + i.min(j)]))
-            .collect();
-        let unit = |i: usize| {
-            (0..kept.len())
-                .map(move |j| f64::from(u8::from(i == j)))
-                .collect()
-        };
-        (0..kept.len())
-            .map(|i| {
-                let unit: Vec<f64> = unit(i);
-                solve(&part, &unit, 0.0)
-            })
-            .collect()
     }
 }
 
@@ -1020,6 +1114,33 @@ mod tests {
                 assert!(v.abs() < 3.0 * found.error(i), "{found:?}");
                 assert!(found.error(i) < 0.02, "{found:?}");
             }
+        }
+    }
+
+    /// The parameter of blur enlarges the picture a little, as focus does through a real lens, and
+    /// does nothing else, so that the picture determines only a combination of it and the size.
+    #[test]
+    fn what_a_picture_does_not_show_is_free_in_its_interval_in_the_errors_of_the_rest() {
+        let drawn = |v: &[f64], size| blobs(&[v[0], v[1], v[2] * libm::exp(0.02 * v[3])], size);
+        let truth = [0.52, 0.31, 1.1, 2.0];
+        let target = with_grain(drawn(&truth, (96, 64)), |v, grain| v + 0.02 * grain);
+        let mut fit = fit_of(&target, &|| false);
+        fit.steps.push(0.5);
+        let blur = BlurParameter {
+            index: 3,
+            range: [-1.0, 3.0],
+        };
+        fit.blur.push(blur);
+        let mut render = |v: &[f64], size: (usize, usize), _| Ok(drawn(v, size));
+        let found = fit.run(&[0.5, 0.33, 1.05, 0.0], &mut render, &mut |_| ());
+        let found = found.unwrap();
+        let free = blur.variance_about(found.values[3]).sqrt();
+        assert!(blur.contains(found.values[3]));
+        assert!((found.error(3) / free - 1.0).abs() < 0.1, "{found:?}");
+        let size = 0.02 * found.values[2] * free;
+        assert!((found.error(2) / size - 1.0).abs() < 0.1, "{found:?}");
+        for (i, (v, t)) in found.values.iter().zip(truth).enumerate() {
+            assert!((v - t).abs() < 3.0 * found.error(i), "{i}: {found:?}");
         }
     }
 

@@ -80,8 +80,9 @@ class FitProgress(NamedTuple):
 
 @dataclass(frozen=True)
 class Fit:
-    """The camera that `fit` found. Errors are standard errors, and `None` if the picture does not
-    determine the value. If the fit ended early they include what was left to go.
+    """The camera that `fit` found. Errors are standard errors, with a focus and an f-number that the
+    picture does not determine anywhere in their intervals, and `None` if they are not known. If the
+    fit ended early they include what was left to go.
 
     Attributes:
         position: x, y, z in meters.
@@ -89,7 +90,11 @@ class Fit:
         height_angle: the vertical angle of view in radians, for an image at the focal length.
         efl, efl_error, start_efl: the focal length, its error and that of the start, in mm.
         focus, focus_error, start_focus: the focus distance, its error and that of the start, in
-            meters. The error is `None` too if the focus was not fitted.
+            meters. The error is `None` too if the focus was not fitted, or if the range reaches
+            infinity.
+        focus_range: the nearest and the farthest focus within one standard error, in meters, the
+            farthest `None` for infinity; `None` if the focus was not fitted or its error is not known.
+        undetermined: what the picture does not determine, of `focus` and `f_number`.
         f_number, f_number_error: the f-number and its error; `None` if it was not fitted.
         distortion, distortion_error: the radial distortion of a pinhole, OpenCV's k1 and k2, and the
             error of k1; `None` if it was not fitted.
@@ -113,6 +118,8 @@ class Fit:
     start_efl: float
     focus: float
     focus_error: Optional[float]
+    focus_range: Optional[Tuple[float, Optional[float]]]
+    undetermined: List[str]
     start_focus: float
     f_number: Optional[float]
     f_number_error: Optional[float]
@@ -234,7 +241,8 @@ def fit(
     camera = dict(found["camera"])
     for name in ("position", "orientation"):
         camera[name] = tuple(camera[name])
-    camera["distortion"] = camera["distortion"] and tuple(camera["distortion"])
+    for name in ("distortion", "focus_range"):
+        camera[name] = camera[name] and tuple(camera[name])
     result = Fit(
         **camera,
         picture=found["rendering"],

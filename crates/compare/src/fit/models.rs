@@ -141,7 +141,7 @@ impl Fit<'_> {
         [level.target, level.scale] = base.detail.clone();
         let mut values = start.to_vec();
         for blur in &self.blur {
-            level.search(&mut values, *blur);
+            level.search(&mut values, blur.index);
         }
         let (off, _) = level.descend(&mut values, &mut |_, _, _, _| ())?;
         if (self.has_to_end)() {
@@ -309,8 +309,8 @@ impl FitLevel<'_, '_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::fit::Effort;
     use crate::fit::tests::{blobs, fit_of, with_grain};
+    use crate::fit::{BlurParameter, Effort};
     use crate::plane::{Plane, Plate};
 
     /// Returns blobs that are bent outward at the sides of the picture by a share, as by the
@@ -386,7 +386,10 @@ mod tests {
         let target = with_grain(soft(&truth, (192, 128), 0.1), |v, grain| v + 0.01 * grain);
         let mut fit = fit_of(&target, &|| false);
         fit.steps.push(0.15);
-        fit.blur = vec![3];
+        fit.blur = vec![BlurParameter {
+            index: 3,
+            range: [-2.0, 2.0],
+        }];
         let start = [0.5, 0.33, 1.05, 0.1];
         let mut plain = |v: &[f64], size: (usize, usize), _| Ok(soft(v, size, 0.0));
         let base = fit.fit_model(&start, &mut plain).unwrap();
