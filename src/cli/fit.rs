@@ -18,7 +18,7 @@ use crate::compare::{Mask, Plate, Selection};
 use crate::photo::{Era, LensChoice, Optics, Plan, Session};
 
 /// Fits the camera to the selected pixels, writes it to `file`, and returns it with its rendering.
-/// A refused camera is not written.
+/// A refused camera is left in a file beside it.
 ///
 /// # Errors
 /// Returns an error if an option or the scene is invalid, if the fit fails, or if a file cannot be
@@ -54,11 +54,12 @@ pub(crate) fn run(
     let said = session.sink.items().len();
     let clock = Instant::now();
     let best_so_far = best_so_far(file);
+    let mut is_kept = false;
     let mut report = |step: &FitStep<'_>, left: Duration| {
         // Every improvement is kept, so that an interrupted fit leaves its best camera. Where no
         // file can be beside `file`, which may be a device, none is kept.
         let text = fit.camera_text(step.values);
-        let _ = write_whole(&best_so_far, |f| f.write_all(text.as_bytes()));
+        is_kept = write_whole(&best_so_far, |f| f.write_all(text.as_bytes())).is_ok();
         let (width, height) = step.size;
         let residual = 100.0 * step.cost.max(0.0).sqrt();
         let line = format!(
@@ -81,9 +82,22 @@ pub(crate) fn run(
         write_whole(file, |f| f.write_all(found.camera.file.as_bytes()))?;
         Ok(found)
     });
+    let found = match written {
+        Err(mut error) if is_kept => {
+            let kept = format!(
+                "the camera where the fit ended is in {}",
+                best_so_far.display()
+            );
+            let help = error
+                .help
+                .take()
+                .map_or(kept.clone(), |help| format!("{help}; {kept}"));
+            return Err(error.with_help(help));
+        }
+        written => written?,
+    };
     // The fit may have ended before its first improvement.
     let _ = std::fs::remove_file(&best_so_far);
-    let found = written?;
     exit_code(found.camera.report(out))?;
     exit_code(writeln!(out, "camera     {}", file.display()))?;
     Ok(found)

@@ -626,6 +626,9 @@ impl CameraFit {
         }
         let whole = (size.width as usize, size.height as usize);
         let (rendering, _) = render(session, self, &fitted.values, whole, Half::First)?;
+        if let Some(lit) = session.lit_radius().filter(|_| self.mask.is_none()) {
+            session.sink.add(*has_dark_corners(lit));
+        }
         let mut camera = self.camera(&fitted);
         camera.renders = renders + 1;
         camera.chance = (self.tried as f64 * fit.chance(&fitted.values, &rendering)).min(1.0);
@@ -881,15 +884,16 @@ impl FittedCamera {
 
 /// Returns the error of a fit whose picture may show something else.
 fn unlike(chance: f64) -> Box<Diagnostic> {
+    // A bound is rounded up, so that one above the limit is not printed as the limit.
+    let digit = libm::pow(10.0, libm::log10(chance).floor() - 1.0);
+    let chance = (chance / digit).ceil() * digit;
     Diagnostic::error(format!(
         "the picture seems to show something else: an unrelated picture agrees as well with a \
-         probability of up to {}, and the limit is {}",
-        probability(chance),
-        CHANCE_LIMIT
+         probability of up to {chance:.1e}, and the limit is {CHANCE_LIMIT:.1e}"
     ))
     .with_help(
         "check the picture and the start: a camera that is far off finds no way, and \
-         `ivcam render` shows where it stands",
+         `ivcam render` shows what it sees",
     )
 }
 
@@ -915,6 +919,16 @@ fn has_border(frame: PhotographFrame) -> Box<Diagnostic> {
         "cut the photograph out of the old picture, because a fit needs the whole frame; `--mask` \
          leaves a border out if the film was as large as the scan",
     )
+}
+
+/// Returns the warning that corners were fitted to which the lens gives no light beyond a distance
+/// from the middle of the film, in millimeters.
+fn has_dark_corners(lit: f64) -> Box<Diagnostic> {
+    Diagnostic::warning(format!(
+        "the lens leaves corners of the film dark: its light ends {lit:.1} mm from the middle, and \
+         the fitted place may be off by several of its errors"
+    ))
+    .with_help("leave the corners and the falloff toward them out by `--mask` or `--crop`")
 }
 
 /// Returns a standard error in brackets, or nothing if it is unknown.
@@ -1053,5 +1067,11 @@ mod tests {
             ..found
         });
         assert!(sharp.contains("focus      0.970 m (± 0.050)"), "{sharp}");
+    }
+
+    #[test]
+    fn a_refused_fit_states_a_probability_above_the_limit() {
+        let text = unlike(1.0001e-3).to_string();
+        assert!(text.contains("1.1e-3, and the limit is 1.0e-3"), "{text}");
     }
 }
