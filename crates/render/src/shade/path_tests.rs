@@ -345,10 +345,10 @@ fn a_transparent_pane_shows_what_is_behind_it_and_dims_what_shines_through() {
 #[test]
 fn clear_glass_and_mirrors_vanish_in_an_even_light() {
     let room = "Material { diffuseColor 0 0 0 emissiveColor .5 0 0 } Sphere { radius 9 }";
-    let glass = "Material { transparency 1 } RefractiveIndex Separator { Sphere { radius 2 } }"
-        .replace("RefractiveIndex ", "");
+    let glass = "Material { fields [ SFFloat refractionIndex ] diffuseColor 0 0 0 transparency 1
+        refractionIndex 1.5 } Sphere { radius 2 }";
     let mirror = "Material { diffuseColor 0 0 0 specularColor 1 1 1 shininess 1 } Cube { }";
-    for (shape, mirrors) in [(glass.as_str(), None), (mirror, Some(0.5))] {
+    for (shape, mirrors) in [(glass, None), (mirror, Some(0.5))] {
         let scene = compile(&format!("{room} {shape}"));
         let options = ShadeOptions {
             mirrors,
