@@ -289,7 +289,7 @@ fn a_render_goes_on_without_room_for_its_checkpoint() {
 fn a_signal_leaves_the_picture_so_far_and_the_same_command_continues() {
     let scratch = room("signal");
     let words =
-        "render room.iv --size 64x40 --samples 192 --checkpoint a.ckpt --every 0.05s -o a.exr";
+        "render room.iv --size 64x40 --samples 640 --checkpoint a.ckpt --every 0.05s -o a.exr";
     let checkpoint = scratch.0.join("a.ckpt");
     let time = || checkpoint.metadata().and_then(|m| m.modified()).ok();
     for (signal, code) in [("-INT", 130), ("-TERM", 143), ("-HUP", 129)] {
@@ -317,7 +317,7 @@ fn a_signal_leaves_the_picture_so_far_and_the_same_command_continues() {
     }
     let last = scratch.ivcam(words);
     assert!(last.status.success() && stderr(&last).contains("continues after"));
-    scratch.must_render("--size 64x40 --samples 192 -o once.exr");
+    scratch.must_render("--size 64x40 --samples 640 -o once.exr");
     scratch.must_be_same("a.exr", "once.exr");
 }
 
