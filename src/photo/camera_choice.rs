@@ -158,8 +158,8 @@ fn one_field_per_line(node: &str) -> String {
 fn read(name: &str, bytes: Vec<u8>, sink: &mut Sink) -> Result<CameraPose> {
     let document = Document::read_headerless(name, bytes)?;
     sink.extend_from(&document.sink);
-    if let Some(note) = further_cameras(&document) {
-        sink.add(*note);
+    if let Some(warning) = further_cameras(&document) {
+        sink.add(*warning);
     }
     let options = CompileOptions::default();
     let snapshot = snapshot(&document, &SnapshotOptions::default(), &options);
@@ -173,7 +173,7 @@ fn read(name: &str, bytes: Vec<u8>, sink: &mut Sink) -> Result<CameraPose> {
     })
 }
 
-/// Returns a note at the second camera of an Inventor file.
+/// Returns a warning at the second camera of an Inventor file.
 fn further_cameras(document: &Document) -> Option<Box<Diagnostic>> {
     let nodes = document.ids().map(|id| document.node(id));
     let is_camera = |node: &NodeRef<'_>| {
@@ -181,11 +181,11 @@ fn further_cameras(document: &Document) -> Option<Box<Diagnostic>> {
         class.is_some_and(|class| class.role == Role::Camera && !class.is_vrml97())
     };
     let camera = nodes.filter(is_camera).nth(1)?;
-    let note = Diagnostic::note("the file has several cameras: the first one is taken");
-    let note = note.with_help("the text of a node can be given in place of the file");
+    let warning = Diagnostic::warning("the file has several cameras: the first one is taken");
+    let warning = warning.with_help("the text of a node can be given in place of the file");
     Some(match camera.source() {
-        Some(source) => note.at(source, camera.span()),
-        None => note,
+        Some(source) => warning.at(source, camera.span()),
+        None => warning,
     })
 }
 
