@@ -12,6 +12,7 @@ mod view_ray;
 
 pub use camera_pose::{CameraPose, FilmPlane};
 pub use projection::{Projection, ViewportMapping};
+pub(crate) use rotation::diagonal;
 pub use rotation::{axis_angle, orientation_in, quat, rotation_of, rotation_value};
 pub use view_direction::{UpAxis, ViewDirection};
 pub use view_ray::{ViewExtent, ViewRay};

@@ -54,6 +54,41 @@ pub fn rotation_of(matrix: DMat4) -> DQuat {
     DQuat::from_mat3(&m).normalize()
 }
 
+/// Returns the eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's method. Its
+/// rotations are at most 45°, so that each eigenvalue is at the coordinate axis near its own. For a
+/// diagonal matrix the eigenvectors are the coordinate axes.
+pub(crate) fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
+    let mut axes = DMat3::IDENTITY;
+    let size = s
+        .to_cols_array()
+        .iter()
+        .fold(0.0, |a: f64, b| a.max(b.abs()));
+    for _ in 0..32 {
+        let mut quiet = true;
+        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
+            let off = 0.5 * (s.col(q)[p] + s.col(p)[q]);
+            if !(off.abs() > 1e-7 * size) {
+                continue;
+            }
+            quiet = false;
+            let theta = 0.5 * (s.col(q)[q] - s.col(p)[p]) / off;
+            let t = 1.0_f64.copysign(theta) / (theta.abs() + (theta * theta + 1.0).sqrt());
+            let c = 1.0 / (t * t + 1.0).sqrt();
+            let mut turn = DMat3::IDENTITY;
+            turn.col_mut(p)[p] = c;
+            turn.col_mut(q)[q] = c;
+            turn.col_mut(q)[p] = t * c;
+            turn.col_mut(p)[q] = -t * c;
+            s = turn.transpose() * s * turn;
+            axes *= turn;
+        }
+        if quiet {
+            break;
+        }
+    }
+    (DVec3::new(s.x_axis.x, s.y_axis.y, s.z_axis.z), axes)
+}
+
 /// Returns the rotation in the world of what has a rotation of its own in a space, such as a
 /// camera. If the matrix from the space contains a reflection, the y and z axes have their
 /// reflected directions, and the x axis is the one that makes it a rotation.

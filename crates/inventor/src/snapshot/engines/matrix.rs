@@ -3,6 +3,8 @@
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 
+use crate::pose::diagonal;
+
 /// The parts of a matrix. It scales along the axes of `scale_orientation`, then rotates, both about
 /// a center, then translates.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,40 +71,6 @@ fn nearest_turn(m: DMat3) -> Option<DMat3> {
         }
     }
     q.is_finite().then_some(q)
-}
-
-/// Returns the eigenvalues and eigenvectors of a symmetric matrix, by Jacobi's method. For a
-/// diagonal matrix the eigenvectors are the coordinate axes.
-fn diagonal(mut s: DMat3) -> (DVec3, DMat3) {
-    let mut axes = DMat3::IDENTITY;
-    let size = s
-        .to_cols_array()
-        .iter()
-        .fold(0.0, |a: f64, b| a.max(b.abs()));
-    for _ in 0..32 {
-        let mut quiet = true;
-        for (p, q) in [(0, 1), (0, 2), (1, 2)] {
-            let off = 0.5 * (s.col(q)[p] + s.col(p)[q]);
-            if !(off.abs() > 1e-7 * size) {
-                continue;
-            }
-            quiet = false;
-            let theta = 0.5 * (s.col(q)[q] - s.col(p)[p]) / off;
-            let t = 1.0_f64.copysign(theta) / (theta.abs() + (theta * theta + 1.0).sqrt());
-            let c = 1.0 / (t * t + 1.0).sqrt();
-            let mut turn = DMat3::IDENTITY;
-            turn.col_mut(p)[p] = c;
-            turn.col_mut(q)[q] = c;
-            turn.col_mut(q)[p] = t * c;
-            turn.col_mut(p)[q] = -t * c;
-            s = turn.transpose() * s * turn;
-            axes *= turn;
-        }
-        if quiet {
-            break;
-        }
-    }
-    (DVec3::new(s.x_axis.x, s.y_axis.y, s.z_axis.z), axes)
 }
 
 /// Returns the unit quaternion of a rotation matrix.

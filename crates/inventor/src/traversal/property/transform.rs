@@ -10,7 +10,7 @@ use crate::grammar::{
     scale, shuttle, transform, translation, units,
 };
 use crate::iv::NodeRef;
-use crate::pose::{quat, rotation_of};
+use crate::pose::{diagonal, quat, rotation_of};
 use crate::traversal::state::State;
 
 /// Returns the matrix of Inventor's `Transform`.
@@ -164,7 +164,7 @@ pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     let matrix = state.world_from_object;
     let turn = rotation_of(matrix);
     let stretch = DMat4::from_quat(turn.conjugate()) * matrix;
-    let principal = principal_stretches(stretch);
+    let (principal, _) = diagonal(DMat3::from_mat4(stretch));
     let scale = match node.acting_or_default(anti_squish::SIZING) {
         anti_squish::SIZING_X => principal.x,
         anti_squish::SIZING_Y => principal.y,
@@ -178,30 +178,6 @@ pub(super) fn anti_squish<'a>(state: &mut State<'a>, node: NodeRef<'a>) {
     state.world_from_object = DMat4::from_translation(origin)
         * DMat4::from_quat(turn)
         * DMat4::from_scale(DVec3::splat(scale));
-}
-
-/// Returns the eigenvalues of a symmetric matrix, which are its stretches along its principal axes,
-/// by Jacobi's rotations. None of them is larger than 45°, so that each stretch is at the
-/// coordinate axis near its own.
-fn principal_stretches(stretch: DMat4) -> DVec3 {
-    const SWEEPS: usize = 16;
-    let mut m = DMat3::from_mat4(stretch);
-    for (p, q) in [(0, 1), (0, 2), (1, 2)].repeat(SWEEPS) {
-        let off = m.col(q)[p];
-        if off == 0.0 {
-            continue;
-        }
-        let cotangent = (m.col(q)[q] - m.col(p)[p]) / (2.0 * off); // of twice the angle
-        let tangent = cotangent.signum() / (cotangent.abs() + cotangent.hypot(1.0));
-        let cosine = tangent.hypot(1.0).recip();
-        let mut turn = DMat3::IDENTITY;
-        turn.col_mut(p)[p] = cosine;
-        turn.col_mut(q)[q] = cosine;
-        turn.col_mut(q)[p] = tangent * cosine;
-        turn.col_mut(p)[q] = -tangent * cosine;
-        m = turn.transpose() * m * turn;
-    }
-    DVec3::new(m.x_axis.x, m.y_axis.y, m.z_axis.z)
 }
 
 /// Returns the length of the longest of the four half diagonals (±1, ±1, ±1) after stretching. As
